@@ -1,0 +1,41 @@
+# How CONSAC's parts become targets: consac_part(NAME ... DEPENDS ...) makes the library consac_NAME from every .cpp below
+# the folder, consac_tests(NAME ...) one GoogleTest program from every *_test.cpp. Files are found, never listed twice.
+
+set(CONSAC_WARNINGS -Wall -Wextra -Wshadow -Wundef -Wnon-virtual-dtor)
+
+function(consac_part NAME)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$|/test/")
+  add_library(consac_${NAME} STATIC ${sources})
+  add_library(consac::${NAME} ALIAS consac_${NAME})
+  set_target_properties(consac_${NAME} PROPERTIES EXPORT_NAME ${NAME})
+  target_compile_features(consac_${NAME} PUBLIC cxx_std_20)
+  target_compile_options(consac_${NAME} PRIVATE ${CONSAC_WARNINGS})
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/include)
+    target_include_directories(consac_${NAME} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+                                                     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  endif()
+  target_include_directories(consac_${NAME} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  foreach(dependency ${ARG_DEPENDS})
+    target_link_libraries(consac_${NAME} PUBLIC consac_${dependency})
+  endforeach()
+  foreach(library ${ARG_PRIVATE})
+    target_link_libraries(consac_${NAME} PRIVATE $<BUILD_INTERFACE:${library}>)
+  endforeach()
+endfunction()
+
+# One test program per part; private headers of the part may be included.
+function(consac_tests NAME FOLDER)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(consac_${NAME}_tests ${sources})
+  target_compile_options(consac_${NAME}_tests PRIVATE ${CONSAC_WARNINGS})
+  target_include_directories(consac_${NAME}_tests PRIVATE ${FOLDER}/src ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(consac_${NAME}_tests PRIVATE CONSAC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_link_libraries(consac_${NAME}_tests PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  gtest_discover_tests(consac_${NAME}_tests TEST_PREFIX ${NAME}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

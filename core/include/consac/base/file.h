@@ -1,0 +1,19 @@
+#pragma once
+// Whole files in and out, safely: a write goes to a temporary file in the same folder, is synced and renamed, so a
+// kill or a full disk never leaves half a file under the final name and never harms the file that was there.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "consac/base/status.h"
+
+namespace consac {
+
+/// The file's bytes; kNotFound, kDataLoss (unreadable) or kResourceExhausted (larger than `limit_bytes`).
+Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes = std::size_t{1} << 31);
+/// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full.
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes);
+
+}  // namespace consac

@@ -1,0 +1,55 @@
+#pragma once
+// A world as the trainer and the server see it: many copies that step as one batch. Worlds in this process implement
+// it (worlds/), the environment server serves it, tests judge it. A world behind a connection is not one of these,
+// because a connection can fail and Step cannot: see server/env_client.h.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "consac/base/archive.h"
+#include "consac/env/batch.h"
+#include "consac/space/layout.h"
+
+namespace consac {
+
+/// One kind of agent: what it sees and does, and how many there are. Learned by a learner of its own.
+struct BehaviourSpec {
+  std::string name = "default";   ///< unique within the environment
+  Space observation_space;        ///< what an agent sees
+  Space action_space;             ///< what an agent does
+  Layout observation_layout;      ///< of observation_space
+  Layout action_layout;           ///< of action_space
+  std::int32_t slots = 1;         ///< agents of this behaviour over all worlds: slot ids are 0..slots-1
+
+  /// Fills the layouts from the spaces.
+  static BehaviourSpec Of(std::string name, Space observation_space, Space action_space, std::int32_t slots);
+};
+
+/// What an environment offers.
+struct EnvSpec {
+  std::string id;                          ///< "road-v0"; "" for a foreign engine that has not said
+  std::vector<BehaviourSpec> behaviours;   ///< at least one
+  std::int64_t max_episode_steps = 0;      ///< time limit that truncates; 0: none
+  double reward_threshold = 0.0;           ///< mean return at which the world counts as solved; NaN: none
+};
+
+/// N copies of a world, stepped together. Autoreset in the same step: a row whose episode ended carries its last
+/// observation in `final_observations` and the first of its next episode in `next_observations`.
+/// Not thread-safe; separate objects are independent.
+class VectorEnv {
+ public:
+  virtual ~VectorEnv() = default;
+  /// What it offers; constant for life.
+  virtual const EnvSpec& spec() const = 0;
+  /// Starts every world afresh, world i from stream i of `seed`, and writes the first observations into
+  /// batches[b].next_observations (and next_action_masks), b counting behaviours; batches hold every slot.
+  virtual void Reset(std::uint64_t seed, std::span<Batch> batches) = 0;
+  /// One step of every world: reads actions, writes everything below them. Never fails, never allocates.
+  virtual void Step(std::span<Batch> batches) = 0;
+  /// Exact state of all worlds, generators included.
+  virtual void Visit(Archive& archive) = 0;
+};
+
+}  // namespace consac

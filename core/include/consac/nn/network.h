@@ -1,0 +1,115 @@
+#pragma once
+// A network as data: blocks in execution order over named values, and one flat arena of parameters. The same
+// description is written into the model file, run forward here (in trainer and game alike) and backward in
+// learn/grad. Parameters are stored canonically: dense weight [out, in] row-major, then bias [out], block by block.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "consac/base/rng.h"
+#include "consac/base/status.h"
+
+namespace consac::nn {
+
+/// Element-wise function after a dense block. Names as in the model file: "linear", "tanh", "relu", ...
+enum class Activation : std::uint8_t { kLinear, kTanh, kRelu, kSigmoid, kElu, kLeakyRelu, kSilu, kSoftplus };
+/// "tanh" and so on.
+std::string_view NameOf(Activation activation);
+/// The reverse; the error lists what is known.
+Result<Activation> ParseActivation(std::string_view name);
+
+/// How a block's weight starts.
+enum class Init : std::uint8_t { kOrthogonal, kXavierUniform, kUniformFanIn, kZeros };
+
+/// One block of a network. `op` names a row of the table in nn/ops.cpp; so far "dense".
+struct Block {
+  std::string op = "dense";                  ///< which operation
+  std::string input;                         ///< value it reads
+  std::string output;                        ///< value it writes
+  std::string name;                          ///< parameter prefix in the model file: "pi/0" -> "pi/0/w", "pi/0/b"
+  std::int64_t in_size = 0;                  ///< features of the input
+  std::int64_t out_size = 0;                 ///< features of the output
+  Activation activation = Activation::kLinear;
+  Init init = Init::kOrthogonal;             ///< of the weight; biases start at 0 (kUniformFanIn: as PyTorch)
+  float gain = 1.0f;                         ///< factor of the initial weight
+  friend bool operator==(const Block&, const Block&) = default;
+};
+
+/// A named value of known width.
+struct Port {
+  std::string name;         ///< value name
+  std::int64_t size = 0;    ///< features
+  friend bool operator==(const Port&, const Port&) = default;
+};
+
+/// The whole description: a directed graph without loops; blocks stand in execution order.
+struct NetworkSpec {
+  std::vector<Port> inputs;         ///< given by the caller
+  std::vector<Block> blocks;        ///< in execution order
+  std::vector<std::string> outputs; ///< values the caller reads: "pi", "vf"
+  friend bool operator==(const NetworkSpec&, const NetworkSpec&) = default;
+};
+
+/// A parameter tensor inside the arena.
+struct Parameter {
+  std::string name;                  ///< "pi/0/w"
+  std::vector<std::int64_t> shape;   ///< [out, in] or [out]
+  std::int64_t offset = 0;           ///< first element in the arena
+  std::int64_t count = 0;            ///< elements
+};
+
+/// A checked NetworkSpec that can be run. Immutable and shareable between threads; memory is the Workspace's.
+class Network {
+ public:
+  /// Checks names, widths and order; the error names the block.
+  static Result<Network> Create(NetworkSpec spec);
+
+  /// The description.
+  const NetworkSpec& spec() const { return spec_; }
+  /// Floats in the arena.
+  std::int64_t parameter_count() const { return parameter_count_; }
+  /// Tensors in arena order.
+  std::span<const Parameter> parameters() const { return parameters_; }
+  /// Width of output `index`.
+  std::int64_t output_size(std::size_t index) const;
+
+  /// Writes initial parameters, [parameter_count].
+  void Initialise(Rng& rng, std::span<float> parameters) const;
+
+ private:
+  NetworkSpec spec_;
+  std::vector<Parameter> parameters_;
+  std::int64_t parameter_count_ = 0;
+};
+
+/// A network with its parameters packed for the kernels: what acts. Forward never allocates or locks.
+/// One per thread that acts (it holds the activations); the packed parameters are copied by Load.
+class Evaluator {
+ public:
+  /// Room for `max_rows` rows. Copies what it needs of `network`.
+  Evaluator(const Network& network, std::int64_t max_rows);
+  ~Evaluator();
+  Evaluator(Evaluator&&) noexcept;
+  Evaluator& operator=(Evaluator&&) noexcept;
+
+  /// Packs `parameters` ([parameter_count], canonical order). Cost: one pass over them.
+  void Load(std::span<const float> parameters);
+  /// Runs `rows` <= max_rows rows. inputs[i] is [rows, inputs[i].size] row-major. The results stay readable by
+  /// output() until the next call. Row r's result does not depend on the other rows, bit for bit.
+  void Forward(std::span<const float* const> inputs, std::int64_t rows);
+  /// Runs only what output `index` needs: the actor without the critic.
+  void ForwardTo(std::size_t index, std::span<const float* const> inputs, std::int64_t rows);
+  /// Output `index` of the last Forward: [rows, output_size(index)] row-major, densely packed.
+  const float* output(std::size_t index) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace consac::nn

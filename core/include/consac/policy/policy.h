@@ -1,0 +1,70 @@
+#pragma once
+// A trained model that acts: observation in, action out, with no trainer, no network connection and no allocation
+// per action. Loaded from a `.consac` file or from memory; the same kernels as the trainer's, so the same actions.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "consac/env/vector_env.h"
+#include "consac/model/model_file.h"
+#include "consac/nn/network.h"
+#include "consac/policy/head.h"
+#include "consac/policy/normaliser.h"
+
+namespace consac {
+
+/// Everything that makes up an acting model; what training hands over and what a file holds.
+struct PolicyData {
+  std::string behaviour = "default";         ///< which behaviour it was learned for
+  Space observation_space;                   ///< what it sees
+  Space action_space;                        ///< what it does
+  nn::NetworkSpec network;                   ///< one input "obs"; first output "pi" feeds the head
+  std::vector<float> parameters;             ///< [network parameters] canonical order
+  std::vector<float> log_std;                ///< [LogStdSize]; empty without Box actions
+  ObservationNormaliser normaliser;          ///< frozen statistics, or inactive
+  std::string training_json = "{}";          ///< algorithm, hyperparameters, steps, seed, world: for people
+};
+
+/// An acting model. Not thread-safe (it holds activations): one per thread, made by Clone or loaded again.
+class Policy {
+ public:
+  /// Checks that everything fits and makes room for `max_rows` rows per call.
+  static Result<Policy> Create(PolicyData data, std::int64_t max_rows);
+  /// Reads a `.consac` file and runs its self-test; a model that does not reproduce its own stored answers within
+  /// their tolerance is refused.
+  static Result<Policy> Load(const std::string& path, std::int64_t max_rows = 1);
+  /// The same from memory.
+  static Result<Policy> FromBytes(std::span<const std::byte> bytes, std::int64_t max_rows = 1);
+  ~Policy();
+  Policy(Policy&&) noexcept;
+  Policy& operator=(Policy&&) noexcept;
+
+  /// What it was made of.
+  const PolicyData& data() const;
+  /// Layout of its observations.
+  const Layout& observation_layout() const;
+  /// Layout of its actions.
+  const Layout& action_layout() const;
+  /// Ok when the model fits this behaviour; otherwise names the first difference in spaces by its path.
+  Status Fits(const BehaviourSpec& behaviour) const;
+
+  /// Chooses actions for `rows` <= max_rows. observations [rows, row_bytes], masks [rows, mask_bytes] or null,
+  /// actions [rows, row_bytes] out. `rng` is drawn from only in kSample.
+  void Act(const std::byte* observations, const std::uint8_t* masks, std::int64_t rows, ActionMode mode, Rng& rng,
+           std::byte* actions);
+  /// The head's numbers of the last Act, [rows, HeadSize]; for tests and inspection.
+  std::span<const float> head() const;
+
+  /// The `.consac` form, with self-test pairs computed now from `seed`.
+  ModelFile ToFile(std::uint64_t seed = 0) const;
+
+ private:
+  struct State;
+  explicit Policy(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace consac

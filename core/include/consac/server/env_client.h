@@ -1,0 +1,56 @@
+#pragma once
+// The trainer's end of a connection to an engine: a world that can fail. Looks like VectorEnv, but every call
+// returns a Status. The protocol behind it is found out at connect; so far text protocol 1 (one world, one agent).
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "consac/env/vector_env.h"
+#include "consac/transport/transport.h"
+
+namespace consac {
+
+/// How patient and how exact the client is.
+struct EnvClientOptions {
+  double setup_timeout_s = 10.0;   ///< for the engine's first message
+  double deadline_s = 60.0;        ///< for every later one; a paused editor needs more
+  double quiet_s = 0.002;          ///< an engine without terminators: a message ends after this silence
+  double after_end_s = 2.0;        ///< silence after an episode's end that is reported with a hint at answer_done
+  bool answer_done = false;        ///< answer an episode's last observation with an action that the engine ignores
+};
+
+/// What the engine asked for in its setup.
+struct SessionRequest {
+  std::int64_t training_length = 0;  ///< steps; 0 with a model name: act only
+  std::string model_name;            ///< "" when none was given
+};
+
+/// Whether more steps follow: after the last action of a training the client reads the one observation that answers
+/// it and does not wait for a new episode.
+enum class MoreSteps : std::uint8_t { kYes, kLast };
+
+/// A session with one engine.
+class EnvClient {
+ public:
+  virtual ~EnvClient() = default;
+  /// Reads the engine's setup. Another service on the port is told apart by its first bytes, which the error shows.
+  static Result<std::unique_ptr<EnvClient>> Open(std::unique_ptr<Transport> transport, const EnvClientOptions& options);
+
+  /// What the engine offers.
+  virtual const EnvSpec& spec() const = 0;
+  /// What the engine asked for.
+  virtual const SessionRequest& request() const = 0;
+  /// Waits for the first observation of the session and writes next_observations.
+  virtual Status Reset(std::span<Batch> batches) = 0;
+  /// Sends the actions and waits for what comes of them; writes everything below `actions`. After an episode's end it
+  /// also waits for the next episode's first observation, unless `more` is kLast. Never allocates once warm.
+  virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;
+  /// Ends the session; calling it again does nothing.
+  virtual void Close() = 0;
+  /// "tcp 127.0.0.1:5005, text protocol 1", for people.
+  virtual std::string description() const = 0;
+};
+
+}  // namespace consac

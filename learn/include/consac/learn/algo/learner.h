@@ -1,0 +1,107 @@
+#pragma once
+// What every algorithm is, seen from outside: an object that is driven and never owns the loop. Worlds in this
+// process, engines over a transport and an engine's own tick drive it alike:
+//
+//   Batch batch = learner.Stage(slots);   // spans into the learner's own buffers
+//   learner.Act(batch);                   // reads observations, writes actions
+//   env.Step({&batch, 1});                // writes rewards, ends, next observations, in place
+//   learner.Record(batch);
+//   while (learner.Learn(budget)) {}      // a bounded piece of what is due
+//
+// How an algorithm works reads from top to bottom in its one file, beside this one.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "consac/base/archive.h"
+#include "consac/base/executor.h"
+#include "consac/env/batch.h"
+#include "consac/env/vector_env.h"
+#include "consac/learn/algo/hyperparameters.h"
+#include "consac/policy/policy.h"
+
+namespace consac::learn {
+
+/// A number that an update produced, under its log names. An empty name: not shown there.
+struct Metric {
+  std::string_view table_key;        ///< Stable Baselines' table and CSV key: "approxkl", "train/approx_kl"
+  std::string_view tensorboard_tag;  ///< "loss/approximate_kullback-leibler"
+  double value = 0.0;                ///< NaN allowed (explained_variance of a constant)
+  bool single_precision = false;     ///< printed as Stable Baselines prints a float32: with all its digits
+};
+
+/// How much learning one call may do.
+struct LearnBudget {
+  std::int64_t gradient_steps = INT64_MAX;  ///< at most so many optimiser steps
+};
+
+/// What a learner is made for.
+struct LearnerOptions {
+  BehaviourSpec behaviour;             ///< spaces, layouts and the number of slots
+  std::uint64_t seed = 0;              ///< every stream of the learner derives from it
+  std::int64_t total_steps = 0;        ///< planned length in agent steps, for schedules
+  Executor executor;                   ///< parallel work; none: this thread
+};
+
+/// One algorithm at work on one behaviour. Not thread-safe, but Snapshot may be called between any two calls.
+class Learner {
+ public:
+  virtual ~Learner() = default;
+
+  /// Where the next transition of `slots` (ascending, unique) goes. After BeginSlots or Record the observations of
+  /// these slots are already in place. Spans are valid until Record. Must not be called while learning is due.
+  virtual Batch Stage(std::span<const std::int32_t> slots) = 0;
+  /// First observations of slots that begin (or begin again after a lost connection): copies
+  /// batch.next_observations (and masks) in, forgets an unfinished episode of these slots.
+  virtual void Begin(const Batch& batch) = 0;
+  /// Chooses actions for a staged batch (writes batch.actions, legal as the world takes them).
+  virtual void Act(Batch& batch) = 0;
+  /// Takes what came of a staged batch.
+  virtual void Record(const Batch& batch) = 0;
+  /// True when Learn has something to do before the next Stage.
+  virtual bool LearningDue() const = 0;
+  /// Does a bounded piece of the learning that is due; true while more is. Calling it with nothing due does nothing.
+  virtual bool Learn(const LearnBudget& budget) = 0;
+
+  /// Agent steps recorded so far.
+  virtual std::int64_t steps() const = 0;
+  /// Updates (rounds of learning) finished so far.
+  virtual std::int64_t updates() const = 0;
+  /// Agent steps of one round of collection, or 0 when the algorithm learns continuously.
+  virtual std::int64_t steps_per_update() const = 0;
+  /// Changes the planned length (a resumed run that goes on for longer).
+  virtual void SetTotalSteps(std::int64_t total_steps) = 0;
+  /// Numbers of the latest finished update; valid until the next Learn.
+  virtual std::span<const Metric> metrics() const = 0;
+  /// A complete acting model of this moment.
+  virtual PolicyData Snapshot() const = 0;
+  /// Everything that the future depends on.
+  virtual void Visit(Archive& archive) = 0;
+};
+
+/// How the log table of an algorithm family looks.
+enum class LogStyle : std::uint8_t {
+  kStableBaselines2,  ///< flat keys: "approxkl", "ep_reward_mean", "fps" ...
+  kStableBaselines3,  ///< sections: "rollout/ep_rew_mean", "time/fps", "train/approx_kl" ...
+};
+
+/// One row of the table of algorithms (algo/registry.cpp).
+struct Algorithm {
+  const char* name;                                 ///< "ppo2"
+  const char* description;                          ///< one line
+  LogStyle log_style;                               ///< whose keys it logs under
+  std::span<const Hyperparameter> hyperparameters;  ///< its table
+  /// Makes a learner; the error says which hyperparameter or space does not fit and what would.
+  Result<std::unique_ptr<Learner>> (*create)(const LearnerOptions& options, const HyperparameterSet& values);
+};
+
+/// Every algorithm, in the order of the table.
+std::span<const Algorithm> Algorithms();
+/// The row of that name; kNotFound names the nearest.
+Result<const Algorithm*> FindAlgorithm(std::string_view name);
+
+}  // namespace consac::learn

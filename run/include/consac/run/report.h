@@ -1,0 +1,66 @@
+#pragma once
+// Everything a training run tells people and tools: console table, progress bar, progress.csv, Monitor CSV,
+// TensorBoard events, the picture of the learning curve. The training loop calls it at four moments; each sink is a
+// file of its own behind it.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "consac/base/archive.h"
+#include "consac/base/status.h"
+#include "consac/learn/algo/learner.h"
+
+namespace consac::run {
+
+/// What a report shows and where it writes.
+struct ReportOptions {
+  std::string directory;              ///< the run's folder; "" writes no files
+  std::string world_id;               ///< for the Monitor's header
+  std::string algorithm;              ///< "ppo2"; names the TensorBoard folder (PPO2_1, ...) as Stable Baselines does
+  learn::LogStyle style = learn::LogStyle::kStableBaselines2;  ///< whose keys and layout
+  std::int64_t total_steps = 0;       ///< for the time left
+  std::int64_t log_interval = 1;      ///< updates between tables
+  bool console_table = true;          ///< print the table
+  bool progress = true;               ///< bar on a terminal, a plain line every few seconds otherwise
+  bool tensorboard = true;            ///< write event files
+  bool append = false;                ///< a resumed run: go on in the files that exist
+  std::int64_t resume_step = 0;       ///< with append: rows past this step, of a killed run, are dropped
+};
+
+/// An episode that has just ended.
+struct EpisodeEnd {
+  std::int32_t slot = 0;      ///< which agent
+  double reward = 0.0;        ///< sum of the world's own rewards
+  std::int64_t length = 0;    ///< steps
+  std::int64_t at_step = 0;   ///< agent steps of the run so far
+};
+
+/// All sinks of one run. Failing to write (disk full) is reported once, loudly, and never stops the training.
+class Report {
+ public:
+  /// Opens the files; the error names the one that cannot be opened.
+  static Result<std::unique_ptr<Report>> Open(const ReportOptions& options);
+  virtual ~Report() = default;
+  /// An episode ended. Never allocates once warm.
+  virtual void OnEpisode(const EpisodeEnd& episode) = 0;
+  /// An update has finished: `metrics` are the learner's, `steps` and `updates` its counters.
+  virtual void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
+                        std::int64_t steps_per_update) = 0;
+  /// Cheap; call every step: refreshes the progress bar at most ten times a second.
+  virtual void OnStep(std::int64_t steps) = 0;
+  /// Prints a line without breaking the bar.
+  virtual void Line(std::string_view line) = 0;
+  /// Writes everything out, and curve.svg and curve.png of the mean episode reward.
+  virtual Status Finish() = 0;
+  /// Mean reward of the last 100 episodes; NaN before the first.
+  virtual double mean_episode_reward() const = 0;
+  /// Mean length of the last 100 episodes; NaN before the first.
+  virtual double mean_episode_length() const = 0;
+  /// Episode window and clocks, for exact resume of the numbers shown.
+  virtual void Visit(Archive& archive) = 0;
+};
+
+}  // namespace consac::run
