@@ -1,0 +1,64 @@
+#include "consac/base/archive.h"
+
+#include <cstring>
+
+namespace consac {
+
+void Archive::operator()(std::string_view name, std::string& text) {
+  std::vector<std::uint8_t> bytes(text.begin(), text.end());
+  (*this)(name, bytes);
+  if (loading() && status_.ok()) text.assign(bytes.begin(), bytes.end());
+}
+
+void StateWriter::OnField(std::string_view path, DType dtype, void* data, std::size_t count) {
+  StateField field;
+  field.dtype = dtype;
+  const auto* first = static_cast<const std::byte*>(data);
+  if (count > 0) field.bytes.assign(first, first + count * SizeOf(dtype));
+  if (!fields_.emplace(std::string(path), std::move(field)).second) {
+    Fail({StatusCode::kInternal, "state field '" + std::string(path) + "' is listed twice; give each field its own name"});
+  }
+}
+
+std::uint64_t StateWriter::OnCount(std::string_view, DType) { return 0; }
+
+void StateReader::OnField(std::string_view path, DType dtype, void* data, std::size_t count) {
+  const auto found = fields_.find(path);
+  if (found == fields_.end()) {
+    Fail({StatusCode::kDataLoss, "state has no field '" + std::string(path) + "'; it was written by another version or for another run"});
+    return;
+  }
+  const StateField& field = found->second;
+  if (field.dtype != dtype || field.bytes.size() != count * SizeOf(dtype)) {
+    Fail({StatusCode::kDataLoss, "state field '" + std::string(path) + "' holds " +
+                                     std::to_string(field.bytes.size() / SizeOf(field.dtype)) + " x " +
+                                     std::string(NameOf(field.dtype)) + ", expected " + std::to_string(count) + " x " +
+                                     std::string(NameOf(dtype)) + "; resume with the settings of the first run"});
+    return;
+  }
+  if (count > 0) std::memcpy(data, field.bytes.data(), field.bytes.size());
+}
+
+std::uint64_t StateReader::OnCount(std::string_view path, DType dtype) {
+  const auto found = fields_.find(path);
+  if (found == fields_.end() || found->second.dtype != dtype) {
+    Fail({StatusCode::kDataLoss, "state has no field '" + std::string(path) + "' of type " + std::string(NameOf(dtype))});
+    return 0;
+  }
+  return found->second.bytes.size() / SizeOf(dtype);
+}
+
+void StateHasher::Mix(const void* data, std::size_t bytes) {
+  const auto* first = static_cast<const unsigned char*>(data);
+  for (std::size_t i = 0; i < bytes; ++i) hash_ = (hash_ ^ first[i]) * 1099511628211ull;
+}
+
+void StateHasher::OnField(std::string_view path, DType dtype, void* data, std::size_t count) {
+  Mix(path.data(), path.size());
+  Mix(&dtype, sizeof(dtype));
+  if (count > 0) Mix(data, count * SizeOf(dtype));
+}
+
+std::uint64_t StateHasher::OnCount(std::string_view, DType) { return 0; }
+
+}  // namespace consac

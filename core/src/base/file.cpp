@@ -1,0 +1,108 @@
+#include "consac/base/file.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#if defined(_WIN32)
+#include <io.h>
+#include <process.h>
+#else
+#include <fcntl.h>
+#include <unistd.h>
+#endif
+
+namespace consac {
+namespace {
+
+Status FileError(const char* action, const std::string& path, int error) {
+  const StatusCode code = error == ENOENT                     ? StatusCode::kNotFound
+                          : error == ENOSPC || error == EDQUOT ||
+                                  error == EFBIG              ? StatusCode::kResourceExhausted
+                                                              : StatusCode::kUnavailable;
+  return {code, std::string("cannot ") + action + " '" + path + "': " + std::strerror(error)};
+}
+
+int ProcessId() {
+#if defined(_WIN32)
+  return _getpid();
+#else
+  return static_cast<int>(getpid());
+#endif
+}
+
+bool SyncFile(std::FILE* file) {
+#if defined(_WIN32)
+  return _commit(_fileno(file)) == 0;
+#else
+  return fsync(fileno(file)) == 0;
+#endif
+}
+
+// After a rename only the folder's own sync makes the new name survive a power cut.
+void SyncFolderOf(const std::string& path) {
+#if !defined(_WIN32)
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY);
+  if (descriptor < 0) return;
+  (void)fsync(descriptor);
+  close(descriptor);
+#else
+  (void)path;
+#endif
+}
+
+bool ReplaceFile(const std::string& from, const std::string& to) {
+#if defined(_WIN32)
+  std::remove(to.c_str());
+#endif
+  return std::rename(from.c_str(), to.c_str()) == 0;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes) {
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (file == nullptr) return FileError("open", path, errno);
+  std::vector<std::byte> bytes;
+  std::byte chunk[65536];
+  std::size_t count = 0;
+  while ((count = std::fread(chunk, 1, sizeof(chunk), file)) > 0) {
+    if (bytes.size() + count > limit_bytes) {
+      std::fclose(file);
+      return Status{StatusCode::kResourceExhausted,
+                    "'" + path + "' is longer than the " + std::to_string(limit_bytes) + " bytes that are read"};
+    }
+    bytes.insert(bytes.end(), chunk, chunk + count);
+  }
+  const bool failed = std::ferror(file) != 0;
+  const int error = errno;
+  std::fclose(file);
+  if (failed) return FileError("read", path, error);
+  return bytes;
+}
+
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes) {
+  const std::string temporary = path + ".tmp-" + std::to_string(ProcessId());
+  std::FILE* file = std::fopen(temporary.c_str(), "wb");
+  if (file == nullptr) return FileError("create", temporary, errno);
+  errno = 0;
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size() && std::fflush(file) == 0 && SyncFile(file);
+  const int write_error = errno;
+  const bool closed = std::fclose(file) == 0;
+  if (!written || !closed) {
+    const int error = written ? errno : write_error;
+    std::remove(temporary.c_str());
+    return FileError("write", path, error);
+  }
+  if (!ReplaceFile(temporary, path)) {
+    const int error = errno;
+    std::remove(temporary.c_str());
+    return FileError("rename onto", path, error);
+  }
+  SyncFolderOf(path);
+  return Status::Ok();
+}
+
+}  // namespace consac

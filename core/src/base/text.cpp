@@ -1,0 +1,112 @@
+#include "consac/base/text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fast_float/fast_float.h>
+
+namespace consac {
+namespace {
+
+template <class Number>
+std::size_t FormatShortest(Number value, std::span<char, 32> out) {
+  const std::to_chars_result result = std::to_chars(out.data(), out.data() + out.size(), value);
+  return static_cast<std::size_t>(result.ptr - out.data());
+}
+
+// fast_float reads "nan" and "inf" too; both are refused by their value.
+template <class Number>
+bool ParseFinite(std::string_view text, Number* value) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  Number parsed{};
+  const auto result = fast_float::from_chars(text.data(), text.data() + text.size(), parsed);
+  if (result.ec != std::errc() || result.ptr != text.data() + text.size() || !std::isfinite(parsed)) return false;
+  *value = parsed;
+  return true;
+}
+
+std::size_t EditDistance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substitute = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({substitute, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::size_t FormatNumber(float value, std::span<char, 32> out) { return FormatShortest(value, out); }
+std::size_t FormatNumber(double value, std::span<char, 32> out) { return FormatShortest(value, out); }
+
+std::string NumberText(double value) {
+  char buffer[32];
+  return std::string(buffer, FormatNumber(value, std::span<char, 32>(buffer)));
+}
+
+bool ParseNumber(std::string_view text, float* value) { return ParseFinite(text, value); }
+bool ParseNumber(std::string_view text, double* value) { return ParseFinite(text, value); }
+
+bool ParseNumber(std::string_view text, std::int64_t* value) {
+  std::int64_t parsed = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), parsed);
+  if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return false;
+  *value = parsed;
+  return true;
+}
+
+std::string Quote(std::string_view text, std::size_t limit) {
+  static constexpr char kHexDigits[] = "0123456789abcdef";
+  std::string out = "'";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (i == limit) {
+      out += "'... (" + std::to_string(text.size()) + " bytes)";
+      return out;
+    }
+    const auto c = static_cast<unsigned char>(text[i]);
+    if (c < 0x20 || c >= 0x7f) {
+      out += "\\x";
+      out += kHexDigits[c >> 4];
+      out += kHexDigits[c & 15];
+    } else {
+      out += static_cast<char>(c);
+    }
+  }
+  return out + "'";
+}
+
+std::string_view NearestName(std::string_view name, std::span<const std::string_view> known) {
+  std::string_view nearest;
+  std::size_t best = std::max<std::size_t>(2, name.size() / 2) + 1;
+  for (const std::string_view candidate : known) {
+    const std::size_t distance = EditDistance(name, candidate);
+    if (distance < best) {
+      best = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+std::string Suggestion(std::string_view name, std::span<const std::string_view> known) {
+  const std::string_view nearest = NearestName(name, known);
+  if (!nearest.empty()) return " (did you mean '" + std::string(nearest) + "'?)";
+  return known.empty() ? "" : " (known: " + Join(known) + ")";
+}
+
+std::string Join(std::span<const std::string_view> names) {
+  std::string out;
+  for (const std::string_view name : names) {
+    if (!out.empty()) out += ", ";
+    out += name;
+  }
+  return out;
+}
+
+}  // namespace consac
