@@ -16,10 +16,13 @@ namespace consac {
 namespace {
 
 Status FileError(const char* action, const std::string& path, int error) {
-  const StatusCode code = error == ENOENT                     ? StatusCode::kNotFound
-                          : error == ENOSPC || error == EDQUOT ||
-                                  error == EFBIG              ? StatusCode::kResourceExhausted
-                                                              : StatusCode::kUnavailable;
+  bool full = error == ENOSPC || error == EFBIG;
+#if defined(EDQUOT)
+  full = full || error == EDQUOT;
+#endif
+  const StatusCode code = error == ENOENT ? StatusCode::kNotFound
+                          : full          ? StatusCode::kResourceExhausted
+                                          : StatusCode::kUnavailable;
   return {code, std::string("cannot ") + action + " '" + path + "': " + std::strerror(error)};
 }
 

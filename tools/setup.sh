@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Installs what CONSAC needs on Debian 12, and nothing that is there already. Run it as often as you like.
+#   tools/setup.sh build   compiler and libraries: enough for `make run`
+#   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
+#   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+stage=${1:-build}
+
+build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
+  nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev libyaml-cpp-dev libcairo2-dev)
+test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
+  python3 python3-venv git)
+bench_packages=(libtorch-dev)
+
+say() { printf 'setup: %s\n' "$*"; }
+
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then "$@"
+  elif command -v sudo >/dev/null; then sudo "$@"
+  else say "these packages need root, and there is no sudo here: run as root: $*"; exit 1
+  fi
+}
+
+install_packages() {
+  local missing=()
+  for package in "$@"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then return; fi
+  if ! command -v apt-get >/dev/null; then
+    say "this is no Debian: install the equivalents of ${missing[*]} by hand"; exit 1
+  fi
+  say "installing ${missing[*]}"
+  as_root apt-get update -qq
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/tmp/consac-setup.log 2>&1 \
+    || { tail -n 20 /tmp/consac-setup.log; say "apt-get failed; the whole log is /tmp/consac-setup.log"; exit 1; }
+}
+
+# A Python environment of our own, rebuilt when the list of packages changes.
+python_environment() {
+  local list=$1 stamp=.venv/.installed-$(basename "$1" .txt)
+  if [ -f "$stamp" ] && cmp -s "$list" "$stamp"; then return; fi
+  say "Python packages of $list into .venv"
+  [ -x .venv/bin/python ] || /usr/bin/python3 -m venv .venv
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check -r "$list"
+  cp "$list" "$stamp"
+}
+
+case $stage in
+  build) install_packages "${build_packages[@]}" ;;
+  test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; python_environment tools/requirements-test.txt ;;
+  bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
+         python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
+  *) say "unknown stage '$stage': build, test or bench"; exit 2 ;;
+esac
+say "ready for $stage"
