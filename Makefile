@@ -19,7 +19,9 @@ test:
 ## Long learning proofs and soaks; writes the tables under bench/results.
 test-slow: build
 	tools/setup.sh test
-	tools/learning_proofs.sh
+	cmake --preset release --log-level=WARNING
+	cmake --build --preset release -j $(JOBS) --target learning_proofs
+	build/release/tests/learning_proofs bench/results/learning.md
 
 ## The speed tables, beside their competitors.
 bench:

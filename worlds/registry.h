@@ -6,6 +6,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "consac/base/status.h"
 #include "consac/env/vector_env.h"
@@ -30,5 +32,8 @@ struct World {
 std::span<const World> Worlds();
 /// The row with that id; kNotFound names the nearest.
 Result<const World*> FindWorld(std::string_view id);
+
+/// What `world.suggested` says for `algorithm`, as names and values; empty when the defaults do.
+std::vector<std::pair<std::string, std::string>> SuggestedSettings(const World& world, std::string_view algorithm);
 
 }  // namespace consac::worlds
