@@ -1,0 +1,16 @@
+#include "consac/env/vector_env.h"
+
+namespace consac {
+
+BehaviourSpec BehaviourSpec::Of(std::string name, Space observation_space, Space action_space, std::int32_t slots) {
+  BehaviourSpec behaviour;
+  behaviour.name = std::move(name);
+  behaviour.observation_layout = Layout::Of(observation_space);
+  behaviour.action_layout = Layout::Of(action_space);
+  behaviour.observation_space = std::move(observation_space);
+  behaviour.action_space = std::move(action_space);
+  behaviour.slots = slots;
+  return behaviour;
+}
+
+}  // namespace consac

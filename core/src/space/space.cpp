@@ -1,0 +1,200 @@
+#include "consac/space/space.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "consac/base/text.h"
+
+namespace consac {
+namespace {
+
+// Larger spaces are mistakes, and would overflow offsets.
+constexpr std::int64_t kLargestElementCount = std::int64_t{1} << 28;
+
+Status SpaceError(std::string message) { return {StatusCode::kInvalidArgument, std::move(message)}; }
+
+Result<std::int64_t> ElementCount(const std::vector<std::int64_t>& shape) {
+  std::int64_t count = 1;
+  for (const std::int64_t size : shape) {
+    if (size < 1 || count > kLargestElementCount / size) {
+      return SpaceError("a Box has a dimension of size " + std::to_string(size) + "; sizes are at least 1 and their product at most 2^28");
+    }
+    count *= size;
+  }
+  return count;
+}
+
+bool IsInteger(DType dtype) { return dtype != DType::kF32 && dtype != DType::kF64; }
+
+std::string_view GymnasiumName(DType dtype) {
+  switch (dtype) {
+    case DType::kF32: return "float32";
+    case DType::kF64: return "float64";
+    case DType::kU8: return "uint8";
+    case DType::kI8: return "int8";
+    case DType::kI16: return "int16";
+    case DType::kI32: return "int32";
+    case DType::kI64: return "int64";
+    case DType::kU16: return "uint16";
+    case DType::kU32: return "uint32";
+    case DType::kU64: return "uint64";
+    case DType::kBool: return "bool";
+  }
+  return "?";
+}
+
+std::string BoundsText(const std::vector<double>& bounds) {
+  const bool same = std::all_of(bounds.begin(), bounds.end(), [&](double bound) { return bound == bounds[0]; });
+  if (same) return NumberText(bounds[0]);
+  std::string out = "[";
+  for (std::size_t i = 0; i < bounds.size() && i < 8; ++i) out += (i > 0 ? ", " : "") + NumberText(bounds[i]);
+  return out + (bounds.size() > 8 ? ", ...]" : "]");
+}
+
+std::string ShapeText(const std::vector<std::int64_t>& shape) {
+  std::string out = "(";
+  for (std::size_t i = 0; i < shape.size(); ++i) out += (i > 0 ? ", " : "") + std::to_string(shape[i]);
+  return out + (shape.size() == 1 ? ",)" : ")");
+}
+
+}  // namespace
+
+Result<Space> Space::Discrete(std::int64_t n, std::int64_t start) {
+  if (n < 1 || n > kLargestElementCount) {
+    return SpaceError("a Discrete space has " + std::to_string(n) + " choices; it needs at least 1 and at most 2^28");
+  }
+  if (std::abs(start) > std::numeric_limits<std::int32_t>::max() / 2) {
+    return SpaceError("a Discrete space starts at " + std::to_string(start) + "; its choices must fit 32 bits");
+  }
+  Space space;
+  space.n_ = n;
+  space.start_ = start;
+  return space;
+}
+
+Result<Space> Space::Box(std::vector<double> low, std::vector<double> high, std::vector<std::int64_t> shape, DType dtype) {
+  const Result<std::int64_t> count = ElementCount(shape);
+  if (!count.ok()) return count.status();
+  if (static_cast<std::int64_t>(low.size()) != *count || low.size() != high.size()) {
+    return SpaceError("a Box of shape " + ShapeText(shape) + " needs " + std::to_string(*count) + " bounds on each side, not " +
+                      std::to_string(low.size()) + " low and " + std::to_string(high.size()) + " high");
+  }
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    if (std::isnan(low[i]) || std::isnan(high[i]) || low[i] > high[i]) {
+      return SpaceError("a Box has low " + NumberText(low[i]) + " and high " + NumberText(high[i]) + " at element " +
+                        std::to_string(i) + "; low must not be above high");
+    }
+    if (IsInteger(dtype) && (!std::isfinite(low[i]) || !std::isfinite(high[i]))) {
+      return SpaceError("a Box of " + std::string(GymnasiumName(dtype)) + " must be bounded; element " + std::to_string(i) + " is not");
+    }
+  }
+  Space space;
+  space.kind_ = SpaceKind::kBox;
+  space.dtype_ = dtype;
+  space.n_ = 0;
+  space.shape_ = std::move(shape);
+  space.low_ = std::move(low);
+  space.high_ = std::move(high);
+  return space;
+}
+
+Result<Space> Space::Box(double low, double high, std::vector<std::int64_t> shape, DType dtype) {
+  const Result<std::int64_t> count = ElementCount(shape);
+  if (!count.ok()) return count.status();
+  const auto size = static_cast<std::size_t>(*count);
+  return Box(std::vector<double>(size, low), std::vector<double>(size, high), std::move(shape), dtype);
+}
+
+Result<Space> Space::MultiDiscrete(std::vector<std::int64_t> nvec) {
+  if (nvec.empty()) return SpaceError("a MultiDiscrete space has no elements; give at least one");
+  std::int64_t sum = 0;
+  for (const std::int64_t n : nvec) {
+    sum += n;
+    if (n < 1 || sum > kLargestElementCount) {
+      return SpaceError("a MultiDiscrete space has an element with " + std::to_string(n) + " choices; it needs at least 1");
+    }
+  }
+  Space space;
+  space.kind_ = SpaceKind::kMultiDiscrete;
+  space.n_ = 0;
+  space.shape_ = {static_cast<std::int64_t>(nvec.size())};
+  space.nvec_ = std::move(nvec);
+  return space;
+}
+
+Result<Space> Space::MultiBinary(std::int64_t n) {
+  if (n < 1 || n > kLargestElementCount) {
+    return SpaceError("a MultiBinary space has " + std::to_string(n) + " bits; it needs at least 1 and at most 2^28");
+  }
+  Space space;
+  space.kind_ = SpaceKind::kMultiBinary;
+  space.dtype_ = DType::kI8;
+  space.n_ = n;
+  space.shape_ = {n};
+  return space;
+}
+
+Result<Space> Space::Dict(std::vector<std::pair<std::string, Space>> children) {
+  if (children.empty()) return SpaceError("a Dict space has no children; give at least one");
+  std::stable_sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (std::size_t i = 0; i < children.size(); ++i) {
+    if (children[i].first.empty() || (i > 0 && children[i].first == children[i - 1].first)) {
+      return SpaceError("a Dict space has a child named " + Quote(children[i].first) + " that is empty or twice there; give each its own name");
+    }
+  }
+  Space space;
+  space.kind_ = SpaceKind::kDict;
+  space.n_ = 0;
+  space.children_ = std::move(children);
+  return space;
+}
+
+Result<Space> Space::Tuple(std::vector<Space> children) {
+  if (children.empty()) return SpaceError("a Tuple space has no children; give at least one");
+  Space space;
+  space.kind_ = SpaceKind::kTuple;
+  space.n_ = 0;
+  for (std::size_t i = 0; i < children.size(); ++i) space.children_.emplace_back(std::to_string(i), std::move(children[i]));
+  return space;
+}
+
+std::int64_t Space::flat_size() const {
+  std::int64_t size = 0;
+  switch (kind_) {
+    case SpaceKind::kDiscrete:
+    case SpaceKind::kMultiBinary: return n_;
+    case SpaceKind::kBox: return static_cast<std::int64_t>(low_.size());
+    case SpaceKind::kMultiDiscrete:
+      for (const std::int64_t n : nvec_) size += n;
+      return size;
+    case SpaceKind::kDict:
+    case SpaceKind::kTuple:
+      for (const auto& child : children_) size += child.second.flat_size();
+      return size;
+  }
+  return size;
+}
+
+std::string Space::ToString() const {
+  std::string out;
+  switch (kind_) {
+    case SpaceKind::kDiscrete:
+      return "Discrete(" + std::to_string(n_) + (start_ != 0 ? ", start=" + std::to_string(start_) : "") + ")";
+    case SpaceKind::kBox:
+      return "Box(" + BoundsText(low_) + ", " + BoundsText(high_) + ", " + ShapeText(shape_) + ", " + std::string(GymnasiumName(dtype_)) + ")";
+    case SpaceKind::kMultiDiscrete:
+      for (const std::int64_t n : nvec_) out += (out.empty() ? "" : " ") + std::to_string(n);
+      return "MultiDiscrete([" + out + "])";
+    case SpaceKind::kMultiBinary: return "MultiBinary(" + std::to_string(n_) + ")";
+    case SpaceKind::kDict:
+    case SpaceKind::kTuple:
+      for (const auto& [name, child] : children_) {
+        out += (out.empty() ? "" : ", ") + (kind_ == SpaceKind::kDict ? "'" + name + "': " : "") + child.ToString();
+      }
+      return (kind_ == SpaceKind::kDict ? "Dict(" : "Tuple(") + out + ")";
+  }
+  return out;
+}
+
+}  // namespace consac
