@@ -19,7 +19,8 @@ BatchBuffer::BatchBuffer(const BehaviourSpec& behaviour) : slots_(static_cast<st
   const std::size_t rows = slots_.size();
   const std::size_t observations = PaddedBytes(rows * behaviour.observation_layout.row_bytes);
   const std::size_t actions = PaddedBytes(rows * behaviour.action_layout.row_bytes);
-  const std::size_t masks = PaddedBytes(rows * static_cast<std::size_t>(behaviour.action_layout.mask_bytes));
+  const std::size_t mask_row = behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0;
+  const std::size_t masks = PaddedBytes(rows * mask_row);
   const std::size_t rewards = PaddedBytes(rows * sizeof(float));
   const std::size_t flags = PaddedBytes(rows);
   bytes_.resize(3 * observations + actions + 2 * masks + rewards + 2 * flags + kArenaAlignment);

@@ -15,6 +15,8 @@ class BatchBuffer {
  public:
   /// Room for slots 0..slots-1 of `behaviour`.
   explicit BatchBuffer(const BehaviourSpec& behaviour);
+  BatchBuffer(BatchBuffer&&) = default;
+  BatchBuffer& operator=(BatchBuffer&&) = default;
   /// The batch over all rows; its spans point into this object.
   Batch& batch() { return batch_; }
   /// Makes next_observations (and masks) the observations of the coming step: swaps the two buffers.

@@ -21,6 +21,7 @@ struct BehaviourSpec {
   Space action_space;             ///< what an agent does
   Layout observation_layout;      ///< of observation_space
   Layout action_layout;           ///< of action_space
+  bool masks_actions = false;     ///< the world says at every step which actions are legal; false: masks stay null
   std::int32_t slots = 1;         ///< agents of this behaviour over all worlds: slot ids are 0..slots-1
 
   /// Fills the layouts from the spaces.
