@@ -38,6 +38,8 @@ class Policy {
   static Result<Policy> Load(const std::string& path, std::int64_t max_rows = 1);
   /// The same from memory.
   static Result<Policy> FromBytes(std::span<const std::byte> bytes, std::int64_t max_rows = 1);
+  /// The same from a file that has been read already.
+  static Result<Policy> FromFile(const ModelFile& file, std::int64_t max_rows = 1);
   ~Policy();
   Policy(Policy&&) noexcept;
   Policy& operator=(Policy&&) noexcept;

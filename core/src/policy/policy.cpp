@@ -1,0 +1,189 @@
+#include "consac/policy/policy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "consac/base/text.h"
+#include "policy/policy_spec.h"
+
+namespace consac {
+namespace {
+
+constexpr std::int64_t kSelfTestRows = 8;
+
+Status DoesNotFit(const std::string& what) { return {StatusCode::kInvalidArgument, what}; }
+
+/// The first leaf in which two spaces differ, as a sentence; ok when they are equal.
+Status CompareSpaces(std::string_view role, const Space& model, const Space& world) {
+  if (model == world) return Status::Ok();
+  const Layout model_layout = Layout::Of(model), world_layout = Layout::Of(world);
+  const std::size_t leaves = std::max(model_layout.leaves.size(), world_layout.leaves.size());
+  for (std::size_t i = 0; i < leaves; ++i) {
+    const Leaf* mine = i < model_layout.leaves.size() ? &model_layout.leaves[i] : nullptr;
+    const Leaf* theirs = i < world_layout.leaves.size() ? &world_layout.leaves[i] : nullptr;
+    if (mine != nullptr && theirs != nullptr && mine->name == theirs->name && mine->space == theirs->space) continue;
+    const std::string& path = mine != nullptr ? mine->name : theirs->name;
+    return DoesNotFit("the model's " + std::string(role) + (path.empty() ? "" : " '" + path + "'") + " is " +
+                      (mine != nullptr ? mine->space.ToString() : "absent") + ", the world's is " +
+                      (theirs != nullptr ? theirs->space.ToString() : "absent") + "; use a model trained for this world");
+  }
+  return DoesNotFit("the model's " + std::string(role) + " is " + model.ToString() + ", the world's is " + world.ToString());
+}
+
+}  // namespace
+
+struct Policy::State {
+  PolicyData data;
+  Layout observation, action;
+  nn::Network network;
+  nn::Evaluator evaluator;
+  std::int64_t max_rows = 0, last_rows = 0;
+  std::vector<float> features;  // [max_rows, feature_count]
+  std::vector<float> raw;       // [max_rows, RawActionSize]
+
+  State(PolicyData policy, nn::Network checked, std::int64_t rows)
+      : data(std::move(policy)),
+        observation(Layout::Of(data.observation_space)),
+        action(Layout::Of(data.action_space)),
+        network(std::move(checked)),
+        evaluator(network, std::max(rows, kSelfTestRows)),
+        max_rows(std::max(rows, kSelfTestRows)),
+        features(static_cast<std::size_t>(max_rows * observation.feature_count)),
+        raw(static_cast<std::size_t>(max_rows * RawActionSize(action))) {
+    evaluator.Load(data.parameters);
+  }
+
+  /// Runs the actor on features that are already in network form (not yet normalised).
+  const float* Run(std::int64_t rows) {
+    if (data.normaliser.active()) data.normaliser.Apply(features.data(), rows);
+    const float* input = features.data();
+    evaluator.ForwardTo(0, std::span<const float* const>(&input, 1), rows);
+    last_rows = rows;
+    return evaluator.output(0);
+  }
+
+  /// Questions for the self-test: rows of the observation space, drawn from `seed`.
+  std::vector<float> Questions(std::uint64_t seed) const {
+    Rng rng(seed, StreamId("self_test"));
+    std::vector<std::byte> row(observation.row_bytes);
+    std::vector<float> questions(static_cast<std::size_t>(kSelfTestRows * observation.feature_count));
+    for (std::int64_t r = 0; r < kSelfTestRows; ++r) {
+      SampleRow(observation, rng, row.data());
+      EncodeFeatures(observation, row.data(), 1, questions.data() + r * observation.feature_count);
+    }
+    return questions;
+  }
+
+  std::vector<float> Answers(std::span<const float> questions) {
+    std::copy(questions.begin(), questions.end(), features.begin());
+    const float* answers = Run(static_cast<std::int64_t>(questions.size()) / observation.feature_count);
+    return std::vector<float>(answers, answers + last_rows * HeadSize(action));
+  }
+
+  Status RunSelfTest(const ModelFile& file, const std::vector<SelfTestPair>& pairs) {
+    for (const SelfTestPair& pair : pairs) {
+      const auto in = file.tensors.find(pair.in), out = file.tensors.find(pair.out);
+      if (in == file.tensors.end() || out == file.tensors.end()) {
+        return {StatusCode::kDataLoss, "the model's self-test names tensors that the file lacks: " + Quote(pair.in) + ", " + Quote(pair.out)};
+      }
+      const std::span<const float> questions = in->second.floats(), expected = out->second.floats();
+      const auto rows = static_cast<std::int64_t>(questions.size()) / observation.feature_count;
+      const bool whole = rows >= 1 && rows <= max_rows && static_cast<std::int64_t>(questions.size()) == rows * observation.feature_count &&
+                         static_cast<std::int64_t>(expected.size()) == rows * HeadSize(action);
+      if (!whole) return {StatusCode::kDataLoss, "the model's self-test " + Quote(pair.in) + " has an impossible size"};
+      const std::vector<float> answers = Answers(questions);
+      for (std::size_t i = 0; i < answers.size(); ++i) {
+        const double error = std::fabs(static_cast<double>(answers[i]) - expected[i]);
+        if (error <= pair.tolerance * (1.0 + std::fabs(expected[i]))) continue;
+        return {StatusCode::kDataLoss, "the model fails its own self-test: output " + std::to_string(i) + " of " + Quote(pair.out) + " is " +
+                                           NumberText(answers[i]) + ", the file says " + NumberText(expected[i]) + "; do not use it"};
+      }
+    }
+    return Status::Ok();
+  }
+};
+
+Policy::Policy(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Policy::~Policy() = default;
+Policy::Policy(Policy&&) noexcept = default;
+Policy& Policy::operator=(Policy&&) noexcept = default;
+
+Result<Policy> Policy::Create(PolicyData data, std::int64_t max_rows) {
+  if (max_rows < 1) return DoesNotFit("a policy needs room for at least 1 row, not " + std::to_string(max_rows));
+  Result<nn::Network> network = nn::Network::Create(data.network);
+  if (!network.ok()) return network.status();
+  const Layout action = Layout::Of(data.action_space);
+  CONSAC_RETURN_IF_ERROR(CheckHead(action));
+  const std::int64_t features = data.observation_space.flat_size();
+  if (data.network.inputs.size() != 1 || data.network.inputs[0].size != features) {
+    return DoesNotFit("the policy's network must have one input of " + std::to_string(features) + " features for " + data.observation_space.ToString());
+  }
+  if (data.network.outputs.empty() || network->output_size(0) != HeadSize(action)) {
+    return DoesNotFit("the policy's network must put out " + std::to_string(HeadSize(action)) + " numbers first, for " + data.action_space.ToString());
+  }
+  if (static_cast<std::int64_t>(data.parameters.size()) != network->parameter_count() ||
+      static_cast<std::int64_t>(data.log_std.size()) != LogStdSize(action)) {
+    return DoesNotFit("the policy has " + std::to_string(data.parameters.size()) + " parameters, its network needs " + std::to_string(network->parameter_count()));
+  }
+  const bool finite = std::all_of(data.parameters.begin(), data.parameters.end(), [](float p) { return std::isfinite(p); });
+  if (!finite) return Status{StatusCode::kNonFinite, "the policy has a parameter that is NaN or infinite; do not use it"};
+  return Policy(std::make_unique<State>(std::move(data), std::move(*network), max_rows));
+}
+
+Result<Policy> Policy::Load(const std::string& path, std::int64_t max_rows) {
+  const Result<ModelFile> file = ModelFile::Load(path);
+  if (!file.ok()) return file.status();
+  Result<Policy> policy = FromFile(*file, max_rows);
+  if (!policy.ok()) return Status{policy.status().code(), "'" + path + "': " + policy.status().message()};
+  return policy;
+}
+
+Result<Policy> Policy::FromBytes(std::span<const std::byte> bytes, std::int64_t max_rows) {
+  const Result<ModelFile> file = ModelFile::Parse(bytes);
+  if (!file.ok()) return file.status();
+  return FromFile(*file, max_rows);
+}
+
+Result<Policy> Policy::FromFile(const ModelFile& file, std::int64_t max_rows) {
+  std::vector<SelfTestPair> selftest;
+  Result<PolicyData> data = ReadPolicy(file, &selftest);
+  if (!data.ok()) return data.status();
+  Result<Policy> policy = Create(std::move(*data), max_rows);
+  if (!policy.ok()) return policy.status();
+  CONSAC_RETURN_IF_ERROR(policy->state_->RunSelfTest(file, selftest));
+  return policy;
+}
+
+const PolicyData& Policy::data() const { return state_->data; }
+const Layout& Policy::observation_layout() const { return state_->observation; }
+const Layout& Policy::action_layout() const { return state_->action; }
+
+Status Policy::Fits(const BehaviourSpec& behaviour) const {
+  CONSAC_RETURN_IF_ERROR(CompareSpaces("observation", state_->data.observation_space, behaviour.observation_space));
+  return CompareSpaces("action", state_->data.action_space, behaviour.action_space);
+}
+
+void Policy::Act(const std::byte* observations, const std::uint8_t* masks, std::int64_t rows, ActionMode mode, Rng& rng,
+                 std::byte* actions) {
+  CONSAC_ASSERT(rows >= 0 && rows <= state_->max_rows);
+  EncodeFeatures(state_->observation, observations, rows, state_->features.data());
+  const float* head = state_->Run(rows);
+  SelectActions(state_->action, head, state_->data.log_std.data(), masks, rows, mode, rng, state_->raw.data());
+  WriteActions(state_->action, state_->raw.data(), rows, actions);
+}
+
+std::span<const float> Policy::head() const {
+  return {state_->evaluator.output(0), static_cast<std::size_t>(state_->last_rows * HeadSize(state_->action))};
+}
+
+ModelFile Policy::ToFile(std::uint64_t seed) const {
+  const std::vector<float> questions = state_->Questions(seed);
+  const std::vector<float> answers = state_->Answers(questions);
+  ModelFile file;
+  WritePolicy(state_->data, {{"test/0/in", "test/0/out", 1e-5}}, &file);
+  file.tensors.insert_or_assign("test/0/in", Tensor::OfFloats(questions, {kSelfTestRows, state_->observation.feature_count}));
+  file.tensors.insert_or_assign("test/0/out", Tensor::OfFloats(answers, {kSelfTestRows, HeadSize(state_->action)}));
+  return file;
+}
+
+}  // namespace consac

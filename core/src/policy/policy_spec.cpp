@@ -1,0 +1,238 @@
+#include "policy/policy_spec.h"
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "consac/base/hash.h"
+#include "consac/base/text.h"
+#include "consac/base/version.h"
+#include "policy/space_json.h"
+
+namespace consac {
+namespace {
+
+using SpecJson = nlohmann::json;
+
+constexpr std::string_view kKnownFeatures[] = {"dense", "categorical", "gaussian", "bernoulli"};
+
+Status BadSpec(const std::string& what) { return {StatusCode::kDataLoss, "the model's specification " + what}; }
+
+const SpecJson& SpecField(const SpecJson& json, const char* name) {
+  static const SpecJson kMissing;
+  if (!json.is_object()) return kMissing;
+  const auto found = json.find(name);
+  return found == json.end() ? kMissing : *found;
+}
+
+std::string TextOf(const SpecJson& json, const char* name) {
+  const SpecJson& value = SpecField(json, name);
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+std::string_view HeadName(const Leaf& leaf) {
+  switch (leaf.space.kind()) {
+    case SpaceKind::kBox: return "gaussian";
+    case SpaceKind::kMultiBinary: return "bernoulli";
+    default: return "categorical";
+  }
+}
+
+SpecJson HeadsJson(const Layout& action) {
+  SpecJson heads = SpecJson::array();
+  for (const Leaf& leaf : action.leaves) {
+    SpecJson head = {{"leaf", leaf.name}, {"type", HeadName(leaf)}};
+    if (leaf.space.kind() == SpaceKind::kBox) head["std"] = "pi/log_std";
+    heads.push_back(std::move(head));
+  }
+  return heads;
+}
+
+SpecJson GraphJson(const nn::NetworkSpec& network) {
+  SpecJson blocks = SpecJson::array();
+  for (const nn::Block& block : network.blocks) {
+    blocks.push_back({{"op", block.op},
+                      {"in", block.input},
+                      {"out", block.output},
+                      {"name", block.name},
+                      {"in_size", block.in_size},
+                      {"out_size", block.out_size},
+                      {"act", nn::NameOf(block.activation)}});
+  }
+  SpecJson inputs = SpecJson::array();
+  for (const nn::Port& input : network.inputs) inputs.push_back({{"name", input.name}, {"size", input.size}});
+  return {{"inputs", inputs}, {"blocks", blocks}, {"outputs", network.outputs}};
+}
+
+Result<nn::NetworkSpec> GraphFromJson(const SpecJson& json) {
+  nn::NetworkSpec network;
+  for (const SpecJson& input : SpecField(json, "inputs")) {
+    const SpecJson& size = SpecField(input, "size");
+    if (!size.is_number_integer()) return BadSpec("has a network input without a size");
+    network.inputs.push_back({TextOf(input, "name"), size.get<std::int64_t>()});
+  }
+  for (const SpecJson& entry : SpecField(json, "blocks")) {
+    const SpecJson &in_size = SpecField(entry, "in_size"), &out_size = SpecField(entry, "out_size");
+    if (!in_size.is_number_integer() || !out_size.is_number_integer()) return BadSpec("has a block without sizes");
+    nn::Block block;
+    block.op = TextOf(entry, "op");
+    block.input = TextOf(entry, "in");
+    block.output = TextOf(entry, "out");
+    block.name = TextOf(entry, "name");
+    block.in_size = in_size.get<std::int64_t>();
+    block.out_size = out_size.get<std::int64_t>();
+    constexpr std::int64_t kWidest = 1 << 20;
+    if (block.in_size < 1 || block.out_size < 1 || block.in_size > kWidest || block.out_size > kWidest) {
+      return BadSpec("has a block " + Quote(block.name) + " of impossible size");
+    }
+    const Result<nn::Activation> activation = nn::ParseActivation(TextOf(entry, "act"));
+    if (!activation.ok()) return BadSpec("has a block " + Quote(block.name) + " with an " + activation.status().message());
+    block.activation = *activation;
+    network.blocks.push_back(std::move(block));
+  }
+  for (const SpecJson& output : SpecField(json, "outputs")) {
+    if (!output.is_string()) return BadSpec("has a network output that is no name");
+    network.outputs.push_back(output.get<std::string>());
+  }
+  return network;
+}
+
+/// Copies a float32 tensor of exactly `count` elements.
+Status ReadFloats(const ModelFile& file, const std::string& name, std::size_t count, float* out) {
+  const auto found = file.tensors.find(name);
+  if (found == file.tensors.end()) return {StatusCode::kDataLoss, "the model lacks the tensor " + Quote(name)};
+  const std::span<const float> values = found->second.floats();
+  if (found->second.dtype != DType::kF32 || values.size() != count) {
+    return {StatusCode::kDataLoss, "the model's tensor " + Quote(name) + " has " + std::to_string(values.size()) +
+                                       " float32 elements, expected " + std::to_string(count)};
+  }
+  if (count > 0) std::memcpy(out, values.data(), count * sizeof(float));
+  return Status::Ok();
+}
+
+Status ReadNormaliser(const ModelFile& file, const SpecJson& json, std::size_t features, ObservationNormaliser* out) {
+  if (json.is_null()) return Status::Ok();
+  const SpecJson& clip = SpecField(json, "clip");
+  if (!clip.is_number()) return BadSpec("has a normaliser without clip");
+  out->clip = clip.get<float>();
+  out->mean.resize(features);
+  out->scale.resize(features);
+  CONSAC_RETURN_IF_ERROR(ReadFloats(file, "norm/obs/mean", features, out->mean.data()));
+  return ReadFloats(file, "norm/obs/scale", features, out->scale.data());
+}
+
+Status ReadSelfTest(const SpecJson& json, std::vector<SelfTestPair>* selftest) {
+  for (const SpecJson& pair : json) {
+    const SpecJson& tolerance = SpecField(pair, "tol");
+    if (!tolerance.is_number()) return BadSpec("has a self-test without tolerance");
+    selftest->push_back({TextOf(pair, "in"), TextOf(pair, "out"), tolerance.get<double>()});
+  }
+  if (selftest->empty()) return BadSpec("has no self-test");
+  return Status::Ok();
+}
+
+Status CheckRequires(const SpecJson& json) {
+  for (const SpecJson& feature : json) {
+    const std::string name = feature.is_string() ? feature.get<std::string>() : feature.dump();
+    bool known = false;
+    for (const std::string_view candidate : kKnownFeatures) known = known || candidate == name;
+    if (!known) return BadSpec("requires " + Quote(name) + ", which this program does not know; use a newer CONSAC");
+  }
+  return Status::Ok();
+}
+
+SpecJson RequiredFeatures(const PolicyData& data) {
+  std::vector<std::string> features;
+  for (const nn::Block& block : data.network.blocks) features.push_back(block.op);
+  for (const Leaf& leaf : Layout::Of(data.action_space).leaves) features.emplace_back(HeadName(leaf));
+  std::sort(features.begin(), features.end());
+  features.erase(std::unique(features.begin(), features.end()), features.end());
+  return features;
+}
+
+SpecJson InterfaceJson(const PolicyData& data) {
+  return {{"behaviour", data.behaviour},
+          {"observation", SpaceToJson(data.observation_space)},
+          {"action", SpaceToJson(data.action_space)}};
+}
+
+}  // namespace
+
+void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selftest, ModelFile* file) {
+  SpecJson interface_json = InterfaceJson(data);
+  const std::string canonical = interface_json.dump();
+  const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(canonical))};
+  interface_json["hash"] = Sha256Hex(pieces);
+  interface_json["heads"] = HeadsJson(Layout::Of(data.action_space));
+  if (data.normaliser.active()) {
+    const auto size = static_cast<std::int64_t>(data.normaliser.mean.size());
+    interface_json["normalise"] = {{"mean", "norm/obs/mean"}, {"scale", "norm/obs/scale"}, {"clip", data.normaliser.clip}};
+    file->tensors.insert_or_assign("norm/obs/mean", Tensor::OfFloats(data.normaliser.mean, {size}));
+    file->tensors.insert_or_assign("norm/obs/scale", Tensor::OfFloats(data.normaliser.scale, {size}));
+  }
+  SpecJson tests = SpecJson::array();
+  for (const SelfTestPair& pair : selftest) tests.push_back({{"in", pair.in}, {"out", pair.out}, {"tol", pair.tolerance}});
+  SpecJson training = SpecJson::parse(data.training_json, nullptr, false);
+  const SpecJson spec = {{"kind", "policy"},
+                         {"requires", RequiredFeatures(data)},
+                         {"producer", {{"name", "consac"}, {"version", kVersion}}},
+                         {"interface", interface_json},
+                         {"graph", GraphJson(data.network)},
+                         {"selftest", tests},
+                         {"training", training.is_object() ? training : SpecJson::object()}};
+  file->spec_json = spec.dump(-1, ' ', false, SpecJson::error_handler_t::replace);
+
+  const Result<nn::Network> network = nn::Network::Create(data.network);
+  CONSAC_ASSERT(network.ok());
+  for (const nn::Parameter& parameter : network->parameters()) {
+    const std::span<const float> values(data.parameters.data() + parameter.offset, static_cast<std::size_t>(parameter.count));
+    file->tensors.insert_or_assign(parameter.name, Tensor::OfFloats(values, parameter.shape));
+  }
+  if (!data.log_std.empty()) {
+    file->tensors.insert_or_assign("pi/log_std", Tensor::OfFloats(data.log_std, {static_cast<std::int64_t>(data.log_std.size())}));
+  }
+}
+
+Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* selftest) {
+  const SpecJson spec = SpecJson::parse(file.spec_json, nullptr, false);
+  if (!spec.is_object()) return BadSpec("is no JSON object");
+  if (TextOf(spec, "kind") != "policy") return BadSpec("is of kind " + Quote(TextOf(spec, "kind")) + ", not 'policy'");
+  CONSAC_RETURN_IF_ERROR(CheckRequires(SpecField(spec, "requires")));
+  const SpecJson& interface_json = SpecField(spec, "interface");
+  PolicyData data;
+  data.behaviour = TextOf(interface_json, "behaviour");
+  Result<Space> observation = SpaceFromJson(SpecField(interface_json, "observation"));
+  if (!observation.ok()) return observation.status();
+  data.observation_space = std::move(*observation);
+  Result<Space> action = SpaceFromJson(SpecField(interface_json, "action"));
+  if (!action.ok()) return action.status();
+  data.action_space = std::move(*action);
+  Result<nn::NetworkSpec> graph = GraphFromJson(SpecField(spec, "graph"));
+  if (!graph.ok()) return graph.status();
+  data.network = std::move(*graph);
+  const Result<nn::Network> network = nn::Network::Create(data.network);
+  if (!network.ok()) return BadSpec("has an unusable graph: " + network.status().message());
+
+  // Every parameter must be in the file before memory for all of them is taken.
+  for (const nn::Parameter& parameter : network->parameters()) {
+    if (file.tensors.find(parameter.name) == file.tensors.end()) return BadSpec("names the tensor " + Quote(parameter.name) + ", which the file lacks");
+    if (file.tensors.find(parameter.name)->second.floats().size() != static_cast<std::size_t>(parameter.count)) {
+      return BadSpec("gives the tensor " + Quote(parameter.name) + " another size than the file");
+    }
+  }
+  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
+  for (const nn::Parameter& parameter : network->parameters()) {
+    CONSAC_RETURN_IF_ERROR(ReadFloats(file, parameter.name, static_cast<std::size_t>(parameter.count), data.parameters.data() + parameter.offset));
+  }
+  const Layout action_layout = Layout::Of(data.action_space);
+  data.log_std.resize(static_cast<std::size_t>(LogStdSize(action_layout)));
+  if (!data.log_std.empty()) CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", data.log_std.size(), data.log_std.data()));
+  const auto features = static_cast<std::size_t>(data.observation_space.flat_size());
+  CONSAC_RETURN_IF_ERROR(ReadNormaliser(file, SpecField(interface_json, "normalise"), features, &data.normaliser));
+  CONSAC_RETURN_IF_ERROR(ReadSelfTest(SpecField(spec, "selftest"), selftest));
+  const SpecJson& training = SpecField(spec, "training");
+  if (training.is_object()) data.training_json = training.dump();
+  return data;
+}
+
+}  // namespace consac

@@ -1,0 +1,124 @@
+#include "policy/space_json.h"
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "consac/base/text.h"
+
+namespace consac {
+namespace {
+
+using SpaceJson = nlohmann::json;
+
+constexpr int kDeepestSpace = 16;
+
+Status BadSpace(const std::string& what) { return {StatusCode::kDataLoss, "a space in the model " + what}; }
+
+SpaceJson BoundsToJson(const std::vector<double>& bounds) {
+  SpaceJson out = SpaceJson::array();
+  for (const double bound : bounds) out.push_back(std::isfinite(bound) ? SpaceJson(bound) : SpaceJson(nullptr));
+  return out;
+}
+
+bool BoundsFromJson(const SpaceJson& json, double unbounded, std::vector<double>* out) {
+  if (!json.is_array()) return false;
+  for (const SpaceJson& bound : json) {
+    if (!bound.is_number() && !bound.is_null()) return false;
+    out->push_back(bound.is_null() ? unbounded : bound.get<double>());
+  }
+  return true;
+}
+
+bool IntegersFromJson(const SpaceJson& json, std::vector<std::int64_t>* out) {
+  if (!json.is_array()) return false;
+  for (const SpaceJson& value : json) {
+    if (!value.is_number_integer()) return false;
+    out->push_back(value.get<std::int64_t>());
+  }
+  return true;
+}
+
+const SpaceJson& Field(const SpaceJson& json, const char* name) {
+  static const SpaceJson kMissing;
+  const auto found = json.find(name);
+  return found == json.end() ? kMissing : *found;
+}
+
+Result<Space> BoxFromJson(const SpaceJson& json) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<std::int64_t> shape;
+  std::vector<double> low, high;
+  DType dtype = DType::kF32;
+  const SpaceJson& type = Field(json, "dtype");
+  if (!type.is_string() || !ParseDType(type.get_ref<const std::string&>(), &dtype)) return BadSpace("has no known dtype");
+  if (!IntegersFromJson(Field(json, "shape"), &shape) || !BoundsFromJson(Field(json, "low"), -kInfinity, &low) ||
+      !BoundsFromJson(Field(json, "high"), kInfinity, &high)) {
+    return BadSpace("is a box without shape, low or high");
+  }
+  return Space::Box(std::move(low), std::move(high), std::move(shape), dtype);
+}
+
+Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth) {
+  const SpaceJson& children = Field(json, "spaces");
+  if (!children.is_array()) return BadSpace("has no list of children");
+  std::vector<std::pair<std::string, Space>> named_children;
+  std::vector<Space> ordered;
+  for (const SpaceJson& child : children) {
+    if (!child.is_object()) return BadSpace("has a child that is no object");
+    Result<Space> space = SpaceFromJson(Field(child, "space"), depth + 1);
+    if (!space.ok()) return space.status();
+    const SpaceJson& name = Field(child, "name");
+    if (named && !name.is_string()) return BadSpace("has a child without a name");
+    if (named) named_children.emplace_back(name.get<std::string>(), std::move(*space));
+    else ordered.push_back(std::move(*space));
+  }
+  return named ? Space::Dict(std::move(named_children)) : Space::Tuple(std::move(ordered));
+}
+
+}  // namespace
+
+nlohmann::json SpaceToJson(const Space& space) {
+  switch (space.kind()) {
+    case SpaceKind::kDiscrete: return {{"type", "discrete"}, {"n", space.n()}, {"start", space.start()}};
+    case SpaceKind::kMultiDiscrete: return {{"type", "multi_discrete"}, {"nvec", space.nvec()}};
+    case SpaceKind::kMultiBinary: return {{"type", "multi_binary"}, {"n", space.n()}};
+    case SpaceKind::kBox:
+      return {{"type", "box"},
+              {"shape", space.shape()},
+              {"dtype", NameOf(space.dtype())},
+              {"low", BoundsToJson(space.low())},
+              {"high", BoundsToJson(space.high())}};
+    case SpaceKind::kDict:
+    case SpaceKind::kTuple: break;
+  }
+  SpaceJson children = SpaceJson::array();
+  for (const auto& [name, child] : space.children()) children.push_back({{"name", name}, {"space", SpaceToJson(child)}});
+  return {{"type", space.kind() == SpaceKind::kDict ? "dict" : "tuple"}, {"spaces", children}};
+}
+
+Result<Space> SpaceFromJson(const nlohmann::json& json, int depth) {
+  if (depth > kDeepestSpace) return BadSpace("is nested more than 16 deep");
+  if (!json.is_object() || !Field(json, "type").is_string()) return BadSpace("has no type");
+  const std::string type = Field(json, "type").get<std::string>();
+  const SpaceJson& n = Field(json, "n");
+  if (type == "discrete") {
+    const SpaceJson& start = Field(json, "start");
+    if (!n.is_number_integer()) return BadSpace("is discrete without n");
+    return Space::Discrete(n.get<std::int64_t>(), start.is_number_integer() ? start.get<std::int64_t>() : 0);
+  }
+  if (type == "multi_binary") {
+    if (!n.is_number_integer()) return BadSpace("is multi_binary without n");
+    return Space::MultiBinary(n.get<std::int64_t>());
+  }
+  if (type == "multi_discrete") {
+    std::vector<std::int64_t> nvec;
+    if (!IntegersFromJson(Field(json, "nvec"), &nvec)) return BadSpace("is multi_discrete without nvec");
+    return Space::MultiDiscrete(std::move(nvec));
+  }
+  if (type == "box") return BoxFromJson(json);
+  if (type == "dict" || type == "tuple") return ChildrenFromJson(json, type == "dict", depth);
+  return BadSpace("has the unknown type " + Quote(type) + "; use a newer CONSAC");
+}
+
+}  // namespace consac

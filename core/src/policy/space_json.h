@@ -1,0 +1,15 @@
+#pragma once
+// Spaces as JSON, as model files hold them. Private to core.
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "consac/space/space.h"
+
+namespace consac {
+
+/// {"type": "box", "shape": [2], "dtype": "F32", "low": [...], "high": [...]} and so on; infinity is null.
+nlohmann::json SpaceToJson(const Space& space);
+/// The reverse; the error says which part does not fit. `depth` guards against nesting bombs.
+Result<Space> SpaceFromJson(const nlohmann::json& json, int depth = 0);
+
+}  // namespace consac
