@@ -1,0 +1,85 @@
+// None per step once warm: training in process, acting, and both ends of a connection.
+#include <gtest/gtest.h>
+
+#include "consac/env/buffer.h"
+#include "consac/learn/algo/learner.h"
+#include "consac/server/env_client.h"
+#include "tests/support.h"
+
+namespace consac {
+namespace {
+
+using testing::AllocationCount;
+
+std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env) {
+  const learn::Algorithm* algorithm = *learn::FindAlgorithm("ppo2");
+  learn::LearnerOptions options;
+  options.behaviour = env.spec().behaviours[0];
+  options.total_steps = 100000;
+  return std::move(*algorithm->create(options, learn::HyperparameterSet(algorithm->hyperparameters)));
+}
+
+TEST(Allocations, NonePerStepOfTrainingInProcess) {
+  for (const worlds::World& world : worlds::Worlds()) {
+    const std::unique_ptr<VectorEnv> env = world.create(8);
+    const std::unique_ptr<learn::Learner> learner = MakeLearner(*env);
+    BatchBuffer first(env->spec().behaviours[0]);
+    env->Reset(1, {&first.batch(), 1});
+    learner->Begin(first.batch());
+    const auto step = [&] {
+      Batch batch = learner->Stage(first.batch().slots);
+      learner->Act(batch);
+      env->Step({&batch, 1});
+      learner->Record(batch);
+      while (learner->Learn({})) {
+      }
+    };
+    for (int i = 0; i < 2 * 128 + 1; ++i) step();
+    const std::int64_t before = AllocationCount();
+    for (int i = 0; i < 2 * 128; ++i) step();
+    EXPECT_EQ(AllocationCount(), before) << world.id;
+    EXPECT_GE(learner->updates(), 4) << world.id;
+  }
+}
+
+TEST(Allocations, NonePerActionOfAModel) {
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(1);
+  Result<Policy> policy = Policy::Create(MakeLearner(*env)->Snapshot(), 1);
+  ASSERT_TRUE(policy.ok()) << policy.status().message();
+  const float observation[4] = {0.1f, 0.2f, -0.1f, 0.3f};
+  std::int32_t action = 0;
+  Rng rng(1, 2);
+  const std::int64_t before = AllocationCount();
+  for (int i = 0; i < 100; ++i) {
+    policy->Act(reinterpret_cast<const std::byte*>(observation), nullptr, 1, ActionMode::kSample, rng,
+                reinterpret_cast<std::byte*>(&action));
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+TEST(Allocations, NonePerStepAtBothEndsOfAConnection) {
+  EnvServerOptions options;
+  options.training_length = 100000;
+  testing::ServedWorld engine("road-v0", options);
+  auto transport = ConnectTcp(*Endpoint::Parse(engine.url()), 5.0);
+  ASSERT_TRUE(transport.ok()) << transport.status().message();
+  auto client = EnvClient::Open(std::move(*transport), {});
+  ASSERT_TRUE(client.ok()) << client.status().message();
+  BatchBuffer buffer((*client)->spec().behaviours[0]);
+  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  const auto step = [&](int i) {
+    buffer.Advance();
+    *reinterpret_cast<std::int32_t*>(buffer.batch().actions) = i % 3;
+    return (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes).ok();
+  };
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(step(i));
+  const std::int64_t before = AllocationCount();
+  for (int i = 0; i < 500; ++i) {
+    if (!step(i)) FAIL() << "step " << i;
+  }
+  EXPECT_EQ(AllocationCount(), before);
+  (*client)->Close();
+}
+
+}  // namespace
+}  // namespace consac
