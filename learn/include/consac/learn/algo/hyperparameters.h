@@ -31,7 +31,7 @@ struct Hyperparameter {
   const char* default_value;    ///< as text; "none" where a parameter may be absent
   double low;                   ///< smallest legal number
   double high;                  ///< largest legal number
-  const char* choices;          ///< kChoice: "a|b|c", else ""
+  const char* choices;          ///< kChoice: "a|b|c"; numbers: "none" where the value may be absent; else ""
   const char* meaning;          ///< one line: what it does, unit
   const char* source;           ///< where name and default come from
 };
