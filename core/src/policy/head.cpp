@@ -205,13 +205,16 @@ Status CheckHead(const Layout& action) {
 }
 
 void SelectActions(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-                   std::int64_t rows, ActionMode mode, Rng& rng, float* raw) {
+                   std::int64_t rows, ActionMode mode, Rng& rng, float* raw, float* log_probability) {
   const std::int64_t head_size = HeadSize(action), raw_size = RawActionSize(action);
   for (std::int64_t r = 0; r < rows; ++r) {
     float* raw_row = raw + r * raw_size;
+    float log_p = 0.0f;
     ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r), [&](const Leaf& leaf, const LeafView& view) {
       SelectLeaf(leaf, view, mode, rng, raw_row + view.raw_offset);
+      if (log_probability != nullptr) log_p += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
     });
+    if (log_probability != nullptr) log_probability[r] = log_p;
   }
 }
 

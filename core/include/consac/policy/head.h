@@ -25,9 +25,10 @@ Status CheckHead(const Layout& action);
 enum class ActionMode : std::uint8_t { kSample, kDeterministic };
 
 /// Draws (or takes the mode of) `rows` actions. head [rows, HeadSize], log_std [LogStdSize], masks [rows, mask_bytes]
-/// or null, raw [rows, RawActionSize] out. Uses `rng` only for kSample, in row order.
+/// or null, raw [rows, RawActionSize] out, log_probability [rows] out or null. Uses `rng` only for kSample, in row
+/// order.
 void SelectActions(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-                   std::int64_t rows, ActionMode mode, Rng& rng, float* raw);
+                   std::int64_t rows, ActionMode mode, Rng& rng, float* raw, float* log_probability = nullptr);
 /// Turns raw actions into what the world takes: adds Discrete's start, clips Box to its bounds. out [rows, row_bytes].
 void WriteActions(const Layout& action, const float* raw, std::int64_t rows, std::byte* out);
 /// log p(raw | head) per row, [rows]; legal masks as in SelectActions.
