@@ -1,15 +1,13 @@
 #include "consac/nn/net_arch.h"
 
-#include <cctype>
-
 #include "consac/base/text.h"
 
 namespace consac::nn {
 namespace {
 
-constexpr std::int64_t kWidestLayer = 1 << 16;
+constexpr std::int64_t kWidestArch = 1 << 20;
 
-/// A reader of the net_arch grammar; the first failure stays and later reads do nothing.
+/// Reads the grammar from left to right; the first fault is kept.
 class ArchReader {
  public:
   explicit ArchReader(std::string_view text) : text_(text) {}
@@ -18,101 +16,114 @@ class ArchReader {
     NetArch arch;
     arch.pi.clear();
     arch.vf.clear();
-    if (Peek() == '[') {
+    if (Take('[')) {
       ReadList(arch);
     } else {
       ReadTowers(arch);
     }
-    if (status_.ok() && Peek() != '\0') Fail("the end");
-    if (!status_.ok()) return status_;
+    if (ok() && !AtEnd()) Fault("expected the end");
+    if (!ok()) return status_;
     return arch;
   }
 
  private:
-  void Fail(std::string_view expected) {
-    if (!status_.ok()) return;
-    status_ = {StatusCode::kInvalidArgument,
-               "net_arch " + Quote(text_) + ": expected " + std::string(expected) + " at character " +
-                   std::to_string(at_ + 1) + "; write [64, 64] or [128, dict(pi=[64], vf=[64, 64])]"};
+  bool ok() const { return status_.ok(); }
+  void SkipSpace() {
+    while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\n')) ++at_;
   }
-
-  char Peek() {
-    while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) ++at_;
-    return at_ < text_.size() ? text_[at_] : '\0';
+  bool AtEnd() {
+    SkipSpace();
+    return at_ == text_.size();
   }
-
-  bool Take(char c) {
-    if (Peek() != c) return false;
+  bool Take(char wanted) {
+    if (AtEnd() || text_[at_] != wanted) return false;
     ++at_;
     return true;
   }
-
-  void Need(char c) {
-    if (!Take(c)) Fail(std::string("'") + c + "'");
+  bool Peek(char wanted) { return !AtEnd() && text_[at_] == wanted; }
+  void Fault(std::string_view message) {
+    if (!ok()) return;
+    SkipSpace();
+    const std::string where = at_ < text_.size() ? "at " + Quote(text_.substr(at_), 20) : std::string("at its end");
+    status_ = Status(StatusCode::kInvalidArgument, "net_arch " + Quote(text_) + ": " + std::string(message) + " " +
+                                                       where + "; write for example [64, dict(pi=[64], vf=[64, 64])]");
   }
 
-  std::string_view Word() {
-    Peek();
-    const std::size_t begin = at_;
-    while (at_ < text_.size() && std::isalnum(static_cast<unsigned char>(text_[at_])) != 0) ++at_;
-    return text_.substr(begin, at_ - begin);
-  }
-
-  void ReadWidth(std::vector<std::int64_t>& widths) {
-    const std::size_t begin = at_;
-    std::int64_t width = 0;
-    if (!ParseNumber(Word(), &width) || width < 1 || width > kWidestLayer) {
-      at_ = begin;
-      Fail("a layer width from 1 to 65536");
+  void ReadList(NetArch& arch) {
+    while (ok() && !Take(']')) {
+      if (!AtEnd() && text_[at_] >= '0' && text_[at_] <= '9') {
+        arch.shared.push_back(ReadWidth());
+        if (!Peek(']') && !Take(',')) Fault("expected ',' or ']'");
+        continue;
+      }
+      ReadTowers(arch);
+      Take(',');
+      if (!Take(']')) Fault("expected ']' (nothing may follow the separate towers)");
       return;
     }
-    widths.push_back(width);
+  }
+
+  /// dict(pi=[..], vf=[..]) or {pi: [..], 'vf': [..]}.
+  void ReadTowers(NetArch& arch) {
+    char end = '}';
+    if (!Take('{')) {
+      end = ')';
+      SkipSpace();
+      const std::size_t begin = at_;
+      if (Word() != "dict" || !Take('(')) {
+        at_ = begin;
+        return Fault("expected a width, dict(...) or {...}");
+      }
+    }
+    bool seen[2] = {false, false};
+    while (ok() && !Take(end)) {
+      const std::string_view key = Key();
+      if (key != "pi" && key != "vf") return Fault("expected pi or vf, got " + Quote(key));
+      bool& again = seen[key == "vf" ? 1 : 0];
+      if (again) return Fault(std::string(key) + " stands there twice");
+      again = true;
+      if (!Take('=') && !Take(':')) return Fault("expected '=' or ':'");
+      ReadWidths(key == "pi" ? arch.pi : arch.vf);
+      if (ok() && !Peek(end) && !Take(',')) Fault("expected ',' or the end of the towers");
+    }
   }
 
   void ReadWidths(std::vector<std::int64_t>& widths) {
-    Need('[');
-    while (status_.ok() && Peek() != ']') {
-      ReadWidth(widths);
-      if (!Take(',')) break;
+    if (!Take('[')) return Fault("expected '['");
+    while (ok() && !Take(']')) {
+      widths.push_back(ReadWidth());
+      if (ok() && !Peek(']') && !Take(',')) Fault("expected ',' or ']'");
     }
-    Need(']');
   }
 
-  // [<int>*, dict?]
-  void ReadList(NetArch& arch) {
-    Need('[');
-    while (status_.ok() && Peek() != ']') {
-      if (std::isdigit(static_cast<unsigned char>(Peek())) != 0) {
-        ReadWidth(arch.shared);
-      } else {
-        ReadTowers(arch);
-        Take(',');
-        break;
-      }
-      if (!Take(',')) break;
+  std::int64_t ReadWidth() {
+    SkipSpace();
+    std::size_t end = at_;
+    while (end < text_.size() && text_[end] >= '0' && text_[end] <= '9') ++end;
+    std::int64_t width = 0;
+    if (end == at_ || !ParseNumber(text_.substr(at_, end - at_), &width) || width < 1 || width > kWidestArch) {
+      Fault("expected a width from 1 to " + std::to_string(kWidestArch));
+      return 1;
     }
-    Need(']');
+    at_ = end;
+    return width;
   }
 
-  // dict(pi=[...], vf=[...]) or {pi: [...], 'vf': [...]}
-  void ReadTowers(NetArch& arch) {
-    const bool braces = Take('{');
-    if (!braces) {
-      if (Word() != "dict") return Fail("a layer width, dict(...) or {...}");
-      Need('(');
+  std::string_view Word() {
+    SkipSpace();
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && ((text_[at_] >= 'a' && text_[at_] <= 'z') || text_[at_] == '_')) ++at_;
+    return text_.substr(begin, at_ - begin);
+  }
+
+  std::string_view Key() {
+    for (const char quote : {'\'', '"'}) {
+      if (!Take(quote)) continue;
+      const std::string_view word = Word();
+      if (!Take(quote)) Fault("expected the closing quote");
+      return word;
     }
-    const char close = braces ? '}' : ')';
-    while (status_.ok() && Peek() != close) {
-      const char quote = Peek() == '\'' || Peek() == '"' ? Peek() : '\0';
-      if (quote != '\0') Take(quote);
-      const std::string_view key = Word();
-      if (quote != '\0') Need(quote);
-      if (key != "pi" && key != "vf") return Fail("pi or vf");
-      if (!Take('=')) Need(':');
-      ReadWidths(key == "pi" ? arch.pi : arch.vf);
-      if (!Take(',')) break;
-    }
-    Need(close);
+    return Word();
   }
 
   std::string_view text_;
@@ -120,64 +131,69 @@ class ArchReader {
   Status status_;
 };
 
-std::string WidthList(const std::vector<std::int64_t>& widths) {
-  std::string out;
-  for (const std::int64_t width : widths) out += (out.empty() ? "" : ", ") + std::to_string(width);
-  return out;
+std::string WidthsText(const std::vector<std::int64_t>& widths) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < widths.size(); ++i) text += (i == 0 ? "" : ", ") + std::to_string(widths[i]);
+  return text + "]";
 }
 
-/// Appends a chain of hidden layers and returns the name and width of the last value.
-Port AppendHidden(const ActorCriticOptions& options, std::string_view tower, const std::vector<std::int64_t>& widths,
-                  Port from, NetworkSpec& spec) {
+/// Appends layers named prefix/0, prefix/1, ...; returns the name of the last value.
+Port AddTower(NetworkSpec& spec, const std::vector<std::int64_t>& widths, std::string_view prefix, Port from,
+              const Block& like) {
   for (std::size_t i = 0; i < widths.size(); ++i) {
-    Block block;
-    block.name = std::string(tower) + "/" + std::to_string(i);
+    Block block = like;
+    block.name = std::string(prefix) + "/" + std::to_string(i);
     block.input = from.name;
     block.output = block.name;
     block.in_size = from.size;
     block.out_size = widths[i];
-    block.activation = options.activation;
-    block.init = options.orthogonal_init ? Init::kOrthogonal : Init::kUniformFanIn;
-    block.gain = options.hidden_gain;
     from = {block.output, block.out_size};
     spec.blocks.push_back(std::move(block));
   }
   return from;
 }
 
-void AppendHead(const ActorCriticOptions& options, std::string_view tower, std::int64_t size, float gain,
-                const Port& from, NetworkSpec& spec) {
-  Block block;
-  block.name = std::string(tower) + "/head";
-  block.input = from.name;
-  block.output = std::string(tower);
-  block.in_size = from.size;
-  block.out_size = size;
-  block.init = options.orthogonal_init ? Init::kOrthogonal : Init::kUniformFanIn;
-  block.gain = gain;
-  spec.blocks.push_back(std::move(block));
+void AddHead(NetworkSpec& spec, const Port& output, const Port& from, Init init, float gain) {
+  Block head;
+  head.name = output.name + "/head";
+  head.input = from.name;
+  head.output = output.name;
+  head.in_size = from.size;
+  head.out_size = output.size;
+  head.init = init;
+  head.gain = gain;
+  spec.blocks.push_back(std::move(head));
+  spec.outputs.push_back(output.name);
 }
 
 }  // namespace
 
-Result<NetArch> ParseNetArch(std::string_view text) { return ArchReader(text).Read(); }
+Result<NetArch> ParseNetArch(std::string_view text) {
+  return ArchReader(text).Read();
+}
 
 std::string ToString(const NetArch& arch) {
-  const std::string shared = WidthList(arch.shared);
-  if (arch.pi.empty() && arch.vf.empty()) return "[" + shared + "]";
-  return "[" + shared + (shared.empty() ? "" : ", ") + "dict(pi=[" + WidthList(arch.pi) + "], vf=[" +
-         WidthList(arch.vf) + "])]";
+  if (arch.pi.empty() && arch.vf.empty()) return WidthsText(arch.shared);
+  std::string text = WidthsText(arch.shared);
+  text.pop_back();
+  if (!arch.shared.empty()) text += ", ";
+  return text + "dict(pi=" + WidthsText(arch.pi) + ", vf=" + WidthsText(arch.vf) + ")]";
 }
 
 NetworkSpec ActorCritic(const ActorCriticOptions& options) {
   NetworkSpec spec;
-  spec.inputs = {{"obs", options.observation_size}};
-  const Port trunk = AppendHidden(options, "shared", options.arch.shared, spec.inputs[0], spec);
-  const Port actor = AppendHidden(options, "pi", options.arch.pi, trunk, spec);
-  AppendHead(options, "pi", options.action_size, options.policy_gain, actor, spec);
-  const Port critic = AppendHidden(options, "vf", options.arch.vf, trunk, spec);
-  AppendHead(options, "vf", 1, options.value_gain, critic, spec);
-  spec.outputs = {"pi", "vf"};
+  const Port observation{"obs", options.observation_size};
+  spec.inputs.push_back(observation);
+  const Init init = options.orthogonal_init ? Init::kOrthogonal : Init::kUniformFanIn;
+  Block hidden;
+  hidden.activation = options.activation;
+  hidden.init = init;
+  hidden.gain = options.orthogonal_init ? options.hidden_gain : 1.0f;
+  const Port shared = AddTower(spec, options.arch.shared, "shared", observation, hidden);
+  const Port pi = AddTower(spec, options.arch.pi, "pi", shared, hidden);
+  AddHead(spec, {"pi", options.action_size}, pi, init, options.orthogonal_init ? options.policy_gain : 1.0f);
+  const Port vf = AddTower(spec, options.arch.vf, "vf", shared, hidden);
+  AddHead(spec, {"vf", 1}, vf, init, options.orthogonal_init ? options.value_gain : 1.0f);
   return spec;
 }
 

@@ -1,28 +1,30 @@
-#include "nn/ops.h"
+#include "consac/nn/ops.h"
+
+#include <array>
+
+#include "nn/dense.h"
 
 namespace consac::nn {
 namespace {
 
-std::vector<Parameter> DenseParameters(const Block& block) {
-  return {{block.name + "/w", {block.out_size, block.in_size}, 0, block.out_size * block.in_size},
-          {block.name + "/b", {block.out_size}, 0, block.out_size}};
+const auto& OpTable() {
+  static const std::array kOps = {DenseOp()};
+  return kOps;
 }
-
-constexpr Op kOps[] = {
-    {"dense", DenseParameters},
-};
-constexpr std::string_view kOpNames[] = {"dense"};
-static_assert(std::size(kOps) == std::size(kOpNames));
 
 }  // namespace
 
 const Op* FindOp(std::string_view name) {
-  for (const Op& op : kOps) {
+  for (const Op& op : OpTable()) {
     if (op.name == name) return &op;
   }
   return nullptr;
 }
 
-std::span<const std::string_view> OpNames() { return kOpNames; }
+std::vector<std::string_view> OpNames() {
+  std::vector<std::string_view> names;
+  for (const Op& op : OpTable()) names.push_back(op.name);
+  return names;
+}
 
 }  // namespace consac::nn

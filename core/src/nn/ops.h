@@ -12,8 +12,8 @@ namespace consac::nn {
 
 /// One row.
 struct Op {
-  std::string_view name;                                         ///< as Block::op names it
-  std::vector<Parameter> (*parameters)(const Block& block);      ///< its tensors, in arena order; offsets unset
+  std::string_view name;                                     ///< as Block::op names it
+  std::vector<Parameter> (*parameters)(const Block& block);  ///< its tensors, in arena order; offsets unset
 };
 
 /// The row of that name, or null.

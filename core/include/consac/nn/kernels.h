@@ -1,0 +1,143 @@
+#pragma once
+// The arithmetic of networks and optimisers on plain arrays: what Evaluator, learn/grad and learn/optim run on. One
+// source file, compiled for every instruction set (SSE4 to AVX-512, NEON) and chosen when the program runs.
+// Not for users of models: those want nn/network.h or policy/policy.h.
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "consac/nn/network.h"
+
+namespace consac::nn {
+
+/// Floats that a kernel may read (never write) past the end of an operand marked "with slack".
+inline constexpr std::int64_t kSlack = 64;
+
+/// A row-major matrix to write: element (r, c) is data[r * stride + c].
+struct Rows {
+  float* data = nullptr;    ///< first element
+  std::int64_t stride = 0;  ///< floats from one row to the next
+};
+/// A row-major matrix to read.
+struct ConstRows {
+  /// An empty one.
+  ConstRows() = default;
+  /// From a pointer and the floats between rows.
+  ConstRows(const float* first, std::int64_t row_stride) : data(first), stride(row_stride) {}
+  /// From a writable one.
+  ConstRows(const Rows& rows) : data(rows.data), stride(rows.stride) {}  // NOLINT: implicit by intent
+  const float* data = nullptr;  ///< first element
+  std::int64_t stride = 0;      ///< floats from one row to the next
+};
+/// The three sizes of a dense layer at work.
+struct DenseShape {
+  std::int64_t rows = 0;      ///< samples
+  std::int64_t in_size = 0;   ///< features read
+  std::int64_t out_size = 0;  ///< features written
+};
+
+/// Floats of a dense layer packed for forward.
+std::int64_t PackedDenseSize(std::int64_t in_size, std::int64_t out_size);
+/// Packs weight [out, in] and bias [out] into `packed` [PackedDenseSize].
+void PackDense(const float* weight, const float* bias, std::int64_t in_size, std::int64_t out_size, float* packed);
+
+/// One dense layer forward.
+struct DenseForwardCall {
+  DenseShape shape;                            ///< sizes
+  const float* packed = nullptr;               ///< from PackDense
+  ConstRows x;                                 ///< [rows, in]
+  Rows y;                                      ///< [rows, out] written
+  Activation activation = Activation::kLinear; ///< applied to y
+  Rows z;                                      ///< [rows, out] before the activation, or null: not wanted
+};
+/// y = activation(x W^T + b). Row r depends on row r of x alone, bit for bit, however many rows there are.
+void DenseForward(const DenseForwardCall& call);
+
+/// Floats of a dense layer's weight packed for its input gradient.
+std::int64_t PackedDenseBackwardSize(std::int64_t in_size, std::int64_t out_size);
+/// Packs weight [out, in] into `packed` [PackedDenseBackwardSize].
+void PackDenseBackward(const float* weight, std::int64_t in_size, std::int64_t out_size, float* packed);
+
+/// Whether a kernel overwrites its result or adds to it.
+enum class Store : std::uint8_t { kOverwrite, kAdd };
+
+/// Gradient with respect to a dense layer's input.
+struct DenseInputGradientCall {
+  DenseShape shape;               ///< sizes
+  const float* packed = nullptr;  ///< from PackDenseBackward
+  ConstRows dz;                   ///< [rows, out] gradient before the activation
+  Rows dx;                        ///< [rows, in] result
+  Store store = Store::kOverwrite;
+};
+/// dx = dz W.
+void DenseInputGradient(const DenseInputGradientCall& call);
+
+/// Gradient with respect to a dense layer's parameters.
+struct DenseWeightGradientCall {
+  DenseShape shape;         ///< sizes
+  ConstRows x;              ///< [rows, in] with slack
+  ConstRows dz;             ///< [rows, out] with slack, gradient before the activation
+  float* dw = nullptr;      ///< [out, in] result
+  float* db = nullptr;      ///< [out] result
+  Store store = Store::kOverwrite;
+};
+/// dw = dz^T x, db = column sums of dz; sums run over rows in order.
+void DenseWeightGradient(const DenseWeightGradientCall& call);
+
+/// True when the derivative needs the value before the activation; the others get by with the one after it.
+bool NeedsPreActivation(Activation activation);
+/// y = activation(x), element by element, [rows, columns]; x and y may be the same.
+void Activate(Activation activation, std::int64_t rows, std::int64_t columns, ConstRows x, Rows y);
+/// d *= activation'(...), given its result (or what came before it where NeedsPreActivation), [rows, columns].
+void MultiplyByDerivative(Activation activation, std::int64_t rows, std::int64_t columns, ConstRows source, Rows d);
+
+/// to[i] = tanh(from[i]); relative error below 3e-7, exact 1 far out. The spans may be the same.
+void Tanh(std::span<const float> from, std::span<float> to);
+/// to[i] = exp(from[i]); relative error below 2e-7; overflows to infinity, underflows to 0.
+void Exp(std::span<const float> from, std::span<float> to);
+/// to[i] = 1 / (1 + exp(-from[i])); relative error below 3e-7.
+void Sigmoid(std::span<const float> from, std::span<float> to);
+
+/// to[i] += from[i].
+void AddTo(std::span<const float> from, std::span<float> to);
+/// Sum of squares in float64, in an order that depends on the length alone.
+double SumOfSquares(std::span<const float> values);
+
+/// Numbers of one Adam step: p -= step * m / (sqrt(v) * root_scale + epsilon).
+struct AdamCall {
+  float gradient_scale = 1.0f;  ///< the gradient is multiplied by it first
+  float beta1 = 0.9f;           ///< decay of m
+  float beta2 = 0.999f;         ///< decay of v
+  float step = 0.0f;            ///< step size with its bias correction
+  float root_scale = 1.0f;      ///< bias correction of the root
+  float epsilon = 1e-8f;        ///< added to the root
+};
+/// One pass over p, m, v and gradient, all of one length.
+void AdamStep(const AdamCall& call, std::span<const float> gradient, std::span<float> m, std::span<float> v,
+              std::span<float> p);
+
+/// Numbers of one RMSProp step: s = decay s + (1-decay) g^2; b = momentum b + inner g / (sqrt(s + epsilon_inside) +
+/// epsilon_outside); p -= outer b.
+struct RmsPropCall {
+  float gradient_scale = 1.0f;   ///< the gradient is multiplied by it first
+  float decay = 0.99f;           ///< of the mean square
+  float momentum = 0.0f;         ///< of b
+  float inner = 1.0f;            ///< factor of the new direction
+  float outer = 1.0f;            ///< factor of b in the step
+  float epsilon_inside = 0.0f;   ///< under the root
+  float epsilon_outside = 0.0f;  ///< beside the root
+};
+/// One pass over p, s, b and gradient, all of one length.
+void RmsPropStep(const RmsPropCall& call, std::span<const float> gradient, std::span<float> s, std::span<float> b,
+                 std::span<float> p);
+
+/// Instruction set in use: "AVX3" (AVX-512), "AVX2", "SSE4", "NEON", ...
+std::string_view InstructionSet();
+/// Floats in one vector register of the instruction set in use.
+std::int64_t VectorLanes();
+/// What one core reaches with independent fused multiply-adds in these registers, in FLOP/s: the best of several
+/// bursts that take about `seconds` together.
+double MeasurePeakFlops(double seconds);
+
+}  // namespace consac::nn

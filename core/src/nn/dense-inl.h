@@ -1,0 +1,196 @@
+// A dense layer forward and backward, from the tiles of gemm-inl.h. Included once per instruction set by kernels.cpp.
+// Packed forward: [bias, padded][panels of W^T: in x panel width][tail rows of W, each padded to whole vectors], where
+// the tail is the last one to four outputs (a head, mostly): those are dot products, since a panel would be idle.
+
+#if defined(CONSAC_NN_DENSE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CONSAC_NN_DENSE_INL_H_
+#undef CONSAC_NN_DENSE_INL_H_
+#else
+#define CONSAC_NN_DENSE_INL_H_
+#endif
+
+#include <cstring>
+
+#include "consac/nn/kernels.h"
+#include "hwy/highway.h"
+#include "nn/activation-inl.h"
+#include "nn/gemm-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace consac::nn::HWY_NAMESPACE {
+
+HWY_INLINE std::int64_t RoundUpToLanes(std::int64_t count) {
+  return (count + LaneCount() - 1) / LaneCount() * LaneCount();
+}
+
+/// Outputs that are dot products instead of panel columns.
+HWY_INLINE std::int64_t TailOutputs(std::int64_t out_size) {
+  const std::int64_t rest = out_size % (2 * LaneCount());
+  return rest <= 4 ? rest : 0;
+}
+
+struct DenseLayout {
+  DenseLayout(std::int64_t in_size, std::int64_t out_size)
+      : tail(TailOutputs(out_size)),
+        panelled(out_size - tail),
+        panels_at(RoundUpToLanes(panelled + 4)),
+        tail_at(panels_at + RoundUpToLanes(panelled) * in_size),
+        tail_stride(RoundUpToLanes(in_size)),
+        size(tail_at + tail * tail_stride) {}
+  std::int64_t tail, panelled, panels_at, tail_at, tail_stride, size;
+};
+
+/// Columns [0, columns) of a [k, columns] matrix with element (k, n) at from[k * k_step + n * n_step], as panels.
+void PackPanels(const float* from, std::int64_t k_count, std::int64_t columns, std::int64_t k_step, std::int64_t n_step,
+                float* to) {
+  for (std::int64_t n = 0; n < columns;) {
+    const std::int64_t width = PanelVectors(n, columns) * LaneCount();
+    for (std::int64_t k = 0; k < k_count; ++k) {
+      for (std::int64_t i = 0; i < width; ++i) {
+        to[k * width + i] = n + i < columns ? from[k * k_step + (n + i) * n_step] : 0.0f;
+      }
+    }
+    to += width * k_count;
+    n += width;
+  }
+}
+
+std::int64_t DensePackedSize(std::int64_t in_size, std::int64_t out_size) {
+  return DenseLayout(in_size, out_size).size;
+}
+
+void DensePack(const float* weight, const float* bias, std::int64_t in_size, std::int64_t out_size, float* packed) {
+  const DenseLayout layout(in_size, out_size);
+  std::memset(packed, 0, static_cast<std::size_t>(layout.panels_at) * sizeof(float));
+  std::memcpy(packed, bias, static_cast<std::size_t>(out_size) * sizeof(float));
+  PackPanels(weight, in_size, layout.panelled, 1, in_size, packed + layout.panels_at);
+  for (std::int64_t o = 0; o < layout.tail; ++o) {
+    float* row = packed + layout.tail_at + o * layout.tail_stride;
+    std::memset(row, 0, static_cast<std::size_t>(layout.tail_stride) * sizeof(float));
+    std::memcpy(row, weight + (layout.panelled + o) * in_size, static_cast<std::size_t>(in_size) * sizeof(float));
+  }
+}
+
+/// y[o] = bias[o] + W[o] . x for the one to four tail outputs of one row.
+template <std::size_t kOut>
+HWY_INLINE void DotRow(const float* x, std::int64_t in_size, const float* w, std::int64_t w_stride, const float* bias,
+                       float* y) {
+  const Floats d;
+  const std::int64_t lanes = LaneCount();
+  FloatVector sums[kOut];
+  ZeroVectors(sums, std::make_index_sequence<kOut>());
+  std::int64_t k = 0;
+  for (; k + lanes <= in_size; k += lanes) {
+    const FloatVector v = hn::LoadU(d, x + k);
+    for (std::size_t o = 0; o < kOut; ++o) {
+      sums[o] = hn::MulAdd(v, hn::LoadU(d, w + static_cast<std::int64_t>(o) * w_stride + k), sums[o]);
+    }
+  }
+  if (k < in_size) {
+    FloatVector v;
+    LoadPartRow<1>(x + k, in_size - k, &v);
+    for (std::size_t o = 0; o < kOut; ++o) {
+      sums[o] = hn::MulAdd(v, hn::LoadU(d, w + static_cast<std::int64_t>(o) * w_stride + k), sums[o]);
+    }
+  }
+  for (std::size_t o = 0; o < kOut; ++o) y[o] = bias[o] + hn::GetLane(hn::SumOfLanes(d, sums[o]));
+}
+
+template <std::size_t kOut>
+HWY_NOINLINE void DotRows(std::int64_t rows, std::int64_t in_size, ConstRows x, const float* w, std::int64_t w_stride,
+                          const float* bias, Rows y) {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    DotRow<kOut>(x.data + r * x.stride, in_size, w, w_stride, bias, y.data + r * y.stride);
+  }
+}
+
+void DenseForwardRows(const DenseForwardCall& call) {
+  const std::int64_t rows = call.shape.rows;
+  const DenseLayout layout(call.shape.in_size, call.shape.out_size);
+  const bool keep = call.z.data != nullptr;
+  const Rows z = keep ? call.z : call.y;
+  const float* bias = call.packed;
+  if (layout.panelled > 0) {
+    Product<Broadcast::kAlongK>({rows, layout.panelled, call.shape.in_size, call.x.data, call.x.stride,
+                                 call.packed + layout.panels_at, 0, bias, 0, z.data, z.stride});
+  }
+  const float* w = call.packed + layout.tail_at;
+  const Rows tail{z.data + layout.panelled, z.stride};
+  bias += layout.panelled;
+  switch (layout.tail) {
+    case 1:
+      DotRows<1>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      break;
+    case 2:
+      DotRows<2>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      break;
+    case 3:
+      DotRows<3>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      break;
+    case 4:
+      DotRows<4>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      break;
+    default:
+      break;
+  }
+  ActivateRows(call.activation, rows, call.shape.out_size, z, call.y);
+}
+
+std::int64_t DensePackedBackwardSize(std::int64_t in_size, std::int64_t out_size) {
+  return RoundUpToLanes(in_size) * out_size;
+}
+
+void DensePackBackward(const float* weight, std::int64_t in_size, std::int64_t out_size, float* packed) {
+  PackPanels(weight, out_size, in_size, in_size, 1, packed);
+}
+
+void DenseInputGradientRows(const DenseInputGradientCall& call) {
+  const bool add = call.store == Store::kAdd;
+  Product<Broadcast::kAlongK>({call.shape.rows, call.shape.in_size, call.shape.out_size, call.dz.data, call.dz.stride,
+                               call.packed, 0, add ? call.dx.data : nullptr, add ? call.dx.stride : 0, call.dx.data,
+                               call.dx.stride});
+}
+
+/// db[n] = sum over rows of dz[r, n].
+void ColumnSums(std::int64_t rows, std::int64_t columns, ConstRows dz, bool add, float* db) {
+  const Floats d;
+  const std::int64_t lanes = LaneCount();
+  for (std::int64_t n = 0; n < columns; n += lanes) {
+    const std::int64_t valid = columns - n < lanes ? columns - n : lanes;
+    FloatVector sum = hn::Zero(d);
+    if (add) LoadPartRow<1>(db + n, valid, &sum);
+    for (std::int64_t r = 0; r < rows; ++r) sum = hn::Add(sum, hn::LoadU(d, dz.data + r * dz.stride + n));
+    StorePartRow<1>(&sum, valid, db + n);
+  }
+}
+
+/// dw for few inputs: computes dw^T with vectors along the outputs, a strip at a time, and turns it round.
+void NarrowWeightGradient(const DenseWeightGradientCall& call) {
+  const std::int64_t in_size = call.shape.in_size;
+  const std::int64_t width = static_cast<std::int64_t>(kPanelVectors) * LaneCount();
+  HWY_ALIGN float strip[kPanelVectors * HWY_MAX_BYTES / sizeof(float) * (HWY_MAX_BYTES / sizeof(float))];
+  for (std::int64_t o = 0; o < call.shape.out_size; o += width) {
+    const std::int64_t outputs = call.shape.out_size - o < width ? call.shape.out_size - o : width;
+    Product<Broadcast::kAlongM>({in_size, outputs, call.shape.rows, call.x.data, call.x.stride, call.dz.data + o,
+                                 call.dz.stride, nullptr, 0, strip, width});
+    for (std::int64_t i = 0; i < outputs; ++i) {
+      float* row = call.dw + (o + i) * in_size;
+      for (std::int64_t k = 0; k < in_size; ++k) {
+        row[k] = (call.store == Store::kAdd ? row[k] : 0.0f) + strip[k * width + i];
+      }
+    }
+  }
+}
+
+void DenseWeightGradientRows(const DenseWeightGradientCall& call) {
+  const bool add = call.store == Store::kAdd;
+  const std::int64_t in_size = call.shape.in_size;
+  ColumnSums(call.shape.rows, call.shape.out_size, call.dz, add, call.db);
+  if (in_size < LaneCount() && call.shape.out_size > in_size) return NarrowWeightGradient(call);
+  Product<Broadcast::kAlongM>({call.shape.out_size, in_size, call.shape.rows, call.dz.data, call.dz.stride, call.x.data,
+                               call.x.stride, add ? call.dw : nullptr, add ? in_size : 0, call.dw, in_size});
+}
+
+}  // namespace consac::nn::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

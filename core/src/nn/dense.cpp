@@ -1,0 +1,104 @@
+#include "nn/dense.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+
+#include "consac/base/text.h"
+
+namespace consac::nn {
+namespace {
+
+constexpr std::int64_t kWidestLayer = 1 << 20;
+
+Status ValidateDense(const Block& block) {
+  for (const std::int64_t size : {block.in_size, block.out_size}) {
+    if (size < 1 || size > kWidestLayer) {
+      return Status(StatusCode::kInvalidArgument, "block " + Quote(block.name) + ": a dense layer of " +
+                                                      std::to_string(block.in_size) + " to " +
+                                                      std::to_string(block.out_size) +
+                                                      " features; widths go from 1 to " + std::to_string(kWidestLayer));
+    }
+  }
+  return {};
+}
+
+std::vector<Parameter> DenseParameters(const Block& block) {
+  const std::int64_t weights = block.in_size * block.out_size;
+  return {{block.name + "/w", {block.out_size, block.in_size}, 0, weights},
+          {block.name + "/b", {block.out_size}, weights, block.out_size}};
+}
+
+/// Orthonormal rows or columns, whichever are fewer, times the gain: the Q of a Gaussian matrix, with the signs of R's
+/// diagonal taken out so that every orthogonal matrix is equally likely (Stable Baselines takes U or V of its SVD: the
+/// same distribution). Source: Saxe et al. 2014, arXiv:1312.6120.
+void InitialiseOrthogonal(const Block& block, Rng& rng, float* weight) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(block.out_size);
+  const Eigen::Index columns = static_cast<Eigen::Index>(block.in_size);
+  const Eigen::Index longer = rows > columns ? rows : columns;
+  const Eigen::Index shorter = rows > columns ? columns : rows;
+  Eigen::MatrixXd gauss(longer, shorter);
+  for (Eigen::Index r = 0; r < longer; ++r) {
+    for (Eigen::Index c = 0; c < shorter; ++c) gauss(r, c) = static_cast<double>(rng.Normal());
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(gauss);
+  Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(longer, shorter);
+  for (Eigen::Index c = 0; c < shorter; ++c) {
+    if (qr.matrixQR()(c, c) < 0.0) q.col(c) = -q.col(c);
+  }
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    for (Eigen::Index c = 0; c < columns; ++c) {
+      const double value = rows > columns ? q(r, c) : q(c, r);
+      weight[r * columns + c] = static_cast<float>(static_cast<double>(block.gain) * value);
+    }
+  }
+}
+
+void FillUniform(Rng& rng, double bound, std::int64_t count, float* values) {
+  for (std::int64_t i = 0; i < count; ++i) values[i] = static_cast<float>(rng.Between(-bound, bound));
+}
+
+void InitialiseDense(const Block& block, Rng& rng, float* parameters) {
+  const std::int64_t weights = block.in_size * block.out_size;
+  float* bias = parameters + weights;
+  for (std::int64_t i = 0; i < block.out_size; ++i) bias[i] = 0.0f;
+  switch (block.init) {
+    case Init::kOrthogonal:
+      return InitialiseOrthogonal(block, rng, parameters);
+    case Init::kXavierUniform:  // Glorot and Bengio 2010
+      return FillUniform(rng, block.gain * std::sqrt(6.0 / static_cast<double>(block.in_size + block.out_size)),
+                         weights, parameters);
+    case Init::kUniformFanIn: {  // PyTorch's Linear: weights and biases alike
+      const double bound = 1.0 / std::sqrt(static_cast<double>(block.in_size));
+      FillUniform(rng, block.gain * bound, weights, parameters);
+      return FillUniform(rng, bound, block.out_size, bias);
+    }
+    case Init::kZeros:
+      for (std::int64_t i = 0; i < weights; ++i) parameters[i] = 0.0f;
+  }
+}
+
+std::int64_t DenseOpPackedSize(const Block& block) {
+  return PackedDenseSize(block.in_size, block.out_size);
+}
+
+void DenseOpPack(const Block& block, const float* parameters, float* packed) {
+  PackDense(parameters, parameters + block.in_size * block.out_size, block.in_size, block.out_size, packed);
+}
+
+void DenseOpForward(const OpForwardCall& call) {
+  DenseForward({{call.rows, call.block->in_size, call.block->out_size},
+                call.packed,
+                call.x,
+                call.y,
+                call.block->activation,
+                call.z});
+}
+
+}  // namespace
+
+Op DenseOp() {
+  return {"dense", ValidateDense, DenseParameters, InitialiseDense, DenseOpPackedSize, DenseOpPack, DenseOpForward};
+}
+
+}  // namespace consac::nn

@@ -1,0 +1,51 @@
+#include "consac/nn/plan.h"
+
+#include <algorithm>
+
+namespace consac::nn {
+
+Plan::Plan(const Network& network) {
+  const NetworkSpec& spec = network.spec();
+  std::vector<std::string_view> names;
+  const auto value_of = [&](std::string_view name) {
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  for (const Port& input : spec.inputs) {
+    names.push_back(input.name);
+    values.push_back({input.size, kNone, kNone});
+  }
+  input_count = values.size();
+  std::int64_t offset = 0;
+  for (const Block& block : spec.blocks) {
+    PlanStep step{block, FindOp(block.op), value_of(block.input), values.size(), offset, 0};
+    for (const Parameter& parameter : step.op->parameters(block)) step.parameter_count += parameter.count;
+    offset += step.parameter_count;
+    names.push_back(block.output);
+    values.push_back({block.out_size, steps.size(), kNone});
+    steps.push_back(std::move(step));
+  }
+  for (const std::string& output : spec.outputs) {
+    outputs.push_back(value_of(output));
+    values[outputs.back()].output = outputs.size() - 1;
+  }
+}
+
+std::vector<std::size_t> Plan::StepsTo(std::size_t index) const {
+  std::vector<bool> wanted(values.size());
+  wanted[outputs[index]] = true;
+  std::vector<std::size_t> needed;
+  for (std::size_t s = steps.size(); s-- > 0;) {
+    if (!wanted[steps[s].output]) continue;
+    wanted[steps[s].input] = true;
+    needed.push_back(s);
+  }
+  std::reverse(needed.begin(), needed.end());
+  return needed;
+}
+
+std::int64_t InnerStride(std::int64_t size) {
+  const std::int64_t stride = (size + 15) / 16 * 16;
+  return stride % 256 == 0 ? stride + 16 : stride;
+}
+
+}  // namespace consac::nn

@@ -1,0 +1,103 @@
+// Lanes: a minibatch's blocks are dealt to a number of lanes that depends on its size alone; each lane sums its own
+// gradient, and the lanes are added in order. So threads change who computes a lane, never what it computes.
+
+#include "consac/learn/grad/backpropagation.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "grad/workspace.h"
+
+namespace consac::learn {
+namespace {
+
+constexpr std::int64_t kBlocksPerLane = 4;   // about 150 us of work: more than waking a thread costs
+constexpr std::int64_t kMostLanes = 16;      // each has a gradient of its own, to be added at the end
+constexpr std::int64_t kReduceChunk = 4096;  // parameters that one task adds up
+
+std::int64_t BlockCount(std::int64_t rows) {
+  return (rows + kBlockRows - 1) / kBlockRows;
+}
+std::int64_t LaneCountFor(std::int64_t rows) {
+  return std::clamp(BlockCount(rows) / kBlocksPerLane, std::int64_t{1}, kMostLanes);
+}
+
+}  // namespace
+
+struct Backpropagation::State {
+  State(const nn::Network& network, std::int64_t extra_count, std::int64_t rows)
+      : schedule(network), network_count(network.parameter_count()), extra(extra_count), max_rows(rows) {
+    const std::int64_t lanes = LaneCountFor(rows);
+    for (std::int64_t lane = 0; lane < lanes; ++lane) {
+      gradients.emplace_back(network_count + extra);
+      workspaces.push_back(std::make_unique<BlockWorkspace>(schedule));
+    }
+  }
+
+  /// A workspace that no other thread uses: there are as many as lanes. The first free one, so that a single thread
+  /// keeps to one that is warm in its cache.
+  BlockWorkspace& Take() {
+    for (std::size_t i = 0;; i = i + 1 < workspaces.size() ? i + 1 : 0) {
+      if (!workspaces[i]->taken.exchange(true, std::memory_order_acquire)) return *workspaces[i];
+    }
+  }
+
+  void RunLane(std::int64_t lane, std::int64_t lanes, std::int64_t rows, BlockLoss& loss) {
+    BlockWorkspace& workspace = Take();
+    float* gradient = gradients[static_cast<std::size_t>(lane)].data();
+    std::memset(gradient + network_count, 0, static_cast<std::size_t>(extra) * sizeof(float));
+    const std::int64_t blocks = BlockCount(rows);
+    const std::int64_t first = lane * blocks / lanes;
+    const std::int64_t last = (lane + 1) * blocks / lanes;
+    for (std::int64_t b = first; b < last; ++b) {
+      LossBlock block;
+      block.index = b;
+      block.first_row = b * kBlockRows;
+      block.rows = std::min(kBlockRows, rows - block.first_row);
+      block.extra_gradient = {gradient + network_count, static_cast<std::size_t>(extra)};
+      workspace.Run(block, loss, gradient, b == first ? nn::Store::kOverwrite : nn::Store::kAdd);
+    }
+    workspace.taken.store(false, std::memory_order_release);
+  }
+
+  void Reduce(std::int64_t chunk, std::int64_t lanes) {
+    const std::int64_t first = chunk * kReduceChunk;
+    const auto count = static_cast<std::size_t>(std::min(kReduceChunk, network_count + extra - first));
+    for (std::int64_t lane = 1; lane < lanes; ++lane) {
+      nn::AddTo({gradients[static_cast<std::size_t>(lane)].data() + first, count},
+                {gradients[0].data() + first, count});
+    }
+  }
+
+  GradientSchedule schedule;
+  std::int64_t network_count;
+  std::int64_t extra;
+  std::int64_t max_rows;
+  std::vector<nn::AlignedFloats> gradients;                 // [lanes] each [network_count + extra]
+  std::vector<std::unique_ptr<BlockWorkspace>> workspaces;  // [lanes]
+};
+
+Backpropagation::Backpropagation(const nn::Network& network, std::int64_t extra, std::int64_t max_rows)
+    : state_(std::make_unique<State>(network, extra, max_rows)) {}
+Backpropagation::~Backpropagation() = default;
+Backpropagation::Backpropagation(Backpropagation&&) noexcept = default;
+
+void Backpropagation::Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor,
+                          BlockLoss& loss) {
+  State& state = *state_;
+  CONSAC_ASSERT(static_cast<std::int64_t>(parameters.size()) == state.network_count + state.extra);
+  CONSAC_ASSERT(rows > 0 && rows <= state.max_rows);
+  state.schedule.Pack(parameters.data());
+  const std::int64_t lanes = LaneCountFor(rows);
+  executor.ForEach(lanes, [&](std::int64_t lane) { state.RunLane(lane, lanes, rows, loss); });
+  if (lanes == 1) return;
+  const std::int64_t chunks = (state.network_count + state.extra + kReduceChunk - 1) / kReduceChunk;
+  executor.ForEach(chunks, [&](std::int64_t chunk) { state.Reduce(chunk, lanes); });
+}
+
+std::span<float> Backpropagation::gradient() {
+  return state_->gradients[0].span();
+}
+
+}  // namespace consac::learn
