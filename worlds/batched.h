@@ -1,0 +1,100 @@
+#pragma once
+// Turns one plain world into N copies that step as one batch: one loop, no virtual call inside, results written
+// straight into the batch. Every built-in world is made by it; a world only says how one copy resets and steps.
+//
+// A world W has:
+//   using Action = std::int32_t or float;      what one element of an action is
+//   static EnvSpec Spec(std::int32_t copies);  what it offers
+//   void Reset(Rng& rng, float* observation);  starts an episode
+//   StepResult Step(const Action* action, Rng& rng, float* observation);
+//   void Visit(Archive& archive);              its exact state
+
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "consac/env/vector_env.h"
+
+namespace consac::worlds {
+
+/// What one step of one copy came to.
+struct StepResult {
+  float reward = 0.0f;       ///< of this step
+  bool terminated = false;   ///< the episode ended in a terminal state
+};
+
+/// N copies of W. Copy i draws from stream "world", index i.
+template <class W>
+class Batched final : public VectorEnv {
+ public:
+  /// `copies` >= 1.
+  explicit Batched(std::int32_t copies) : spec_(W::Spec(copies)), worlds_(static_cast<std::size_t>(copies)) {}
+
+  const EnvSpec& spec() const override { return spec_; }
+
+  void Reset(std::uint64_t seed, std::span<Batch> batches) override {
+    for (std::size_t i = 0; i < worlds_.size(); ++i) {
+      worlds_[i].rng = Rng(seed, StreamId("world"), static_cast<std::uint32_t>(i));
+      worlds_[i].steps = 0;
+      worlds_[i].world.Reset(worlds_[i].rng, Row(batches[0].next_observations, i));
+    }
+  }
+
+  void Step(std::span<Batch> batches) override {
+    Batch& batch = batches[0];
+    const auto* actions = reinterpret_cast<const typename W::Action*>(batch.actions);
+    const std::size_t action_size = spec_.behaviours[0].action_layout.row_bytes / sizeof(typename W::Action);
+    for (std::size_t i = 0; i < worlds_.size(); ++i) {
+      Copy& copy = worlds_[i];
+      float* observation = Row(batch.next_observations, i);
+      const StepResult result = copy.world.Step(actions + i * action_size, copy.rng, observation);
+      ++copy.steps;
+      const bool cut = !result.terminated && spec_.max_episode_steps > 0 && copy.steps >= spec_.max_episode_steps;
+      batch.rewards[i] = result.reward;
+      batch.terminated[i] = result.terminated ? 1 : 0;
+      batch.truncated[i] = cut ? 1 : 0;
+      if (!result.terminated && !cut) continue;
+      std::memcpy(Row(batch.final_observations, i), observation, spec_.behaviours[0].observation_layout.row_bytes);
+      copy.steps = 0;
+      copy.world.Reset(copy.rng, observation);
+    }
+  }
+
+  void Visit(Archive& archive) override { archive("worlds", worlds_); }
+
+  /// Copy `index`, for descriptions and tests.
+  W& world(std::size_t index) { return worlds_[index].world; }
+  /// Copy `index`, for descriptions and tests.
+  const W& world(std::size_t index) const { return worlds_[index].world; }
+
+ private:
+  struct Copy {
+    W world;
+    Rng rng;
+    std::int64_t steps = 0;
+    void Visit(Archive& archive) {
+      archive("world", world);
+      archive("rng", rng);
+      archive("steps", steps);
+    }
+  };
+
+  float* Row(std::byte* observations, std::size_t i) const {
+    return reinterpret_cast<float*>(observations + i * spec_.behaviours[0].observation_layout.row_bytes);
+  }
+
+  EnvSpec spec_;
+  std::vector<Copy> worlds_;
+};
+
+/// Makes N copies of W: a row's `create` in the table of worlds.
+template <class W>
+std::unique_ptr<VectorEnv> MakeBatched(std::int32_t copies) {
+  return std::make_unique<Batched<W>>(copies);
+}
+
+/// The spec of a simple world: one behaviour with these spaces, which must be legal.
+EnvSpec SimpleSpec(const char* id, Result<Space> observation, Result<Space> action, std::int32_t copies,
+                   std::int64_t max_episode_steps, double reward_threshold);
+
+}  // namespace consac::worlds

@@ -1,0 +1,63 @@
+// The table of built-in worlds.
+#include "worlds/registry.h"
+
+#include <limits>
+
+#include "consac/base/text.h"
+#include "worlds/cartpole/cartpole.h"
+#include "worlds/maze/maze.h"
+#include "worlds/pendulum/pendulum.h"
+#include "worlds/point/point.h"
+#include "worlds/reach3/reach3.h"
+#include "worlds/road/road.h"
+
+namespace consac::worlds {
+namespace {
+
+// A piece of road around what matters: "....A.......o....".
+std::string DescribeRoad(const VectorEnv& env, std::int32_t index) {
+  const Road& road = static_cast<const Batched<Road>&>(env).world(static_cast<std::size_t>(index));
+  std::string line(Road::kLast - Road::kFirst + 1, '.');
+  line[static_cast<std::size_t>(road.coin())] = 'o';
+  line[static_cast<std::size_t>(road.actor())] = 'A';
+  return line;
+}
+
+constexpr World kWorlds[] = {
+    {"road-v0", "walk along a road to a coin: the thesis' worked example", "CONSAC master thesis, Tallinn 2021",
+     MakeBatched<Road>, DescribeRoad,
+     "ppo2: n_steps=256 learning_rate=1e-3 gamma=0.9 ent_coef=0.001 noptepochs=10 norm_obs=true"},
+    {"cartpole-v1", "balance a pole on a cart", "Gymnasium CartPole-v1; Barto, Sutton and Anderson 1983",
+     MakeBatched<CartPole>, nullptr,
+     "ppo2: n_steps=32 nminibatches=1 lam=0.8 gamma=0.98 noptepochs=20 ent_coef=0 learning_rate=lin_1e-3 cliprange=lin_0.2"},
+    {"pendulum-v1", "swing a pendulum up and hold it", "Gymnasium Pendulum-v1", MakeBatched<Pendulum>, nullptr,
+     "ppo: gamma=0.9 learning_rate=1e-3 n_steps=1024"},
+    {"point-v0", "push a point mass over a plane to a goal", "CONSAC", MakeBatched<Point>, nullptr, ""},
+    {"maze-v0", "find the way out of a small maze", "CONSAC", MakeBatched<Maze>, nullptr, ""},
+    {"reach3-v0", "reach for a point in space with three joints", "CONSAC", MakeBatched<Reach3>, nullptr, ""},
+};
+
+}  // namespace
+
+EnvSpec SimpleSpec(const char* id, Result<Space> observation, Result<Space> action, std::int32_t copies,
+                   std::int64_t max_episode_steps, double reward_threshold) {
+  EnvSpec spec;
+  spec.id = id;
+  spec.behaviours.push_back(BehaviourSpec::Of("default", std::move(*observation), std::move(*action), copies));
+  spec.max_episode_steps = max_episode_steps;
+  spec.reward_threshold = reward_threshold;
+  return spec;
+}
+
+std::span<const World> Worlds() { return kWorlds; }
+
+Result<const World*> FindWorld(std::string_view id) {
+  std::vector<std::string_view> known;
+  for (const World& world : kWorlds) {
+    if (world.id == id) return &world;
+    known.emplace_back(world.id);
+  }
+  return Status{StatusCode::kNotFound, "unknown world " + Quote(id) + Suggestion(id, known)};
+}
+
+}  // namespace consac::worlds
