@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "consac/nn/aligned.h"
+#include "core/test/nn/reference_activation.h"
 
 namespace consac::nn {
 namespace {
@@ -73,28 +74,6 @@ TEST(Elementary, EndsOfTheRange) {
   for (const auto* y : {&t, &e, &s}) EXPECT_TRUE(std::isnan((*y)[3]));
 }
 
-double ActivationReference(Activation activation, double x) {
-  switch (activation) {
-    case Activation::kLinear:
-      return x;
-    case Activation::kTanh:
-      return std::tanh(x);
-    case Activation::kRelu:
-      return x > 0 ? x : 0.0;
-    case Activation::kSigmoid:
-      return 1.0 / (1.0 + std::exp(-x));
-    case Activation::kElu:
-      return x > 0 ? x : std::expm1(x);
-    case Activation::kLeakyRelu:
-      return x > 0 ? x : 0.01 * x;
-    case Activation::kSilu:
-      return x / (1.0 + std::exp(-x));
-    case Activation::kSoftplus:
-      return std::log1p(std::exp(x));
-  }
-  return 0.0;
-}
-
 class EachActivation : public testing::TestWithParam<Activation> {};
 
 TEST_P(EachActivation, MatchesItsFormula) {
@@ -104,7 +83,7 @@ TEST_P(EachActivation, MatchesItsFormula) {
   const auto count = static_cast<std::int64_t>(x.size());
   Activate(activation, 1, count, {x.data(), count}, {y.data(), count});
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double want = ActivationReference(activation, static_cast<double>(x[i]));
+    const double want = ReferenceActivation(activation, static_cast<double>(x[i]));
     ASSERT_NEAR(y[i], want, 4e-7 * std::abs(want) + 1e-12) << "x = " << x[i];
   }
 }
@@ -120,7 +99,7 @@ TEST_P(EachActivation, DerivativeMatchesDifferences) {
   for (std::size_t i = 0; i < x.size(); ++i) {
     const double at = static_cast<double>(x[i]);
     const double slope =
-        (ActivationReference(activation, at + 1e-6) - ActivationReference(activation, at - 1e-6)) / 2e-6;
+        (ReferenceActivation(activation, at + 1e-6) - ReferenceActivation(activation, at - 1e-6)) / 2e-6;
     ASSERT_NEAR(d[i], 2.0 * slope, 2e-6) << "x = " << x[i];
   }
 }
