@@ -62,11 +62,15 @@ class Framer {
   std::string_view pending() const;
 
  private:
-  std::vector<char> buffer_;
-  std::size_t begin_ = 0, end_ = 0, scanned_ = 0;
+  void SkipTerminators();
+  std::string_view Take(std::size_t length);
+
+  std::vector<char> buffer_;                       // received bytes; pending ones are [begin_, end_)
+  std::size_t begin_ = 0, end_ = 0;
+  std::size_t scanned_ = 0;                        // pending bytes that were looked at already
+  int hashes_ = 0;                                 // '#' among them
   Expect expect_ = Expect::kSetup;
   bool single_character_ = false;
-  bool skip_terminator_ = false;
 };
 
 /// Reads "o1,o2,...#reward#done" (or "o1,o2,..." alone where `act_only`) into a row. NaN, infinity, wrong counts and

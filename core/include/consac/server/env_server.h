@@ -23,6 +23,7 @@ struct EnvServerOptions {
   double quiet_s = 0.002;              ///< a trainer without terminators: a message ends after this silence
   double deadline_s = 60.0;            ///< a trainer silent for longer has left
   double min_step_s = 0.0;             ///< at least this long between steps: acts like a frame-bound engine
+  bool wait_after_end = false;         ///< as some hand-made engines: wait for an answer to an episode's last observation
 };
 
 /// How a session stands.
