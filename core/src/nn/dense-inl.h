@@ -40,18 +40,56 @@ struct DenseLayout {
   std::int64_t tail, panelled, panels_at, tail_at, tail_stride, size;
 };
 
-/// Columns [0, columns) of a [k, columns] matrix with element (k, n) at from[k * k_step + n * n_step], as panels.
-void PackPanels(const float* from, std::int64_t k_count, std::int64_t columns, std::int64_t k_step, std::int64_t n_step,
-                float* to) {
-  for (std::int64_t n = 0; n < columns;) {
-    const std::int64_t width = PanelVectors(n, columns) * LaneCount();
-    for (std::int64_t k = 0; k < k_count; ++k) {
-      for (std::int64_t i = 0; i < width; ++i) {
-        to[k * width + i] = n + i < columns ? from[k * k_step + (n + i) * n_step] : 0.0f;
-      }
+/// Sixteen numbers turned round: to(k, n) = from(n, k) for k and n below 4.
+HWY_INLINE void TransposeFour(const float* from, std::int64_t from_stride, float* to, std::int64_t to_stride) {
+#if HWY_TARGET == HWY_SCALAR
+  for (std::int64_t n = 0; n < 4; ++n) {
+    for (std::int64_t k = 0; k < 4; ++k) to[k * to_stride + n] = from[n * from_stride + k];
+  }
+#else
+  const hn::CappedTag<float, 4> d;
+  const auto r0 = hn::LoadU(d, from);
+  const auto r1 = hn::LoadU(d, from + from_stride);
+  const auto r2 = hn::LoadU(d, from + 2 * from_stride);
+  const auto r3 = hn::LoadU(d, from + 3 * from_stride);
+  const auto even_low = hn::InterleaveLower(d, r0, r2);
+  const auto odd_low = hn::InterleaveLower(d, r1, r3);
+  const auto even_high = hn::InterleaveUpper(d, r0, r2);
+  const auto odd_high = hn::InterleaveUpper(d, r1, r3);
+  hn::StoreU(hn::InterleaveLower(d, even_low, odd_low), d, to);
+  hn::StoreU(hn::InterleaveUpper(d, even_low, odd_low), d, to + to_stride);
+  hn::StoreU(hn::InterleaveLower(d, even_high, odd_high), d, to + 2 * to_stride);
+  hn::StoreU(hn::InterleaveUpper(d, even_high, odd_high), d, to + 3 * to_stride);
+#endif
+}
+
+/// One panel of W^T: to(k, i) = weight(first + i, k), zeros where there is no such row.
+HWY_INLINE void PackTransposedPanel(const float* weight, std::int64_t k_count, std::int64_t valid, std::int64_t width,
+                                    float* to) {
+  std::int64_t i = 0;
+  for (; i + 4 <= valid; i += 4) {
+    const float* rows = weight + i * k_count;
+    std::int64_t k = 0;
+    for (; k + 4 <= k_count; k += 4) TransposeFour(rows + k, k_count, to + k * width + i, width);
+    for (; k < k_count; ++k) {
+      for (std::int64_t n = 0; n < 4; ++n) to[k * width + i + n] = rows[n * k_count + k];
     }
-    to += width * k_count;
-    n += width;
+  }
+  for (; i < width; ++i) {
+    for (std::int64_t k = 0; k < k_count; ++k) to[k * width + i] = i < valid ? weight[i * k_count + k] : 0.0f;
+  }
+}
+
+/// One panel of W: to(k, i) = weight(k, first + i), zeros where there is no such column.
+HWY_INLINE void PackStraightPanel(const float* weight, std::int64_t k_count, std::int64_t stride, std::int64_t valid,
+                                  std::int64_t width, float* to) {
+  const Floats d;
+  for (std::int64_t k = 0; k < k_count; ++k, weight += stride, to += width) {
+    if (valid == width) {
+      for (std::int64_t i = 0; i < width; i += LaneCount()) hn::StoreU(hn::LoadU(d, weight + i), d, to + i);
+    } else {
+      for (std::int64_t i = 0; i < width; ++i) to[i] = i < valid ? weight[i] : 0.0f;
+    }
   }
 }
 
@@ -63,7 +101,14 @@ void DensePack(const float* weight, const float* bias, std::int64_t in_size, std
   const DenseLayout layout(in_size, out_size);
   std::memset(packed, 0, static_cast<std::size_t>(layout.panels_at) * sizeof(float));
   std::memcpy(packed, bias, static_cast<std::size_t>(out_size) * sizeof(float));
-  PackPanels(weight, in_size, layout.panelled, 1, in_size, packed + layout.panels_at);
+  float* panel = packed + layout.panels_at;
+  for (std::int64_t n = 0; n < layout.panelled;) {
+    const std::int64_t width = PanelVectors(n, layout.panelled) * LaneCount();
+    PackTransposedPanel(weight + n * in_size, in_size, width < layout.panelled - n ? width : layout.panelled - n, width,
+                        panel);
+    panel += width * in_size;
+    n += width;
+  }
   for (std::int64_t o = 0; o < layout.tail; ++o) {
     float* row = packed + layout.tail_at + o * layout.tail_stride;
     std::memset(row, 0, static_cast<std::size_t>(layout.tail_stride) * sizeof(float));
@@ -141,7 +186,12 @@ std::int64_t DensePackedBackwardSize(std::int64_t in_size, std::int64_t out_size
 }
 
 void DensePackBackward(const float* weight, std::int64_t in_size, std::int64_t out_size, float* packed) {
-  PackPanels(weight, out_size, in_size, in_size, 1, packed);
+  for (std::int64_t n = 0; n < in_size;) {
+    const std::int64_t width = PanelVectors(n, in_size) * LaneCount();
+    PackStraightPanel(weight + n, out_size, in_size, width < in_size - n ? width : in_size - n, width, packed);
+    packed += width * out_size;
+    n += width;
+  }
 }
 
 void DenseInputGradientRows(const DenseInputGradientCall& call) {

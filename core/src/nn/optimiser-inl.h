@@ -131,14 +131,20 @@ HWY_INLINE void PeakStep(FloatVector factor, FloatVector addend, FloatVector* su
   ((sums[N] = hn::MulAdd(sums[N], factor, addend)), ...);
 }
 
-/// Runs `rounds` rounds of twelve independent multiply-adds; the returned number keeps them alive.
-float PeakRun(std::int64_t rounds) {
+template <std::size_t... N>
+HWY_INLINE void StartPeak(float seed, FloatVector* sums, std::index_sequence<N...>) {
+  ((sums[N] = hn::Set(Floats(), seed + static_cast<float>(N))), ...);
+}
+
+/// Runs `rounds` rounds of twelve independent multiply-adds. They start apart (a compiler merges equal ones) and their
+/// sum is returned, so that they are kept.
+float PeakRun(std::int64_t rounds, float seed) {
   const Floats d;
   constexpr auto kAll = std::make_index_sequence<12>();
   const FloatVector factor = hn::Set(d, 0.999999f);
   const FloatVector addend = hn::Set(d, 1e-6f);
   FloatVector sums[12];
-  ZeroVectors(sums, kAll);
+  StartPeak(seed, sums, kAll);
   for (std::int64_t i = 0; i < rounds; ++i) PeakStep(factor, addend, sums, kAll);
   FloatVector total = sums[0];
   for (std::size_t n = 1; n < 12; ++n) total = hn::Add(total, sums[n]);
