@@ -1,6 +1,5 @@
 // Observations and actions of text protocol 1, straight between bytes and rows: no allocation but for an error.
-#include <algorithm>
-#include <cmath>
+#include <charconv>
 #include <cstring>
 
 #include "consac/base/text.h"
@@ -71,7 +70,7 @@ char* PutRow(const Layout& layout, const std::byte* row, char* at) {
   if (leaf.space.kind() == SpaceKind::kDiscrete) {
     std::int32_t choice = 0;
     std::memcpy(&choice, row + leaf.offset, sizeof(choice));
-    return PutNumber(static_cast<float>(choice), at);
+    return std::to_chars(at, at + kLongestNumber, choice).ptr;
   }
   const auto* values = reinterpret_cast<const float*>(row + leaf.offset);
   for (std::int64_t i = 0; i < leaf.count; ++i) {

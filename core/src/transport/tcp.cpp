@@ -1,0 +1,223 @@
+// TCP on standalone Asio, without exceptions: non-blocking sockets, bounded spin, then poll with the deadline.
+#include <asio/error_code.hpp>
+#include <cmath>
+#include <exception>
+
+// Asio asks for this where exceptions are off. Every call below takes an error_code, so only a broken precondition
+// of Asio itself could come here.
+#if defined(ASIO_NO_EXCEPTIONS)
+namespace asio::detail {
+template <typename Exception>
+void throw_exception(const Exception&) {
+  std::terminate();
+}
+}  // namespace asio::detail
+#endif
+
+#include <asio/buffer.hpp>
+#include <asio/connect.hpp>
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+
+#if !defined(_WIN32)
+#include <poll.h>
+#endif
+
+#include "consac/base/text.h"
+#include "consac/transport/transport.h"
+#include "transport/waiter.h"
+
+namespace consac {
+namespace {
+
+using asio::ip::tcp;
+
+enum class WaitFor : std::uint8_t { kReadable, kWritable };
+
+/// Sleeps until the socket is ready or the time is over; false when it is over.
+bool WaitForSocket(tcp::socket::native_handle_type handle, WaitFor what, double timeout_s) {
+#if defined(_WIN32)
+  WSAPOLLFD entry = {handle, static_cast<SHORT>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
+  return WSAPoll(&entry, 1, static_cast<int>(std::ceil(timeout_s * 1e3))) > 0;
+#else
+  pollfd entry = {handle, static_cast<short>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
+  timespec time;
+  const double clamped = std::clamp(timeout_s, 0.0, 1e6);
+  time.tv_sec = static_cast<time_t>(clamped);
+  time.tv_nsec = static_cast<long>((clamped - std::floor(clamped)) * 1e9);
+  return ppoll(&entry, 1, &time, nullptr) > 0;
+#endif
+}
+
+std::string EndpointText(const tcp::endpoint& endpoint) {
+  asio::error_code ignored;
+  return endpoint.address().to_string() + ":" + std::to_string(endpoint.port());
+}
+
+Status PeerGone(const std::string& peer, const asio::error_code& error) {
+  const bool closed = error == asio::error::eof;
+  return {StatusCode::kUnavailable, closed ? peer + " closed the connection" : "the connection to " + peer + " broke: " + error.message()};
+}
+
+class TcpTransport final : public Transport {
+ public:
+  TcpTransport(std::unique_ptr<asio::io_context> context, tcp::socket socket)
+      : context_(std::move(context)), socket_(std::move(socket)) {
+    asio::error_code ignored;
+    socket_.set_option(tcp::no_delay(true), ignored);
+    socket_.non_blocking(true, ignored);
+    const tcp::endpoint remote = socket_.remote_endpoint(ignored);
+    peer_ = EndpointText(remote);
+  }
+
+  Result<std::size_t> Read(std::span<std::byte> into, double timeout_s) override {
+    std::size_t count = 0;
+    asio::error_code error;
+    const auto ready = [&] {
+      error.clear();
+      count = socket_.read_some(asio::buffer(into.data(), into.size()), error);
+      return error != asio::error::would_block && error != asio::error::try_again;
+    };
+    if (!socket_.is_open()) return Status{StatusCode::kUnavailable, "the connection to " + peer_ + " is closed"};
+    if (!ready()) {
+      if (timeout_s <= 0.0) return std::size_t{0};
+      const double deadline = Now() + timeout_s;
+      if (!spin_.Spin(timeout_s, ready)) {
+        // A socket may wake without data; then the rest of the time is waited again.
+        do {
+          if (!WaitForSocket(socket_.native_handle(), WaitFor::kReadable, deadline - Now())) return std::size_t{0};
+        } while (!ready() && Now() < deadline);
+      }
+    }
+    if (error == asio::error::would_block || error == asio::error::try_again) return std::size_t{0};
+    if (error) return PeerGone(peer_, error);
+    return count;
+  }
+
+  Status Write(std::span<const std::byte> bytes, double timeout_s) override {
+    if (!socket_.is_open()) return {StatusCode::kUnavailable, "the connection to " + peer_ + " is closed"};
+    double deadline = 0.0;
+    while (!bytes.empty()) {
+      asio::error_code error;
+      const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), error);
+      if (!error) {
+        bytes = bytes.subspan(count);
+        deadline = 0.0;
+        continue;
+      }
+      if (error != asio::error::would_block && error != asio::error::try_again) return PeerGone(peer_, error);
+      if (deadline == 0.0) deadline = Now() + timeout_s;
+      if (Now() >= deadline || !WaitForSocket(socket_.native_handle(), WaitFor::kWritable, deadline - Now())) {
+        return {StatusCode::kDeadlineExceeded, peer_ + " takes no data for " + NumberText(timeout_s) + " s; it hangs or is stopped in a debugger"};
+      }
+    }
+    return Status::Ok();
+  }
+
+  void Close() override {
+    asio::error_code ignored;
+    if (!socket_.is_open()) return;
+    socket_.shutdown(tcp::socket::shutdown_both, ignored);
+    socket_.close(ignored);
+  }
+
+  std::string peer() const override { return peer_; }
+
+ private:
+  std::unique_ptr<asio::io_context> context_;
+  tcp::socket socket_;
+  std::string peer_;
+  SpinBudget spin_;
+};
+
+class TcpListener final : public Listener {
+ public:
+  explicit TcpListener(const std::string& host) : acceptor_(context_), host_(host) {}
+
+  Status Open(const Endpoint& endpoint) {
+    asio::error_code error;
+    tcp::resolver resolver(context_);
+    const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port), tcp::resolver::passive, error);
+    if (error || found.empty()) return {StatusCode::kInvalidArgument, "cannot listen on host " + Quote(endpoint.host) + ": " + error.message()};
+    const tcp::endpoint local = found.begin()->endpoint();
+    acceptor_.open(local.protocol(), error);
+    if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor_.bind(local, error);
+    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    if (!error) acceptor_.non_blocking(true, error);
+    if (error == asio::error::address_in_use) {
+      return {StatusCode::kAlreadyExists, "port " + std::to_string(endpoint.port) + " is in use; stop what listens there, choose another port, or use port 0 for a free one"};
+    }
+    if (error) return {StatusCode::kUnavailable, "cannot listen on " + endpoint.host + ":" + std::to_string(endpoint.port) + ": " + error.message()};
+    port_ = acceptor_.local_endpoint(error).port();
+    return Status::Ok();
+  }
+
+  Result<std::unique_ptr<Transport>> Accept(double timeout_s) override {
+    if (!acceptor_.is_open()) return Status{StatusCode::kFailedPrecondition, "the port is closed; open it before accepting"};
+    if (timeout_s > 0.0 && !WaitForSocket(acceptor_.native_handle(), WaitFor::kReadable, timeout_s)) return std::unique_ptr<Transport>();
+    // The connection lives on a context of its own, so that it may outlive this listener.
+    auto context = std::make_unique<asio::io_context>();
+    tcp::socket socket(*context);
+    asio::error_code error;
+    acceptor_.accept(socket, error);
+    if (error == asio::error::would_block || error == asio::error::try_again || error == asio::error::connection_aborted) return std::unique_ptr<Transport>();
+    if (error) return Status{StatusCode::kResourceExhausted, "cannot accept a connection on port " + std::to_string(port_) + ": " + error.message()};
+    return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
+  }
+
+  int port() const override { return port_; }
+
+  void Close() override {
+    asio::error_code ignored;
+    acceptor_.close(ignored);
+  }
+
+ private:
+  asio::io_context context_;
+  tcp::acceptor acceptor_;
+  std::string host_;
+  int port_ = 0;
+};
+
+/// A non-blocking connect with a deadline.
+asio::error_code ConnectSocket(tcp::socket& socket, const tcp::endpoint& remote, double timeout_s) {
+  asio::error_code error;
+  socket.open(remote.protocol(), error);
+  if (error) return error;
+  socket.non_blocking(true, error);
+  socket.native_non_blocking(true, error);
+  // Asio's connect on a socket in user-set non-blocking mode returns would_block instead of waiting.
+  socket.connect(remote, error);
+  if (error != asio::error::would_block && error != asio::error::in_progress) return error;
+  if (!WaitForSocket(socket.native_handle(), WaitFor::kWritable, timeout_s)) return asio::error::timed_out;
+  int code = 0;
+  socklen_t size = sizeof(code);
+  getsockopt(socket.native_handle(), SOL_SOCKET, SO_ERROR, reinterpret_cast<char*>(&code), &size);
+  return asio::error_code(code, asio::error::get_system_category());
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Listener>> ListenTcp(const Endpoint& endpoint) {
+  auto listener = std::make_unique<TcpListener>(endpoint.host);
+  CONSAC_RETURN_IF_ERROR(listener->Open(endpoint));
+  return std::unique_ptr<Listener>(std::move(listener));
+}
+
+Result<std::unique_ptr<Transport>> ConnectTcp(const Endpoint& endpoint, double timeout_s) {
+  auto context = std::make_unique<asio::io_context>();
+  const std::string where = endpoint.host + ":" + std::to_string(endpoint.port);
+  asio::error_code error;
+  tcp::resolver resolver(*context);
+  const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port), error);
+  if (error) return Status{StatusCode::kInvalidArgument, "cannot find host " + Quote(endpoint.host) + ": " + error.message()};
+  for (const auto& entry : found) {
+    tcp::socket socket(*context);
+    error = ConnectSocket(socket, entry.endpoint(), timeout_s);
+    if (!error) return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
+  }
+  return Status{StatusCode::kUnavailable, "nobody answers at " + where + " (" + error.message() + "); start the engine, or check host and port"};
+}
+
+}  // namespace consac
