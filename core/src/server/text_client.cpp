@@ -1,0 +1,156 @@
+// The trainer's end of text protocol 1. States: setup -> observation -> (action -> observation)*.
+#include <algorithm>
+#include <cstring>
+
+#include "consac/base/text.h"
+#include "consac/protocol/text1.h"
+#include "consac/server/env_client.h"
+
+namespace consac {
+namespace {
+
+using text1::Framer;
+
+Status AtStep(const Status& status, std::int64_t step) {
+  return {status.code(), "at step " + std::to_string(step) + ": " + status.message()};
+}
+
+class TextClient final : public EnvClient {
+ public:
+  TextClient(std::unique_ptr<Transport> transport, const EnvClientOptions& options)
+      : transport_(std::move(transport)), options_(options) {}
+
+  Status ReadSetup() {
+    framer_.SetExpect(Framer::Expect::kSetup, false);
+    Result<std::string_view> message = ReadMessage(options_.setup_timeout_s, nullptr);
+    if (!message.ok()) {
+      if (message.status().code() != StatusCode::kDeadlineExceeded) return message.status();
+      return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but sent no setup within " + NumberText(options_.setup_timeout_s) +
+                                                 " s; an engine sends its setup first, so is this another service?"};
+    }
+    if (!message->starts_with("D#") && !message->starts_with("B#")) {
+      return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " + Quote(*message) + ", expected a setup such as D#3#0#B#2#0,0,40,40#1000"};
+    }
+    Result<text1::Setup> setup = text1::ParseSetup(*message);
+    if (!setup.ok()) return setup.status();
+    request_ = {setup->training_length, setup->model_name};
+    spec_.behaviours.push_back(BehaviourSpec::Of("default", std::move(setup->observation_space), std::move(setup->action_space), 1));
+    action_text_.resize(text1::MaxText(spec_.behaviours[0].action_layout));
+    framer_.SetExpect(Framer::Expect::kObservation, true);
+    return Status::Ok();
+  }
+
+  const EnvSpec& spec() const override { return spec_; }
+  const SessionRequest& request() const override { return request_; }
+
+  Status Reset(std::span<Batch> batches) override {
+    bool done = false;
+    float reward = 0.0f;
+    return ReadObservation(batches[0].next_observations, &reward, &done, nullptr);
+  }
+
+  Status Step(std::span<Batch> batches, MoreSteps more) override {
+    Batch& batch = batches[0];
+    const BehaviourSpec& behaviour = spec_.behaviours[0];
+    const std::size_t length = text1::EncodeAction(behaviour.action_layout, batch.actions, text1::Terminator::kNewline, action_text_);
+    const auto action = std::as_bytes(std::span<const char>(action_text_).first(length));
+    ++steps_;
+    Status status = transport_->Write(action, options_.deadline_s);
+    if (!status.ok()) return AtStep(status, steps_);
+    bool done = false;
+    status = ReadObservation(batch.next_observations, batch.rewards, &done, nullptr);
+    if (!status.ok()) return AtStep(status, steps_);
+    batch.terminated[0] = done ? 1 : 0;
+    batch.truncated[0] = 0;
+    if (!done) return Status::Ok();
+    std::memcpy(batch.final_observations, batch.next_observations, behaviour.observation_layout.row_bytes);
+    return more == MoreSteps::kLast ? Status::Ok() : BeginEpisode(batch, action);
+  }
+
+  void Close() override { transport_->Close(); }
+  std::string description() const override { return transport_->peer() + ", text protocol 1"; }
+
+ private:
+  static constexpr const char* kAfterEndHint =
+      "the engine is silent after an episode's end; if it waits for an answer there, use --answer-done";
+
+  /// After an episode's last observation: the first one of the next.
+  Status BeginEpisode(Batch& batch, std::span<const std::byte> action) {
+    bool done = true;
+    float reward = 0.0f;
+    // An engine may repeat the end before it has reset; nothing is learned from that.
+    while (done) {
+      if (options_.answer_done) {
+        const Status status = transport_->Write(action, options_.deadline_s);
+        if (!status.ok()) return AtStep(status, steps_);
+      }
+      const Status status = ReadObservation(batch.next_observations, &reward, &done, kAfterEndHint);
+      if (!status.ok()) return AtStep(status, steps_);
+    }
+    return Status::Ok();
+  }
+
+  Status ReadObservation(std::byte* row, float* reward, bool* done, const char* hint) {
+    const Result<std::string_view> message = ReadMessage(options_.deadline_s, hint);
+    if (!message.ok()) return message.status();
+    const bool act_only = request_.training_length == 0;
+    return text1::ParseObservation(*message, spec_.behaviours[0].observation_layout, act_only, row, reward, done);
+  }
+
+  /// The next message, within `deadline_s`. `hint` is logged once when nothing came for after_end_s.
+  Result<std::string_view> ReadMessage(double deadline_s, const char* hint) {
+    const double start = Now();
+    while (true) {
+      std::string_view message = framer_.Next();
+      if (!message.empty()) return message;
+      const bool partial = !framer_.pending().empty();
+      const double left = deadline_s - (Now() - start);
+      if (left <= 0.0) {
+        return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(deadline_s) + " s" +
+                                                         (partial ? " in the middle of " + Quote(framer_.pending()) : "") +
+                                                         "; if it is paused, raise --deadline"};
+      }
+      double wait = partial ? std::min(left, options_.quiet_s) : left;
+      if (hint != nullptr) wait = std::min(wait, options_.after_end_s);
+      const Result<std::size_t> count = transport_->Read(framer_.Writable(), wait);
+      if (!count.ok()) return count.status();
+      CONSAC_RETURN_IF_ERROR(framer_.Commit(*count));
+      if (*count > 0) continue;
+      if (partial && MayEndHere()) {
+        message = framer_.Quiet();
+        if (!message.empty()) return message;
+      }
+      if (hint != nullptr && Now() - start >= options_.after_end_s) {
+        Log(LogLevel::kWarning, hint);
+        hint = nullptr;
+      }
+    }
+  }
+
+  // A message that began but stopped: without terminators it is one only where no further byte must follow. An
+  // observation with a reward always ends in `done`, so half of one is waited for.
+  bool MayEndHere() const {
+    const std::string_view pending = framer_.pending();
+    const auto hashes = std::count(pending.begin(), pending.end(), '#');
+    if (spec_.behaviours.empty()) return hashes >= 6 || hashes == 0;
+    return request_.training_length == 0 && hashes == 0;
+  }
+
+  std::unique_ptr<Transport> transport_;
+  EnvClientOptions options_;
+  Framer framer_;
+  EnvSpec spec_;
+  SessionRequest request_;
+  std::vector<char> action_text_;
+  std::int64_t steps_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<EnvClient>> EnvClient::Open(std::unique_ptr<Transport> transport, const EnvClientOptions& options) {
+  auto client = std::make_unique<TextClient>(std::move(transport), options);
+  CONSAC_RETURN_IF_ERROR(client->ReadSetup());
+  return std::unique_ptr<EnvClient>(std::move(client));
+}
+
+}  // namespace consac
