@@ -11,6 +11,8 @@ namespace {
 
 using text1::Framer;
 
+constexpr double kStopLook = 0.1;  // s between looks at the stop flag
+
 Status AtStep(const Status& status, std::int64_t step) {
   return {status.code(), "at step " + std::to_string(step) + ": " + status.message()};
 }
@@ -110,8 +112,12 @@ class TextClient final : public EnvClient {
                                                          (partial ? " in the middle of " + Quote(framer_.pending()) : "") +
                                                          "; if it is paused, raise --deadline"};
       }
+      if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed)) {
+        return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
+      }
       double wait = partial ? std::min(left, options_.quiet_s) : left;
       if (hint != nullptr) wait = std::min(wait, options_.after_end_s);
+      if (options_.stop != nullptr) wait = std::min(wait, kStopLook);
       const Result<std::size_t> count = transport_->Read(framer_.Writable(), wait);
       if (!count.ok()) return count.status();
       CONSAC_RETURN_IF_ERROR(framer_.Commit(*count));

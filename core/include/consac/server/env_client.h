@@ -2,6 +2,7 @@
 // The trainer's end of a connection to an engine: a world that can fail. Looks like VectorEnv, but every call
 // returns a Status. The protocol behind it is found out at connect; so far text protocol 1 (one world, one agent).
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -18,6 +19,7 @@ struct EnvClientOptions {
   double deadline_s = 60.0;        ///< for every later one; a paused editor needs more
   double quiet_s = 0.002;          ///< an engine without terminators: a message ends after this silence
   double after_end_s = 2.0;        ///< silence after an episode's end that is reported with a hint at answer_done
+  const std::atomic<bool>* stop = nullptr;  ///< once true, a waiting call returns kCancelled within 0.1 s
   bool answer_done = false;        ///< answer an episode's last observation with an action that the engine ignores
 };
 

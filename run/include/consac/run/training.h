@@ -36,6 +36,7 @@ struct EvaluateOptions {
   std::int64_t episodes = 100;          ///< to average over
   std::uint64_t seed = 1000;            ///< of the worlds
   bool deterministic = true;            ///< the mode, or a sample
+  std::int64_t max_episode_steps = 1000;  ///< an episode of a world without a time limit of its own counts after these
   double connect_timeout_s = 60.0;      ///< keep trying to reach an engine for so long
   double deadline_s = 60.0;             ///< longest silence of an engine
 };

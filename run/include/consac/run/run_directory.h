@@ -1,0 +1,44 @@
+#pragma once
+// A run's folder, runs/NAME: who may write to it, and its checkpoints. Layout: docs/runs.md.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "consac/base/archive.h"
+#include "consac/base/status.h"
+
+namespace consac::run {
+
+/// What to do with a run's name that exists.
+enum class ExistingRun : std::uint8_t { kRefuse, kResume, kOverwrite };
+
+/// An opened run folder, locked against a second writer until destroyed.
+class RunDirectory {
+ public:
+  /// Makes or opens directory/name. kAlreadyExists names --resume and --force; kNotFound when there is nothing to
+  /// resume; kFailedPrecondition when another process trains it.
+  static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name, ExistingRun existing);
+  ~RunDirectory();
+  RunDirectory(const RunDirectory&) = delete;
+  RunDirectory& operator=(const RunDirectory&) = delete;
+
+  /// The folder.
+  const std::string& path() const { return path_; }
+  /// A file in it.
+  std::string File(const std::string& name) const { return path_ + "/" + name; }
+  /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
+  Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description, std::int64_t keep) const;
+  /// The newest checkpoint that is whole; damaged ones are passed over with a warning. kNotFound when there is none.
+  Result<StateMap> LoadCheckpoint() const;
+
+ private:
+  RunDirectory(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+  std::vector<std::string> Checkpoints() const;
+
+  std::string path_;
+  int lock_;
+};
+
+}  // namespace consac::run

@@ -1,0 +1,105 @@
+#include "consac/run/run_directory.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "consac/base/text.h"
+#include "consac/model/model_file.h"
+
+namespace consac::run {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A name becomes a folder, so it must not lead out of the runs folder.
+Status CheckName(const std::string& name) {
+  const bool plain = !name.empty() && name[0] != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  });
+  if (plain && name.size() <= 128) return Status::Ok();
+  return {StatusCode::kInvalidArgument, "run name " + Quote(name) + " cannot be a folder; use letters, digits, '_', '-' and '.'"};
+}
+
+bool HoldsRun(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path + "/config.yaml", ignored) || fs::exists(path + "/model.consac", ignored);
+}
+
+// Only what a run writes; whatever else somebody put there stays.
+void RemoveRun(const std::string& path) {
+  std::error_code ignored;
+  for (const char* name : {"config.yaml", "model.consac", "checkpoints", "progress.csv", "monitor.csv", "tensorboard", "curve.svg", "curve.png"}) {
+    fs::remove_all(path + "/" + name, ignored);
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name, ExistingRun existing) {
+  CONSAC_RETURN_IF_ERROR(CheckName(name));
+  const std::string path = directory + "/" + name;
+  const bool exists = HoldsRun(path);
+  if (exists && existing == ExistingRun::kRefuse) {
+    return Status{StatusCode::kAlreadyExists, "run '" + path + "' exists; go on with it by --resume, overwrite it by --force, or choose another --name"};
+  }
+  if (!exists && existing == ExistingRun::kResume) {
+    return Status{StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
+  }
+  std::error_code error;
+  fs::create_directories(path + "/checkpoints", error);
+  if (error) return Status{StatusCode::kUnavailable, "cannot make folder '" + path + "': " + error.message()};
+  const int lock = open((path + "/.lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (lock < 0) return Status{StatusCode::kUnavailable, "cannot write in '" + path + "': " + std::strerror(errno)};
+  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    close(lock);
+    return Status{StatusCode::kFailedPrecondition, "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
+  }
+  if (existing == ExistingRun::kOverwrite) {
+    RemoveRun(path);
+    fs::create_directories(path + "/checkpoints", error);
+  }
+  return std::unique_ptr<RunDirectory>(new RunDirectory(path, lock));
+}
+
+RunDirectory::~RunDirectory() { close(lock_); }
+
+std::vector<std::string> RunDirectory::Checkpoints() const {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator entry(path_ + "/checkpoints", error), end; !error && entry != end; entry.increment(error)) {
+    const std::string file = entry->path().string();
+    if (file.ends_with(".consac")) found.push_back(file);
+  }
+  std::sort(found.begin(), found.end());  // the step count has a fixed width
+  return found;
+}
+
+Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description, std::int64_t keep) const {
+  ModelFile file;
+  file.spec_json = description;
+  file.PutState(state);
+  CONSAC_RETURN_IF_ERROR(file.Save(fmt::format("{}/checkpoints/step_{:012d}.consac", path_, steps)));
+  std::vector<std::string> all = Checkpoints();
+  std::error_code ignored;
+  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) fs::remove(all[i], ignored);
+  return Status::Ok();
+}
+
+Result<StateMap> RunDirectory::LoadCheckpoint() const {
+  std::vector<std::string> all = Checkpoints();
+  for (auto path = all.rbegin(); path != all.rend(); ++path) {
+    const Result<ModelFile> file = ModelFile::Load(*path);
+    if (file.ok()) return file->TakeState();
+    Log(LogLevel::kWarning, "passing over a checkpoint: " + file.status().message());
+  }
+  return Status{StatusCode::kNotFound, "run '" + path_ + "' has no usable checkpoint"};
+}
+
+}  // namespace consac::run
