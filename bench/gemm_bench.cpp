@@ -28,9 +28,9 @@ void TimeDense(std::int64_t in, std::int64_t out, double peak) {
               0, peak);
   PrintKernel("pack backward", shape, BestSeconds([&] { nn::PackDenseBackward(w.data(), in, out, backward.data()); }),
               0, peak);
-  const nn::DenseForwardCall call{
-      shape, forward.data(), {x.data(), x_stride}, {y.data(), y_stride}, nn::Activation::kLinear, {}};
-  PrintKernel("forward", shape, BestSeconds([&] { nn::DenseForward(call); }), flops, peak);
+  const nn::DenseLayer layer{in, out, nn::Activation::kLinear};
+  const nn::ForwardCall call{forward.data(), 64, {x.data(), x_stride}, {y.data(), y_stride}, {}};
+  PrintKernel("forward", shape, BestSeconds([&] { nn::DenseForward(layer, call); }), flops, peak);
   const nn::DenseInputGradientCall dx_call{
       shape, backward.data(), {y.data(), y_stride}, {dx.data(), x_stride}, nn::Store::kOverwrite};
   PrintKernel("input gradient", shape, BestSeconds([&] { nn::DenseInputGradient(dx_call); }), flops, peak);

@@ -149,36 +149,36 @@ HWY_NOINLINE void DotRows(std::int64_t rows, std::int64_t in_size, ConstRows x, 
   }
 }
 
-void DenseForwardRows(const DenseForwardCall& call) {
-  const std::int64_t rows = call.shape.rows;
-  const DenseLayout layout(call.shape.in_size, call.shape.out_size);
+void DenseForwardRows(const DenseLayer& layer, const ForwardCall& call) {
+  const DenseLayout layout(layer.in_size, layer.out_size);
   const bool keep = call.z.data != nullptr;
-  const Rows z = keep ? call.z : call.y;
+  float* z = keep ? call.z.data : call.y.data;
+  const std::int64_t z_stride = keep ? call.z.stride : call.y.stride;
   const float* bias = call.packed;
   if (layout.panelled > 0) {
-    Product<Broadcast::kAlongK>({rows, layout.panelled, call.shape.in_size, call.x.data, call.x.stride,
-                                 call.packed + layout.panels_at, 0, bias, 0, z.data, z.stride});
+    Product<Broadcast::kAlongK>({call.rows, layout.panelled, layer.in_size, call.x.data, call.x.stride,
+                                 call.packed + layout.panels_at, 0, bias, 0, z, z_stride});
   }
   const float* w = call.packed + layout.tail_at;
-  const Rows tail{z.data + layout.panelled, z.stride};
+  const Rows tail{z + layout.panelled, z_stride};
   bias += layout.panelled;
   switch (layout.tail) {
     case 1:
-      DotRows<1>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      DotRows<1>(call.rows, layer.in_size, call.x, w, layout.tail_stride, bias, tail);
       break;
     case 2:
-      DotRows<2>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      DotRows<2>(call.rows, layer.in_size, call.x, w, layout.tail_stride, bias, tail);
       break;
     case 3:
-      DotRows<3>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      DotRows<3>(call.rows, layer.in_size, call.x, w, layout.tail_stride, bias, tail);
       break;
     case 4:
-      DotRows<4>(rows, call.shape.in_size, call.x, w, layout.tail_stride, bias, tail);
+      DotRows<4>(call.rows, layer.in_size, call.x, w, layout.tail_stride, bias, tail);
       break;
     default:
       break;
   }
-  ActivateRows(call.activation, rows, call.shape.out_size, z, call.y);
+  ActivateRows(layer.activation, call.rows, layer.out_size, {z, z_stride}, call.y);
 }
 
 std::int64_t DensePackedBackwardSize(std::int64_t in_size, std::int64_t out_size) {

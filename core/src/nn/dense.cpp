@@ -86,13 +86,8 @@ void DenseOpPack(const Block& block, const float* parameters, float* packed) {
   PackDense(parameters, parameters + block.in_size * block.out_size, block.in_size, block.out_size, packed);
 }
 
-void DenseOpForward(const OpForwardCall& call) {
-  DenseForward({{call.rows, call.block->in_size, call.block->out_size},
-                call.packed,
-                call.x,
-                call.y,
-                call.block->activation,
-                call.z});
+void DenseOpForward(const Block& block, const ForwardCall& call) {
+  DenseForward({block.in_size, block.out_size, block.activation}, call);
 }
 
 }  // namespace

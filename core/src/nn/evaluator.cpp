@@ -51,7 +51,7 @@ struct Evaluator::State {
         const std::int64_t size = step.block.in_size;
         const ConstRows x = step.input < plan.input_count ? ConstRows(inputs[step.input] + first * size, size)
                                                           : ConstRows(At(step.input, first));
-        step.op->forward({&step.block, packed.data() + packed_at[s], count, x, At(step.output, first), {}});
+        step.op->forward(step.block, {packed.data() + packed_at[s], count, x, At(step.output, first), {}});
       }
     }
   }

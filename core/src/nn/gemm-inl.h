@@ -199,7 +199,7 @@ HWY_INLINE std::int64_t WideTile(std::int64_t rows, std::int64_t full_panels, co
 }
 
 template <Broadcast kBroadcast>
-void Product(const ProductCall& p) {
+HWY_INLINE void Product(const ProductCall& p) {
   const std::int64_t lanes = LaneCount();
   const std::int64_t width = static_cast<std::int64_t>(kPanelVectors) * lanes;
   const std::int64_t a_row = kBroadcast == Broadcast::kAlongK ? p.a_stride : 1;

@@ -88,8 +88,8 @@ std::int64_t PackedDenseSize(std::int64_t in_size, std::int64_t out_size) {
 void PackDense(const float* weight, const float* bias, std::int64_t in_size, std::int64_t out_size, float* packed) {
   HWY_DYNAMIC_DISPATCH(DensePack)(weight, bias, in_size, out_size, packed);
 }
-void DenseForward(const DenseForwardCall& call) {
-  HWY_DYNAMIC_DISPATCH(DenseForwardRows)(call);
+void DenseForward(const DenseLayer& layer, const ForwardCall& call) {
+  HWY_DYNAMIC_DISPATCH(DenseForwardRows)(layer, call);
 }
 
 std::int64_t PackedDenseBackwardSize(std::int64_t in_size, std::int64_t out_size) {

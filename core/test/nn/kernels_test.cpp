@@ -152,7 +152,8 @@ class DenseSizes : public testing::TestWithParam<std::int64_t> {
 void ExpectForward(DenseCase& c) {
   AlignedFloats packed(PackedDenseSize(c.in, c.out));
   PackDense(c.w.data(), c.b.data(), c.in, c.out, packed.data());
-  DenseForward({c.shape(), packed.data(), {c.x.data(), c.in}, {c.y.data(), c.out}, Activation::kLinear, {}});
+  DenseForward({c.in, c.out, Activation::kLinear},
+               {packed.data(), c.rows, {c.x.data(), c.in}, {c.y.data(), c.out}, {}});
   for (std::int64_t r = 0; r < c.rows; ++r) {
     for (std::int64_t o = 0; o < c.out; ++o) {
       double want = c.b.data()[o];
@@ -171,16 +172,12 @@ TEST_P(DenseSizes, ForwardMatchesFloat64) {
 void ExpectRowsAlone(DenseCase& c) {
   AlignedFloats packed(PackedDenseSize(c.in, c.out));
   PackDense(c.w.data(), c.b.data(), c.in, c.out, packed.data());
-  DenseForward({c.shape(), packed.data(), {c.x.data(), c.in}, {c.y.data(), c.out}, Activation::kTanh, {}});
+  DenseForward({c.in, c.out, Activation::kTanh}, {packed.data(), c.rows, {c.x.data(), c.in}, {c.y.data(), c.out}, {}});
   for (std::int64_t first = 0; first < c.rows; ++first) {
     for (std::int64_t rows = 1; rows <= 9 && first + rows <= c.rows; ++rows) {
       AlignedFloats alone(rows * c.out);
-      DenseForward({{rows, c.in, c.out},
-                    packed.data(),
-                    {c.x.data() + first * c.in, c.in},
-                    {alone.data(), c.out},
-                    Activation::kTanh,
-                    {}});
+      DenseForward({c.in, c.out, Activation::kTanh},
+                   {packed.data(), rows, {c.x.data() + first * c.in, c.in}, {alone.data(), c.out}, {}});
       ASSERT_EQ(
           std::memcmp(alone.data(), c.y.data() + first * c.out, static_cast<std::size_t>(rows * c.out) * sizeof(float)),
           0)

@@ -81,8 +81,8 @@ void BlockWorkspace::Forward(std::int64_t rows) {
   const nn::Plan& plan = schedule_.plan;
   for (std::size_t s = 0; s < plan.steps.size(); ++s) {
     const nn::PlanStep& step = plan.steps[s];
-    step.op->forward({&step.block, schedule_.packed.data() + schedule_.forward_at[s], rows, Value(step.input),
-                      Value(step.output), PreActivation(step.output)});
+    step.op->forward(step.block, {schedule_.packed.data() + schedule_.forward_at[s], rows, Value(step.input),
+                                  Value(step.output), PreActivation(step.output)});
   }
 }
 

@@ -21,7 +21,7 @@ class AlignedFloats {
   /// `count` zeros.
   explicit AlignedFloats(std::int64_t count) : count_(count) {
     const std::size_t bytes = static_cast<std::size_t>(count + kSlack) * sizeof(float);
-    data_.reset(static_cast<float*>(::operator new(bytes, std::align_val_t{64})));
+    data_.reset(static_cast<float*>(::operator new (bytes, std::align_val_t{64})));
     std::memset(data_.get(), 0, bytes);
   }
   /// First float.
@@ -35,7 +35,7 @@ class AlignedFloats {
 
  private:
   struct Free {
-    void operator()(float* data) const { ::operator delete(data, std::align_val_t{64}); }
+    void operator()(float* data) const { ::operator delete (data, std::align_val_t{64}); }
   };
   std::unique_ptr<float, Free> data_;
   std::int64_t count_ = 0;

@@ -27,8 +27,8 @@ struct ConstRows {
   ConstRows(const float* first, std::int64_t row_stride) : data(first), stride(row_stride) {}
   /// From a writable one.
   ConstRows(const Rows& rows) : data(rows.data), stride(rows.stride) {}  // NOLINT: implicit by intent
-  const float* data = nullptr;  ///< first element
-  std::int64_t stride = 0;      ///< floats from one row to the next
+  const float* data = nullptr;                                           ///< first element
+  std::int64_t stride = 0;                                               ///< floats from one row to the next
 };
 /// The three sizes of a dense layer at work.
 struct DenseShape {
@@ -42,17 +42,23 @@ std::int64_t PackedDenseSize(std::int64_t in_size, std::int64_t out_size);
 /// Packs weight [out, in] and bias [out] into `packed` [PackedDenseSize].
 void PackDense(const float* weight, const float* bias, std::int64_t in_size, std::int64_t out_size, float* packed);
 
-/// One dense layer forward.
-struct DenseForwardCall {
-  DenseShape shape;                            ///< sizes
-  const float* packed = nullptr;               ///< from PackDense
-  ConstRows x;                                 ///< [rows, in]
-  Rows y;                                      ///< [rows, out] written
-  Activation activation = Activation::kLinear; ///< applied to y
-  Rows z;                                      ///< [rows, out] before the activation, or null: not wanted
+/// What a dense layer is, for running it forward.
+struct DenseLayer {
+  std::int64_t in_size = 0;                     ///< features read
+  std::int64_t out_size = 0;                    ///< features written
+  Activation activation = Activation::kLinear;  ///< applied to y
 };
-/// y = activation(x W^T + b). Row r depends on row r of x alone, bit for bit, however many rows there are.
-void DenseForward(const DenseForwardCall& call);
+/// One layer's forward work.
+struct ForwardCall {
+  const float* packed = nullptr;  ///< its packed parameters
+  std::int64_t rows = 0;          ///< samples
+  ConstRows x;                    ///< [rows, in_size]
+  Rows y;                         ///< [rows, out_size] written
+  Rows z;                         ///< [rows, out_size] before the activation, or null: not wanted
+};
+/// y = activation(x W^T + b), from PackDense. Row r depends on row r of x alone, bit for bit, however many rows there
+/// are.
+void DenseForward(const DenseLayer& layer, const ForwardCall& call);
 
 /// Floats of a dense layer's weight packed for its input gradient.
 std::int64_t PackedDenseBackwardSize(std::int64_t in_size, std::int64_t out_size);
@@ -75,11 +81,11 @@ void DenseInputGradient(const DenseInputGradientCall& call);
 
 /// Gradient with respect to a dense layer's parameters.
 struct DenseWeightGradientCall {
-  DenseShape shape;         ///< sizes
-  ConstRows x;              ///< [rows, in] with slack
-  ConstRows dz;             ///< [rows, out] with slack, gradient before the activation
-  float* dw = nullptr;      ///< [out, in] result
-  float* db = nullptr;      ///< [out] result
+  DenseShape shape;     ///< sizes
+  ConstRows x;          ///< [rows, in] with slack
+  ConstRows dz;         ///< [rows, out] with slack, gradient before the activation
+  float* dw = nullptr;  ///< [out, in] result
+  float* db = nullptr;  ///< [out] result
   Store store = Store::kOverwrite;
 };
 /// dw = dz^T x, db = column sums of dz; sums run over rows in order.

@@ -11,25 +11,15 @@
 
 namespace consac::nn {
 
-/// One block's forward work.
-struct OpForwardCall {
-  const Block* block = nullptr;   ///< which block
-  const float* packed = nullptr;  ///< its packed parameters
-  std::int64_t rows = 0;          ///< samples
-  ConstRows x;                    ///< [rows, in_size]
-  Rows y;                         ///< [rows, out_size] written
-  Rows z;                         ///< [rows, out_size] before the activation, or null: not wanted
-};
-
 /// A kind of block.
 struct Op {
-  std::string_view name;                                          ///< as in Block::op
-  Status (*validate)(const Block& block);                         ///< sizes that it cannot have; names the block
-  std::vector<Parameter> (*parameters)(const Block& block);       ///< its tensors; offsets count from the block's first
-  void (*initialise)(const Block& block, Rng& rng, float* parameters);             ///< starting values
-  std::int64_t (*packed_size)(const Block& block);                                 ///< floats for pack
-  void (*pack)(const Block& block, const float* parameters, float* packed);        ///< arranges for the kernels
-  void (*forward)(const OpForwardCall& call);                                      ///< runs it
+  std::string_view name;                                     ///< as in Block::op
+  Status (*validate)(const Block& block);                    ///< sizes that it cannot have; names the block
+  std::vector<Parameter> (*parameters)(const Block& block);  ///< its tensors; offsets count from the block's first
+  void (*initialise)(const Block& block, Rng& rng, float* parameters);       ///< starting values
+  std::int64_t (*packed_size)(const Block& block);                           ///< floats for pack
+  void (*pack)(const Block& block, const float* parameters, float* packed);  ///< arranges for the kernels
+  void (*forward)(const Block& block, const ForwardCall& call);              ///< runs it
 };
 
 /// The row of that name, or null.

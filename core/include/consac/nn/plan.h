@@ -37,10 +37,10 @@ struct Plan {
   /// Steps that output `index` needs, in order.
   std::vector<std::size_t> StepsTo(std::size_t index) const;
 
-  std::vector<PlanValue> values;      ///< inputs, then results
-  std::vector<PlanStep> steps;        ///< in execution order
-  std::vector<std::size_t> outputs;   ///< values that the network's outputs name
-  std::size_t input_count = 0;        ///< values that the caller gives
+  std::vector<PlanValue> values;     ///< inputs, then results
+  std::vector<PlanStep> steps;       ///< in execution order
+  std::vector<std::size_t> outputs;  ///< values that the network's outputs name
+  std::size_t input_count = 0;       ///< values that the caller gives
 };
 
 /// Floats between rows of an inner value: whole cache lines, and never a multiple of 1 KiB, which would crowd every
