@@ -1,114 +1,22 @@
 #include "consac/run/config.h"
 
-#include <yaml-cpp/yaml.h>
+#include <algorithm>
 
-#include <variant>
-
+#include "config_fields.h"
 #include "consac/base/file.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
+#include "yaml_tree.h"
 
 namespace consac::run {
 namespace {
 
-constexpr std::size_t kLargestFile = 1 << 20;
-
-using Member = std::variant<std::string RunConfig::*, std::int64_t RunConfig::*, std::uint64_t RunConfig::*,
-                            std::int32_t RunConfig::*, double RunConfig::*, bool RunConfig::*>;
-
-/// One field: its name in YAML and --set, where it lives, the smallest legal number.
-struct Field {
-  std::string_view name;
-  Member member;
-  double low = 0;
-};
-
-// Reading, writing, --set and messages all come from this table. `name`, `directory`, `resume` and `force` belong to
-// one start of a run, not to the run, and are flags only.
-const Field kFields[] = {
-    {"world", &RunConfig::world},
-    {"algorithm", &RunConfig::algorithm},
-    {"steps", &RunConfig::steps, -1},
-    {"seed", &RunConfig::seed},
-    {"envs", &RunConfig::envs, 1},
-    {"threads", &RunConfig::threads, 1},
-    {"checkpoint_every_s", &RunConfig::checkpoint_every_s},
-    {"checkpoint_every_updates", &RunConfig::checkpoint_every_updates},
-    {"keep_checkpoints", &RunConfig::keep_checkpoints, 1},
-    {"log_interval", &RunConfig::log_interval, 1},
-    {"table", &RunConfig::table},
-    {"progress", &RunConfig::progress},
-    {"tensorboard", &RunConfig::tensorboard},
-    {"connect_timeout_s", &RunConfig::connect_timeout_s},
-    {"deadline_s", &RunConfig::deadline_s},
-    {"quiet_s", &RunConfig::quiet_s},
-    {"answer_done", &RunConfig::answer_done},
-};
 constexpr std::string_view kHyperparameters = "hyperparameters";
 
-const Field* FindField(std::string_view name) {
-  for (const Field& field : kFields) {
-    if (field.name == name) return &field;
-  }
-  return nullptr;
-}
-
-Status BadValue(std::string_view name, std::string_view text, const std::string& expected) {
-  return {StatusCode::kInvalidArgument, std::string(name) + " = " + Quote(text) + " cannot be used; expected " + expected};
-}
-
-bool ReadBoolean(std::string_view text, bool* value) {
-  *value = text == "true" || text == "yes" || text == "on";
-  return *value || text == "false" || text == "no" || text == "off";
-}
-
-Status SetField(const Field& field, std::string_view text, RunConfig* config) {
-  std::string digits;
-  for (const char c : text) digits += c == '_' ? "" : std::string(1, c);
-  double number = 0.0;
-  const bool is_number = ParseNumber(digits, &number) && number >= field.low;
-  const bool is_whole = is_number && number == static_cast<double>(static_cast<std::int64_t>(number));
-  if (auto* member = std::get_if<std::string RunConfig::*>(&field.member)) config->*(*member) = text;
-  if (auto* member = std::get_if<bool RunConfig::*>(&field.member)) {
-    if (!ReadBoolean(text, &(config->*(*member)))) return BadValue(field.name, text, "true or false");
-  }
-  if (auto* member = std::get_if<double RunConfig::*>(&field.member)) {
-    if (!is_number) return BadValue(field.name, text, "a number of at least " + NumberText(field.low));
-    config->*(*member) = number;
-  }
-  const std::string whole = "a whole number of at least " + NumberText(field.low);
-  if (auto* member = std::get_if<std::int64_t RunConfig::*>(&field.member)) {
-    if (!is_whole) return BadValue(field.name, text, whole);
-    config->*(*member) = static_cast<std::int64_t>(number);
-  }
-  if (auto* member = std::get_if<std::uint64_t RunConfig::*>(&field.member)) {
-    std::int64_t value = 0;
-    if (!ParseNumber(digits, &value) || value < 0) return BadValue(field.name, text, whole);
-    config->*(*member) = static_cast<std::uint64_t>(value);
-  }
-  if (auto* member = std::get_if<std::int32_t RunConfig::*>(&field.member)) {
-    if (!is_whole || number > 1 << 20) return BadValue(field.name, text, whole + " and at most 1048576");
-    config->*(*member) = static_cast<std::int32_t>(number);
-  }
-  return Status::Ok();
-}
-
-std::string FieldText(const Field& field, const RunConfig& config) {
-  return std::visit(
-      [&](auto member) -> std::string {
-        const auto& value = config.*member;
-        using T = std::decay_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, std::string>) return value;
-        else if constexpr (std::is_same_v<T, bool>) return value ? "true" : "false";
-        else if constexpr (std::is_same_v<T, double>) return NumberText(value);
-        else return std::to_string(value);
-      },
-      field.member);
-}
-
 Status UnknownKey(std::string_view name, std::span<const learn::Hyperparameter> table) {
-  std::vector<std::string_view> known{kHyperparameters};
-  for (const Field& field : kFields) known.push_back(field.name);
+  std::vector<std::string_view> known;
+  for (const Field& field : Fields()) known.emplace_back(field.name);
+  known.push_back(kHyperparameters);
   for (const learn::Hyperparameter& row : table) {
     known.emplace_back(row.name);
     if (row.alias[0] != '\0') known.emplace_back(row.alias);
@@ -116,120 +24,173 @@ Status UnknownKey(std::string_view name, std::span<const learn::Hyperparameter> 
   return {StatusCode::kInvalidArgument, "unknown key " + Quote(name) + Suggestion(name, known)};
 }
 
-/// Sets a hyperparameter after a look at its algorithm's table.
+const learn::Hyperparameter* FindHyperparameter(std::span<const learn::Hyperparameter> table, std::string_view name) {
+  for (const learn::Hyperparameter& row : table) {
+    if (row.name == name || (row.alias[0] != '\0' && row.alias == name)) return &row;
+  }
+  return nullptr;
+}
+
+/// Checks a hyperparameter against the algorithm's table and keeps its text, under the table's own name.
 Status SetHyperparameter(std::string_view name, std::string_view text, RunConfig* config) {
   const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config->algorithm);
   if (!algorithm.ok()) return algorithm.status();
-  learn::HyperparameterSet values((*algorithm)->hyperparameters);
-  const Status status = values.Set(name, text);
-  if (!status.ok()) return status.message().starts_with("unknown") ? UnknownKey(name, (*algorithm)->hyperparameters) : status;
-  config->hyperparameters.emplace_back(name, text);
+  const auto table = (*algorithm)->hyperparameters;
+  const learn::Hyperparameter* row = FindHyperparameter(table, name);
+  if (row == nullptr) return UnknownKey(name, table);
+  learn::HyperparameterSet checked(table);
+  CONSAC_RETURN_IF_ERROR(checked.Set(name, text));
+  std::erase_if(config->hyperparameters, [row](const auto& given) { return given.first == row->name || given.first == row->alias; });
+  config->hyperparameters.emplace_back(row->name, std::string(text));
   return Status::Ok();
 }
 
-Status SetKey(std::string_view name, std::string_view text, RunConfig* config) {
+Status SetKey(std::string_view name, const YamlNode& node, RunConfig* config) {
   const Field* field = FindField(name);
-  return field != nullptr ? SetField(*field, text, config) : SetHyperparameter(name, text, config);
+  if (field == nullptr) return SetHyperparameter(name, FlowText(node), config);
+  if (node.kind == YamlNode::Kind::kScalar) return SetField(*field, node.text, config);
+  const std::string found = node.kind == YamlNode::Kind::kNull ? "nothing" : FlowText(node);
+  return {StatusCode::kInvalidArgument, std::string(name) + " is " + found + "; expected a " + FieldType(*field)};
 }
 
-Status At(std::string_view origin, const YAML::Mark& mark, const Status& status) {
-  return {status.code(), std::string(origin) + ":" + std::to_string(mark.line + 1) + ": " + status.message()};
+Status AtLine(std::string_view origin, const YamlNode& node, const Status& status) {
+  if (status.ok()) return status;
+  return {status.code(), std::string(origin) + ":" + std::to_string(node.line) + ": " + status.message()};
 }
 
-/// A scalar's text as written; lists in flow form are put back together for net_arch.
-Result<std::string> ScalarText(const YAML::Node& node) {
-  if (node.IsScalar()) return node.Scalar();
-  if (node.IsNull()) return std::string("none");
-  YAML::Emitter emitter;
-  emitter.SetSeqFormat(YAML::Flow);
-  emitter.SetMapFormat(YAML::Flow);
-  emitter << node;
-  if (!emitter.good()) return Status{StatusCode::kInvalidArgument, "its value cannot be read"};
-  return std::string(emitter.c_str());
-}
-
-Status ReadEntry(std::string_view origin, const YAML::Node& key, const YAML::Node& value, RunConfig* config) {
-  if (!key.IsScalar()) return At(origin, key.Mark(), {StatusCode::kInvalidArgument, "a key must be a word"});
-  if (key.Scalar() == kHyperparameters) {
-    if (!value.IsMap()) return At(origin, value.Mark(), {StatusCode::kInvalidArgument, "hyperparameters must be a list of 'name: value' lines"});
-    for (const auto& entry : value) {
-      const Result<std::string> text = ScalarText(entry.second);
-      const Status status = !entry.first.IsScalar() ? Status{StatusCode::kInvalidArgument, "a key must be a word"}
-                            : !text.ok()            ? text.status()
-                                                    : SetHyperparameter(entry.first.Scalar(), *text, config);
-      if (!status.ok()) return At(origin, entry.first.Mark(), status);
-    }
-    return Status::Ok();
+Status SetHyperparameters(const YamlNode& map, std::string_view origin, RunConfig* config) {
+  if (map.kind == YamlNode::Kind::kNull) return Status::Ok();
+  if (map.kind != YamlNode::Kind::kMap) {
+    return AtLine(origin, map, {StatusCode::kInvalidArgument, "hyperparameters must be a list of 'name: value'"});
   }
-  const Result<std::string> text = ScalarText(value);
-  const Status status = text.ok() ? SetKey(key.Scalar(), *text, config) : text.status();
-  return status.ok() ? status : At(origin, key.Mark(), status);
+  for (const YamlNode& child : map.children) {
+    CONSAC_RETURN_IF_ERROR(AtLine(origin, child, SetHyperparameter(child.key, FlowText(child), config)));
+  }
+  return Status::Ok();
 }
 
-// The algorithm first, because it decides which hyperparameters there are.
-Status ReadNode(const YAML::Node& root, std::string_view origin, RunConfig* config) {
-  if (root.IsNull()) return Status::Ok();
-  if (!root.IsMap()) return At(origin, root.Mark(), {StatusCode::kInvalidArgument, "expected 'key: value' lines"});
-  for (const bool algorithm_pass : {true, false}) {
-    for (const auto& entry : root) {
-      const bool is_algorithm = entry.first.IsScalar() && entry.first.Scalar() == "algorithm";
-      if (is_algorithm == algorithm_pass) CONSAC_RETURN_IF_ERROR(ReadEntry(origin, entry.first, entry.second, config));
+Status ReadTree(const YamlNode& root, std::string_view origin, RunConfig* config) {
+  if (root.kind == YamlNode::Kind::kNull) return Status::Ok();
+  if (root.kind != YamlNode::Kind::kMap) {
+    return AtLine(origin, root, {StatusCode::kInvalidArgument, "expected lines of 'key: value'"});
+  }
+  // The algorithm first: its table says which other keys there are.
+  for (const YamlNode& child : root.children) {
+    if (child.key == "algorithm") CONSAC_RETURN_IF_ERROR(AtLine(origin, child, SetKey(child.key, child, config)));
+  }
+  for (const YamlNode& child : root.children) {
+    if (child.key == kHyperparameters) {
+      CONSAC_RETURN_IF_ERROR(SetHyperparameters(child, origin, config));
+    } else {
+      CONSAC_RETURN_IF_ERROR(AtLine(origin, child, SetKey(child.key, child, config)));
     }
   }
   return Status::Ok();
+}
+
+/// A double-quoted YAML scalar.
+std::string Quoted(std::string_view text) {
+  static constexpr char kHex[] = "0123456789abcdef";
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      out += std::string("\\x") + kHex[byte >> 4] + kHex[byte & 15];
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+/// Name, value and what it means for every hyperparameter, resolved; what is given alone where that is impossible.
+struct Setting {
+  std::string name, value, meaning;
+  bool quoted = true;
+};
+
+std::vector<Setting> ResolvedHyperparameters(const RunConfig& config) {
+  std::vector<Setting> settings;
+  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
+  if (!algorithm.ok()) {
+    for (const auto& [name, value] : config.hyperparameters) settings.push_back({name, value, "", true});
+    return settings;
+  }
+  learn::HyperparameterSet values((*algorithm)->hyperparameters);
+  for (const auto& [name, value] : config.hyperparameters) {
+    if (!values.Set(name, value).ok()) settings.push_back({name, value, "", true});
+  }
+  for (const learn::Hyperparameter& row : values.table()) {
+    const bool text = row.type == learn::ParameterType::kText || row.type == learn::ParameterType::kChoice;
+    settings.push_back({row.name, values.Text(row.name), row.meaning, text});
+  }
+  return settings;
+}
+
+void AppendLine(std::string_view indent, const Setting& setting, std::string* out) {
+  std::string line = std::string(indent) + setting.name + ": " + (setting.quoted ? Quoted(setting.value) : setting.value);
+  if (!setting.meaning.empty()) {
+    line.resize(std::max<std::size_t>(line.size() + 2, 40), ' ');
+    line += "# " + setting.meaning;
+  }
+  *out += line + "\n";
 }
 
 }  // namespace
 
 Status ReadYaml(std::string_view text, std::string_view origin, RunConfig* config) {
-  if (text.size() > kLargestFile) {
-    return {StatusCode::kResourceExhausted, std::string(origin) + " is longer than 1 MiB; that is no configuration"};
-  }
-  RunConfig changed = *config;
-  try {
-    CONSAC_RETURN_IF_ERROR(ReadNode(YAML::Load(std::string(text)), origin, &changed));
-  } catch (const YAML::Exception& error) {
-    return At(origin, error.mark, {StatusCode::kInvalidArgument, "not YAML: " + error.msg});
-  }
-  *config = std::move(changed);
+  const Result<YamlNode> root = ParseYaml(text, origin);
+  if (!root.ok()) return root.status();
+  RunConfig next = *config;
+  CONSAC_RETURN_IF_ERROR(ReadTree(*root, origin, &next));
+  *config = std::move(next);
   return Status::Ok();
 }
 
 Status ReadYamlFile(const std::string& path, RunConfig* config) {
-  const Result<std::vector<std::byte>> bytes = ReadFile(path, kLargestFile);
+  const Result<std::vector<std::byte>> bytes = ReadFile(path, kMaxYamlBytes);
   if (!bytes.ok()) return bytes.status();
-  return ReadYaml({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path, config);
+  return ReadYaml(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()), path, config);
 }
 
 Status ApplySetting(std::string_view assignment, RunConfig* config) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string_view::npos || equals == 0) {
-    return {StatusCode::kInvalidArgument, "--set " + Quote(assignment) + " is no assignment; write --set key=value"};
+    return {StatusCode::kInvalidArgument, "setting " + Quote(assignment) + " cannot be used; expected key=value"};
   }
-  return SetKey(assignment.substr(0, equals), assignment.substr(equals + 1), config);
+  const std::string_view name = assignment.substr(0, equals), value = assignment.substr(equals + 1);
+  const Field* field = FindField(name);
+  return field != nullptr ? SetField(*field, value, config) : SetHyperparameter(name, value, config);
 }
 
 std::string WriteYaml(const RunConfig& config) {
-  YAML::Emitter out;
-  out << YAML::BeginMap;
-  for (const Field& field : kFields) {
-    const std::string text = FieldText(field, config);
-    out << YAML::Key << std::string(field.name) << YAML::Value;
-    if (std::holds_alternative<std::string RunConfig::*>(field.member)) out << YAML::DoubleQuoted << text;
-    else out << text;
+  std::string out;
+  for (const Field& field : Fields()) {
+    const bool text = std::holds_alternative<std::string RunConfig::*>(field.member);
+    AppendLine("", {field.name, FieldText(field, config), field.meaning, text}, &out);
   }
-  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
-  if (algorithm.ok()) {
-    learn::HyperparameterSet values((*algorithm)->hyperparameters);
-    for (const auto& [name, text] : config.hyperparameters) (void)values.Set(name, text);
-    out << YAML::Key << std::string(kHyperparameters) << YAML::Value << YAML::BeginMap;
-    for (const learn::Hyperparameter& row : (*algorithm)->hyperparameters) {
-      out << YAML::Key << row.name << YAML::Value << YAML::DoubleQuoted << values.Text(row.name) << YAML::Comment(row.meaning);
-    }
-    out << YAML::EndMap;
+  const std::vector<Setting> hyperparameters = ResolvedHyperparameters(config);
+  if (!hyperparameters.empty()) out += std::string(kHyperparameters) + ":\n";
+  for (const Setting& setting : hyperparameters) AppendLine("  ", setting, &out);
+  return out;
+}
+
+std::vector<ConfigField> ConfigFields() {
+  std::vector<ConfigField> rows;
+  for (const Field& field : Fields()) rows.push_back({field.name, FieldType(field), FieldText(field, RunConfig{}), field.meaning});
+  return rows;
+}
+
+std::vector<std::pair<std::string, std::string>> DecidingSettings(const RunConfig& config) {
+  std::vector<std::pair<std::string, std::string>> settings;
+  for (const Field& field : Fields()) {
+    if (field.decides == Decides::kResult) settings.emplace_back(field.name, FieldText(field, config));
   }
-  out << YAML::EndMap;
-  return std::string("# Everything that this run was started with. Start it again: consac train --config THIS_FILE\n") + out.c_str() + "\n";
+  for (Setting& setting : ResolvedHyperparameters(config)) settings.emplace_back(std::move(setting.name), std::move(setting.value));
+  return settings;
 }
 
 }  // namespace consac::run

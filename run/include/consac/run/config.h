@@ -39,7 +39,9 @@ struct RunConfig {
   bool forever = false;                ///< serve one session of the engine after another
 };
 
-/// Reads YAML text over `config`. An unknown key is an error that names the nearest known one, with its line.
+/// Reads YAML text over `config`: fields of RunConfig, hyperparameters of its algorithm below `hyperparameters:` or
+/// beside the fields. An unknown key is an error that names the nearest known one, with its line. A failure leaves
+/// `config` as it was. Where a flag names the algorithm, set config->algorithm before this call and after it.
 Status ReadYaml(std::string_view text, std::string_view origin, RunConfig* config);
 /// Reads a YAML file over `config`.
 Status ReadYamlFile(const std::string& path, RunConfig* config);
@@ -47,5 +49,19 @@ Status ReadYamlFile(const std::string& path, RunConfig* config);
 Status ApplySetting(std::string_view assignment, RunConfig* config);
 /// The YAML text that ReadYaml turns into the same configuration; hyperparameters resolved in full.
 std::string WriteYaml(const RunConfig& config);
+
+
+/// One field of RunConfig, for help texts and documents.
+struct ConfigField {
+  std::string name;           ///< the key in YAML and in --set
+  std::string type;           ///< "text", "whole number", "number", "true or false"
+  std::string default_value;  ///< as text
+  std::string meaning;        ///< one line
+};
+/// Every field, in the order in which they are written.
+std::vector<ConfigField> ConfigFields();
+/// What a resumed run must share with its beginning, by name: world, algorithm, seed, copies and every hyperparameter,
+/// resolved. Equal entries, equal results.
+std::vector<std::pair<std::string, std::string>> DecidingSettings(const RunConfig& config);
 
 }  // namespace consac::run

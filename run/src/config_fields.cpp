@@ -1,0 +1,164 @@
+#include "config_fields.h"
+
+#include <cmath>
+
+#include "consac/base/text.h"
+#include "consac/learn/algo/learner.h"
+#include "consac/transport/transport.h"
+#include "worlds/registry.h"
+
+namespace consac::run {
+namespace {
+
+constexpr double kMost = 9.0e18;            // of a 64-bit whole number
+constexpr double kExactWhole = 9007199254740992.0;  // 2^53: whole numbers a double holds exactly
+
+Status CheckAlgorithm(std::string_view value) { return learn::FindAlgorithm(value).status(); }
+
+Status CheckWorld(std::string_view value) {
+  if (value.starts_with("tcp://")) return Endpoint::Parse(value).status();
+  return worlds::FindWorld(value).status();
+}
+
+constexpr Field kFields[] = {
+    {"world", &RunConfig::world, 0, 0, Decides::kResult, CheckWorld, "a built-in world, or tcp://host:port of an engine"},
+    {"algorithm", &RunConfig::algorithm, 0, 0, Decides::kResult, CheckAlgorithm, "which algorithm learns"},
+    {"name", &RunConfig::name, 0, 0, Decides::kNothing, nullptr, "the run's folder; empty: made from world, algorithm and seed"},
+    {"directory", &RunConfig::directory, 0, 0, Decides::kNothing, nullptr, "where runs live"},
+    {"steps", &RunConfig::steps, -1, kMost, Decides::kNothing, nullptr,
+     "agent steps to train; -1: what the engine says, else 100000"},
+    {"seed", &RunConfig::seed, 0, kMost, Decides::kResult, nullptr, "of every random number"},
+    {"envs", &RunConfig::envs, 1, 1e6, Decides::kResult, nullptr, "copies of a built-in world"},
+    {"threads", &RunConfig::threads, 1, 1024, Decides::kNothing, nullptr, "cores to learn on; never changes the result"},
+    {"checkpoint_every_s", &RunConfig::checkpoint_every_s, 0, kMost, Decides::kNothing, nullptr,
+     "seconds between checkpoints; 0: not by time"},
+    {"checkpoint_every_updates", &RunConfig::checkpoint_every_updates, 0, kMost, Decides::kNothing, nullptr,
+     "updates between checkpoints; 0: not by updates"},
+    {"keep_checkpoints", &RunConfig::keep_checkpoints, 1, kMost, Decides::kNothing, nullptr, "older ones are deleted"},
+    {"log_interval", &RunConfig::log_interval, 1, kMost, Decides::kNothing, nullptr, "updates between tables"},
+    {"table", &RunConfig::table, 0, 0, Decides::kNothing, nullptr, "print the table of each update"},
+    {"progress", &RunConfig::progress, 0, 0, Decides::kNothing, nullptr, "show a progress bar, or lines where there is no terminal"},
+    {"tensorboard", &RunConfig::tensorboard, 0, 0, Decides::kNothing, nullptr, "write TensorBoard events"},
+    {"connect_timeout_s", &RunConfig::connect_timeout_s, 0, 1e9, Decides::kNothing, nullptr,
+     "keep trying to reach an engine for so many seconds"},
+    {"deadline_s", &RunConfig::deadline_s, 0, 1e9, Decides::kNothing, nullptr, "longest silence of an engine, seconds"},
+    {"quiet_s", &RunConfig::quiet_s, 0, 1e3, Decides::kNothing, nullptr,
+     "text protocol 1: a message without terminator ends after this silence, seconds"},
+    {"answer_done", &RunConfig::answer_done, 0, 0, Decides::kNothing, nullptr,
+     "text protocol 1: answer an episode's last observation"},
+    {"resume", &RunConfig::resume, 0, 0, Decides::kNothing, nullptr, "go on with a run that exists"},
+    {"force", &RunConfig::force, 0, 0, Decides::kNothing, nullptr, "overwrite a run that exists"},
+    {"forever", &RunConfig::forever, 0, 0, Decides::kNothing, nullptr, "serve one session of the engine after another"},
+};
+
+Status Unusable(const Field& field, std::string_view text, const std::string& expected) {
+  return {StatusCode::kInvalidArgument, std::string(field.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
+}
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// "1_000_000" as "1000000"; an underscore that does not stand between digits stays, and spoils the number.
+std::string WithoutSeparators(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool separator = text[i] == '_' && i > 0 && i + 1 < text.size() && IsDigit(text[i - 1]) && IsDigit(text[i + 1]);
+    if (!separator) out += text[i];
+  }
+  return out;
+}
+
+/// Whole numbers may be written "1e6" as well.
+bool ParseWhole(std::string_view text, std::int64_t* value) {
+  const std::string plain = WithoutSeparators(text);
+  if (ParseNumber(plain, value)) return true;
+  double real = 0.0;
+  if (!ParseNumber(plain, &real) || real != std::floor(real) || std::fabs(real) > kExactWhole) return false;
+  *value = static_cast<std::int64_t>(real);
+  return true;
+}
+
+std::string RangeText(const Field& field) {
+  return field.high >= kMost ? " of at least " + NumberText(field.low)
+                             : " from " + NumberText(field.low) + " to " + NumberText(field.high);
+}
+
+template <class Whole>
+Status SetWhole(const Field& field, std::string_view text, Whole* value) {
+  std::int64_t parsed = 0;
+  const bool fits = ParseWhole(text, &parsed) && static_cast<double>(parsed) >= field.low && static_cast<double>(parsed) <= field.high;
+  if (!fits) return Unusable(field, text, "a whole number" + RangeText(field));
+  *value = static_cast<Whole>(parsed);
+  return Status::Ok();
+}
+
+/// How each type of member is read, written and called.
+struct Setter {
+  const Field& field;
+  std::string_view text;
+
+  Status operator()(std::string* value) const {
+    if (field.check != nullptr && !text.empty()) CONSAC_RETURN_IF_ERROR(field.check(text));
+    *value = std::string(text);
+    return Status::Ok();
+  }
+  Status operator()(bool* value) const {
+    const bool yes = text == "true" || text == "True", no = text == "false" || text == "False";
+    if (!yes && !no) return Unusable(field, text, "true or false");
+    *value = yes;
+    return Status::Ok();
+  }
+  Status operator()(double* value) const {
+    double parsed = 0.0;
+    if (!ParseNumber(WithoutSeparators(text), &parsed) || parsed < field.low || parsed > field.high) {
+      return Unusable(field, text, "a number" + RangeText(field));
+    }
+    *value = parsed;
+    return Status::Ok();
+  }
+  Status operator()(std::int64_t* value) const { return SetWhole(field, text, value); }
+  Status operator()(std::uint64_t* value) const { return SetWhole(field, text, value); }
+  Status operator()(std::int32_t* value) const { return SetWhole(field, text, value); }
+};
+
+struct Writer {
+  std::string operator()(const std::string& value) const { return value; }
+  std::string operator()(bool value) const { return value ? "true" : "false"; }
+  std::string operator()(double value) const { return NumberText(value); }
+  std::string operator()(std::int64_t value) const { return std::to_string(value); }
+  std::string operator()(std::uint64_t value) const { return std::to_string(value); }
+  std::string operator()(std::int32_t value) const { return std::to_string(value); }
+};
+
+struct TypeNamer {
+  const char* operator()(const std::string&) const { return "text"; }
+  const char* operator()(bool) const { return "true or false"; }
+  const char* operator()(double) const { return "number"; }
+  const char* operator()(std::int64_t) const { return "whole number"; }
+  const char* operator()(std::uint64_t) const { return "whole number"; }
+  const char* operator()(std::int32_t) const { return "whole number"; }
+};
+
+}  // namespace
+
+std::span<const Field> Fields() { return kFields; }
+
+const Field* FindField(std::string_view name) {
+  for (const Field& field : kFields) {
+    if (field.name == name) return &field;
+  }
+  return nullptr;
+}
+
+Status SetField(const Field& field, std::string_view text, RunConfig* config) {
+  return std::visit([&](auto member) { return Setter{field, text}(&(config->*member)); }, field.member);
+}
+
+std::string FieldText(const Field& field, const RunConfig& config) {
+  return std::visit([&](auto member) { return Writer{}(config.*member); }, field.member);
+}
+
+const char* FieldType(const Field& field) {
+  return std::visit([](auto member) { return TypeNamer{}(RunConfig{}.*member); }, field.member);
+}
+
+}  // namespace consac::run

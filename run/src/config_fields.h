@@ -1,0 +1,42 @@
+#pragma once
+// The one table of RunConfig's fields: reading, writing, --set, help, documents and "did you mean" come from it.
+// Private to run.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "consac/run/config.h"
+
+namespace consac::run {
+
+/// Which member a row speaks of, and thereby which values it takes.
+using FieldMember = std::variant<std::string RunConfig::*, std::int64_t RunConfig::*, std::uint64_t RunConfig::*,
+                                 std::int32_t RunConfig::*, double RunConfig::*, bool RunConfig::*>;
+
+/// Whether a resumed run must have the value that it began with.
+enum class Decides : std::uint8_t { kNothing, kResult };
+
+/// One row.
+struct Field {
+  const char* name;      ///< key in YAML and --set
+  FieldMember member;    ///< where the value lives
+  double low, high;      ///< legal numbers
+  Decides decides;       ///< kResult: part of DecidingSettings
+  Status (*check)(std::string_view value);  ///< of a text, or null
+  const char* meaning;   ///< one line
+};
+
+/// Every row, in the order in which they are written.
+std::span<const Field> Fields();
+/// The row of that name, or null.
+const Field* FindField(std::string_view name);
+/// Sets a field from text; the error says what was expected.
+Status SetField(const Field& field, std::string_view text, RunConfig* config);
+/// The value as text, without quotes.
+std::string FieldText(const Field& field, const RunConfig& config);
+/// "whole number", "true or false", ...
+const char* FieldType(const Field& field);
+
+}  // namespace consac::run

@@ -1,0 +1,87 @@
+#include "link.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "worlds/registry.h"
+
+namespace consac::run {
+namespace {
+
+constexpr double kRetryPause = 0.2;   // s between attempts to connect
+constexpr double kSayEvery = 3.0;     // s between lines about it
+
+class LocalLink final : public WorldLink {
+ public:
+  explicit LocalLink(std::unique_ptr<VectorEnv> env) : env_(std::move(env)) {}
+  const EnvSpec& spec() const override { return env_->spec(); }
+  Status Reset(std::uint64_t seed, std::span<Batch> batches) override {
+    env_->Reset(seed, batches);
+    return Status::Ok();
+  }
+  Status Step(std::span<Batch> batches, MoreSteps) override {
+    env_->Step(batches);
+    return Status::Ok();
+  }
+  void Visit(Archive& archive) override { env_->Visit(archive); }
+  std::string description() const override { return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots); }
+
+ private:
+  std::unique_ptr<VectorEnv> env_;
+};
+
+class EngineLink final : public WorldLink {
+ public:
+  explicit EngineLink(std::unique_ptr<EnvClient> client) : client_(std::move(client)) {}
+  ~EngineLink() override { client_->Close(); }
+  const EnvSpec& spec() const override { return client_->spec(); }
+  Status Reset(std::uint64_t, std::span<Batch> batches) override { return client_->Reset(batches); }
+  Status Step(std::span<Batch> batches, MoreSteps more) override { return client_->Step(batches, more); }
+  void Visit(Archive&) override {}
+  SessionRequest request() const override { return client_->request(); }
+  std::string description() const override { return client_->description(); }
+
+ private:
+  std::unique_ptr<EnvClient> client_;
+};
+
+}  // namespace
+
+bool IsUrl(const std::string& world) { return world.find("://") != std::string::npos; }
+
+Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies) {
+  const Result<const worlds::World*> row = worlds::FindWorld(world);
+  if (!row.ok()) return row.status();
+  return std::unique_ptr<WorldLink>(std::make_unique<LocalLink>((*row)->create(copies)));
+}
+
+Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options, const std::function<void(const std::string&)>& say) {
+  const Result<Endpoint> endpoint = Endpoint::Parse(options.url);
+  if (!endpoint.ok()) return endpoint.status();
+  const double start = Now();
+  double next_line = start + 1.0;
+  while (true) {
+    const std::atomic<bool>* stop = options.client.stop;
+    if (stop != nullptr && stop->load()) return Status{StatusCode::kCancelled, "stopped while waiting for an engine at " + options.url};
+    Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, 2.0);
+    if (transport.ok()) {
+      Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options.client);
+      if (!client.ok()) return client.status();
+      return std::unique_ptr<WorldLink>(std::make_unique<EngineLink>(std::move(*client)));
+    }
+    if (transport.status().code() != StatusCode::kUnavailable) return transport.status();
+    const double waited = Now() - start;
+    if (waited >= options.connect_timeout_s) {
+      return Status{StatusCode::kUnavailable, fmt::format("{} (tried for {:.0f} s; --connect-timeout changes that)", transport.status().message(), waited)};
+    }
+    if (Now() >= next_line) {
+      say(fmt::format("waiting for an engine at {} ({:.0f} of {:.0f} s)", options.url, waited, options.connect_timeout_s));
+      next_line = Now() + kSayEvery;
+    }
+    std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
+  }
+}
+
+}  // namespace consac::run

@@ -1,0 +1,47 @@
+#pragma once
+// The world of a run, wherever it is: in this process or behind a connection. The training loop drives either through
+// this one face. Private to run.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "consac/env/vector_env.h"
+#include "consac/server/env_client.h"
+
+namespace consac::run {
+
+/// A world that a loop can drive.
+class WorldLink {
+ public:
+  virtual ~WorldLink() = default;
+  /// What it offers.
+  virtual const EnvSpec& spec() const = 0;
+  /// First observations into next_observations.
+  virtual Status Reset(std::uint64_t seed, std::span<Batch> batches) = 0;
+  /// One step.
+  virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;
+  /// State of a world in this process; nothing for an engine's.
+  virtual void Visit(Archive& archive) = 0;
+  /// What an engine asked for; zeros for a world in this process.
+  virtual SessionRequest request() const { return {}; }
+  /// For people: "road-v0 in this process, 8 copies".
+  virtual std::string description() const = 0;
+};
+
+/// True for "tcp://...".
+bool IsUrl(const std::string& world);
+/// `copies` of a built-in world.
+Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies);
+
+/// How an engine is reached.
+struct EngineOptions {
+  std::string url;                   ///< "tcp://host:port"
+  double connect_timeout_s = 60.0;   ///< keep trying for so long
+  EnvClientOptions client;           ///< deadlines
+};
+/// Connects, retrying while nobody listens; `say` hears about it every few seconds.
+Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options, const std::function<void(const std::string&)>& say);
+
+}  // namespace consac::run
