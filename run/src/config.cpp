@@ -184,13 +184,4 @@ std::vector<ConfigField> ConfigFields() {
   return rows;
 }
 
-std::vector<std::pair<std::string, std::string>> DecidingSettings(const RunConfig& config) {
-  std::vector<std::pair<std::string, std::string>> settings;
-  for (const Field& field : Fields()) {
-    if (field.decides == Decides::kResult) settings.emplace_back(field.name, FieldText(field, config));
-  }
-  for (Setting& setting : ResolvedHyperparameters(config)) settings.emplace_back(std::move(setting.name), std::move(setting.value));
-  return settings;
-}
-
 }  // namespace consac::run

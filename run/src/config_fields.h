@@ -1,5 +1,5 @@
 #pragma once
-// The one table of RunConfig's fields: reading, writing, --set, help, documents and "did you mean" come from it.
+// The one table of RunConfig's fields that configure a run: reading, writing, --set, help, documents and "did you mean" come from it.
 // Private to run.
 
 #include <span>
@@ -15,15 +15,11 @@ namespace consac::run {
 using FieldMember = std::variant<std::string RunConfig::*, std::int64_t RunConfig::*, std::uint64_t RunConfig::*,
                                  std::int32_t RunConfig::*, double RunConfig::*, bool RunConfig::*>;
 
-/// Whether a resumed run must have the value that it began with.
-enum class Decides : std::uint8_t { kNothing, kResult };
-
 /// One row.
 struct Field {
   const char* name;      ///< key in YAML and --set
   FieldMember member;    ///< where the value lives
   double low, high;      ///< legal numbers
-  Decides decides;       ///< kResult: part of DecidingSettings
   Status (*check)(std::string_view value);  ///< of a text, or null
   const char* meaning;   ///< one line
 };

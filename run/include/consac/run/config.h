@@ -50,7 +50,6 @@ Status ApplySetting(std::string_view assignment, RunConfig* config);
 /// The YAML text that ReadYaml turns into the same configuration; hyperparameters resolved in full.
 std::string WriteYaml(const RunConfig& config);
 
-
 /// One field of RunConfig, for help texts and documents.
 struct ConfigField {
   std::string name;           ///< the key in YAML and in --set
@@ -58,10 +57,8 @@ struct ConfigField {
   std::string default_value;  ///< as text
   std::string meaning;        ///< one line
 };
-/// Every field, in the order in which they are written.
+/// Every field that a file or --set may give, in the order in which they are written. Name, directory, resume, force and
+/// forever are not among them: they belong to one start of a run.
 std::vector<ConfigField> ConfigFields();
-/// What a resumed run must share with its beginning, by name: world, algorithm, seed, copies and every hyperparameter,
-/// resolved. Equal entries, equal results.
-std::vector<std::pair<std::string, std::string>> DecidingSettings(const RunConfig& config);
 
 }  // namespace consac::run
