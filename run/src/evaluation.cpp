@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "consac/env/buffer.h"
+#include "consac/policy/policy.h"
 #include "consac/run/training.h"
 #include "link.h"
 

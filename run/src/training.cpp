@@ -4,9 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "consac/base/file.h"
 #include "consac/base/text.h"
@@ -140,6 +142,7 @@ Status Training::OpenReport(bool resumed) {
   options.algorithm = config_.algorithm;
   options.style = algorithm_->log_style;
   options.total_steps = config_.steps;
+  options.slots = pupils_[0].first.batch().slots.empty() ? 1 : static_cast<std::int32_t>(pupils_[0].first.batch().rows());
   options.log_interval = config_.log_interval;
   options.console_table = config_.table;
   options.progress = config_.progress;
@@ -357,6 +360,14 @@ std::string DefaultName(const RunConfig& config, const WorldLink& link) {
   return fmt::format("{}__{}__{}", id.empty() ? "engine" : id, config.algorithm, config.seed);
 }
 
+/// The name, or the name with the first number behind it that no run has: one session after another has its own.
+std::string UnusedName(const RunConfig& config) {
+  std::error_code ignored;
+  std::string name = config.name;
+  for (int i = 2; std::filesystem::exists(config.directory + "/" + name + "/config.yaml", ignored); ++i) name = fmt::format("{}_{}", config.name, i);
+  return name;
+}
+
 /// A resumed run is what its own config.yaml says; the caller may change how long, how parallel and how loud it is.
 Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   if (asked.name.empty()) return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
@@ -386,6 +397,7 @@ Result<RunSummary> RunOnce(RunConfig config, std::unique_ptr<WorldLink> link, co
   if (engine && request.training_length == 0 && config.steps < 0) return ActForEngine(config, *link, stop);
   if (config.steps < 0) config.steps = engine ? request.training_length : kDefaultSteps;
   if (config.name.empty()) config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, *link);
+  if (config.forever && request.model_name.empty() && !config.force) config.name = UnusedName(config);
   if (!engine) config.steps = std::max<std::int64_t>(config.steps, 1);
   const std::string where = link->description();
 
@@ -441,8 +453,8 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     if (link.ok()) last = RunOnce(config, std::move(*link), stop);
     else last = link.status();
     if (!last.ok() && config.forever && !stop.load()) {
-      const bool nobody = !link.ok() && link.status().code() == StatusCode::kUnavailable;
-      if (!nobody) say("error: " + last.status().message());
+      say("error: " + last.status().message());
+      std::this_thread::sleep_for(std::chrono::seconds(1));  // not again at once: the engine may ask for the same thing
     }
   } while (config.forever && !stop.load());
   if (!last.ok() && last.status().code() == StatusCode::kCancelled && stop.load()) {

@@ -22,6 +22,7 @@ struct ReportOptions {
   std::string algorithm;              ///< "ppo2"; names the TensorBoard folder (PPO2_1, ...) as Stable Baselines does
   learn::LogStyle style = learn::LogStyle::kStableBaselines2;  ///< whose keys and layout
   std::int64_t total_steps = 0;       ///< for the time left
+  std::int32_t slots = 1;             ///< agents; serial_timesteps are steps of one
   std::int64_t log_interval = 1;      ///< updates between tables
   bool console_table = true;          ///< print the table
   bool progress = true;               ///< bar on a terminal, a plain line every few seconds otherwise
@@ -49,8 +50,9 @@ class Report {
   /// An update has finished: `metrics` are the learner's, `steps` and `updates` its counters.
   virtual void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
                         std::int64_t steps_per_update) = 0;
-  /// Cheap; call every step: refreshes the progress bar at most ten times a second.
-  virtual void OnStep(std::int64_t steps) = 0;
+  /// Cheap; call every step with the agent steps so far and the sum of this step's rewards: refreshes the progress
+  /// bar at most ten times a second, and feeds the curve of worlds whose episodes do not end.
+  virtual void OnStep(std::int64_t steps, double reward_sum) = 0;
   /// Prints a line without breaking the bar.
   virtual void Line(std::string_view line) = 0;
   /// Writes everything out, and curve.svg and curve.png of the mean episode reward.
