@@ -26,9 +26,9 @@ void Time(std::int64_t width, std::int64_t rows, double peak) {
 }  // namespace
 }  // namespace consac::bench
 
-int main() {
+int main(int argc, char** argv) {
   using namespace consac::bench;
-  const double peak = PrintMachine();
+  const double peak = PrintMachine(argc, argv);
   std::printf("%5s %6s %12s %14s %11s\n", "width", "rows", "actor us", "actor+critic", "of peak");
   for (const std::int64_t rows : {1, 8, 64, 1000}) Time(64, rows, peak);
   for (const std::int64_t rows : {1, 64}) Time(256, rows, peak);

@@ -69,9 +69,9 @@ void TimeOptimiser() {
 }  // namespace
 }  // namespace consac::bench
 
-int main() {
+int main(int argc, char** argv) {
   using namespace consac::bench;
-  const double peak = PrintMachine();
+  const double peak = PrintMachine(argc, argv);
   TimeDense(64, 64, peak);
   TimeDense(4, 64, peak);
   TimeDense(64, 2, peak);

@@ -70,8 +70,10 @@ inline std::string CpuName() {
   return name;
 }
 
-/// Prints the machine's line and returns its peak in FLOP/s, the best of several looks.
-inline double PrintMachine() {
+/// Prints the machine's line and returns its peak in FLOP/s, the best of several looks. A first argument names another
+/// instruction set than the best: AVX3 (AVX-512), AVX2, SSE4, NEON.
+inline double PrintMachine(int argc, char** argv) {
+  if (argc > 1 && !nn::UseInstructionSet(argv[1])) std::printf("this machine cannot run %s\n", argv[1]);
   double peak = 0.0;
   for (int i = 0; i < 5; ++i) peak = std::max(peak, nn::MeasurePeakFlops(0.02));
 #if defined(__clang__)

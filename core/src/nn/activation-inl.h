@@ -42,7 +42,7 @@ struct TanhOp {
 struct ReluOp {
   template <class D, class V>
   HWY_INLINE V Value(D d, V x) const {
-    return hn::Max(hn::Zero(d), x);
+    return AtLeast(d, x, 0.0f);
   }
   template <class D, class V>
   HWY_INLINE V Derivative(D d, V y) const {
@@ -100,7 +100,7 @@ struct SiluOp {  // its derivative takes the value before the activation
 struct SoftplusOp {
   template <class D, class V>
   HWY_INLINE V Value(D d, V x) const {
-    return hn::Add(hn::Max(hn::Zero(d), x), LogOnePlusOf(d, ExpOf(d, hn::Neg(hn::Abs(x)))));
+    return hn::Add(AtLeast(d, x, 0.0f), LogOnePlusOf(d, ExpOf(d, hn::Neg(hn::Abs(x)))));
   }
   template <class D, class V>
   HWY_INLINE V Derivative(D d, V y) const {

@@ -82,6 +82,15 @@ HWY_EXPORT(PeakRun);
 HWY_EXPORT(LanesInUse);
 HWY_EXPORT(TargetInUse);
 
+namespace {
+
+/// One bit per instruction set that was compiled and that this machine has; the lowest bit is the best.
+std::int64_t RunnableSets() {
+  return hwy::SupportedTargets() & HWY_TARGETS;
+}
+
+}  // namespace
+
 std::int64_t PackedDenseSize(std::int64_t in_size, std::int64_t out_size) {
   return HWY_DYNAMIC_DISPATCH(DensePackedSize)(in_size, out_size);
 }
@@ -147,6 +156,22 @@ void RmsPropStep(const RmsPropCall& call, std::span<const float> gradient, std::
   CONSAC_ASSERT(gradient.size() == p.size() && s.size() == p.size() && b.size() == p.size());
   HWY_DYNAMIC_DISPATCH(RmsPropRun)
   (call, gradient.data(), s.data(), b.data(), p.data(), static_cast<std::int64_t>(p.size()));
+}
+
+std::vector<std::string_view> InstructionSets() {
+  std::vector<std::string_view> names;
+  for (std::int64_t sets = RunnableSets(); sets != 0; sets &= sets - 1) names.push_back(hwy::TargetName(sets & -sets));
+  return names;
+}
+
+bool UseInstructionSet(std::string_view name) {
+  for (std::int64_t sets = RunnableSets(); sets != 0; sets &= sets - 1) {
+    const std::int64_t set = sets & -sets;
+    if (name != hwy::TargetName(set)) continue;
+    hwy::GetChosenTarget().Update(set);
+    return true;
+  }
+  return false;
 }
 
 std::string_view InstructionSet() {

@@ -15,10 +15,31 @@ HWY_BEFORE_NAMESPACE();
 namespace consac::nn::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// low <= x <= high; the constants stand first so that x86's minimum and maximum hand a NaN in x through.
+/// The larger of `low` and x, and NaN for NaN: x86's maximum hands on its second operand then, others drop it.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V AtLeast(D d, V x, float low) {
+  const V bound = hn::Set(d, low);
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+  return hn::Max(bound, x);
+#else
+  return hn::IfThenElse(hn::Lt(x, bound), bound, x);
+#endif
+}
+
+/// The smaller of `high` and x, and NaN for NaN.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V AtMost(D d, V x, float high) {
+  const V bound = hn::Set(d, high);
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+  return hn::Min(bound, x);
+#else
+  return hn::IfThenElse(hn::Gt(x, bound), bound, x);
+#endif
+}
+
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Clamp(D d, V x, float low, float high) {
-  return hn::Min(hn::Set(d, high), hn::Max(hn::Set(d, low), x));
+  return AtMost(d, AtLeast(d, x, low), high);
 }
 
 /// tanh(x) = x P(x^2) / Q(x^2), degrees 4 and 4; from |x| = 9.02 on, tanh rounds to 1.
@@ -26,12 +47,12 @@ template <class D, class V = hn::Vec<D>>
 HWY_INLINE V TanhOf(D d, V value) {
   const V x = Clamp(d, value, -9.02f, 9.02f);
   const V u = hn::Mul(x, x);
-  V p = hn::MulAdd(hn::Set(d, 0x1.c9a598p-27f), u, hn::Set(d, 0x1.5955fep-16f));
-  V q = hn::MulAdd(hn::Set(d, 0x1.a0b98cp-21f), u, hn::Set(d, 0x1.58423cp-12f));
-  p = hn::MulAdd(p, u, hn::Set(d, 0x1.c9f8aap-9f));
-  q = hn::MulAdd(q, u, hn::Set(d, 0x1.a7df5p-6f));
-  p = hn::MulAdd(p, u, hn::Set(d, 0x1.12044ep-3f));
-  q = hn::MulAdd(q, u, hn::Set(d, 0x1.de577p-2f));
+  V p = hn::MulAdd(hn::Set(d, 0x1.c9a596p-27f), u, hn::Set(d, 0x1.595602p-16f));
+  V q = hn::MulAdd(hn::Set(d, 0x1.a0b98ep-21f), u, hn::Set(d, 0x1.584234p-12f));
+  p = hn::MulAdd(p, u, hn::Set(d, 0x1.c9f8a2p-9f));
+  q = hn::MulAdd(q, u, hn::Set(d, 0x1.a7df58p-6f));
+  p = hn::MulAdd(p, u, hn::Set(d, 0x1.120456p-3f));
+  q = hn::MulAdd(q, u, hn::Set(d, 0x1.de5776p-2f));
   p = hn::MulAdd(p, u, hn::Set(d, 1.0f));
   q = hn::MulAdd(q, u, hn::Set(d, 1.0f));
   return Clamp(d, hn::Div(hn::Mul(x, p), q), -1.0f, 1.0f);

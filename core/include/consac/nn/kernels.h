@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "consac/nn/network.h"
 
@@ -98,7 +99,7 @@ void Activate(Activation activation, std::int64_t rows, std::int64_t columns, Co
 /// d *= activation'(...), given its result (or what came before it where NeedsPreActivation), [rows, columns].
 void MultiplyByDerivative(Activation activation, std::int64_t rows, std::int64_t columns, ConstRows source, Rows d);
 
-/// to[i] = tanh(from[i]); relative error below 3e-7, exact 1 far out. The spans may be the same.
+/// to[i] = tanh(from[i]); relative error below 3.5e-7, exactly 1 far out. The spans may be the same.
 void Tanh(std::span<const float> from, std::span<float> to);
 /// to[i] = exp(from[i]); relative error below 2e-7; overflows to infinity, underflows to 0.
 void Exp(std::span<const float> from, std::span<float> to);
@@ -140,6 +141,11 @@ void RmsPropStep(const RmsPropCall& call, std::span<const float> gradient, std::
 
 /// Instruction set in use: "AVX3" (AVX-512), "AVX2", "SSE4", "NEON", ...
 std::string_view InstructionSet();
+/// All instruction sets that this machine can run, best first; the first is used unless UseInstructionSet says otherwise.
+std::vector<std::string_view> InstructionSets();
+/// Changes the set in use, so that a run made on another machine continues with the same bits. False when this machine
+/// cannot run it. Call before anything is packed: packed parameters fit one set only. Not thread-safe.
+bool UseInstructionSet(std::string_view name);
 /// Floats in one vector register of the instruction set in use.
 std::int64_t VectorLanes();
 /// What one core reaches with independent fused multiply-adds in these registers, in FLOP/s: the best of several
