@@ -9,15 +9,15 @@ namespace {
 
 constexpr std::int64_t kEvaluatorRows = 64;  // rows that go through all layers together, so that they stay in cache
 
-/// Where a value lives: an output for all rows, an inner value for one group of rows.
-struct EvaluatorValue {
-  AlignedFloats data;
-  std::int64_t stride = 0;
-};
-
 }  // namespace
 
 struct Evaluator::State {
+  /// Where a value lives: an output for all rows, an inner value for one group of rows.
+  struct Value {
+    AlignedFloats data;
+    std::int64_t stride = 0;
+  };
+
   State(const Network& network, std::int64_t rows)
       : plan(network), parameter_count(network.parameter_count()), max_rows(rows) {
     std::int64_t packed_size = 0;
@@ -27,7 +27,7 @@ struct Evaluator::State {
     }
     packed = AlignedFloats(packed_size);
     for (const PlanValue& value : plan.values) {
-      EvaluatorValue& room = values.emplace_back();
+      Value& room = values.emplace_back();
       if (value.producer == kNone) continue;
       const bool inner = value.output == kNone;
       room.stride = inner ? InnerStride(value.size) : value.size;
@@ -61,7 +61,7 @@ struct Evaluator::State {
   std::int64_t max_rows;
   AlignedFloats packed;
   std::vector<std::int64_t> packed_at;  // [steps]
-  std::vector<EvaluatorValue> values;   // [plan.values]
+  std::vector<Value> values;            // [plan.values]
   std::vector<std::size_t> all_steps;
   std::vector<std::vector<std::size_t>> steps_to;  // [outputs]
 };
