@@ -119,7 +119,9 @@ std::vector<Setting> ResolvedHyperparameters(const RunConfig& config) {
     for (const auto& [name, value] : config.hyperparameters) settings.push_back({name, value, "", true});
     return settings;
   }
+  // Defaults pass through Set as well, so that a value has one spelling whoever gave it.
   learn::HyperparameterSet values((*algorithm)->hyperparameters);
+  for (const learn::Hyperparameter& row : values.table()) (void)values.Set(row.name, row.default_value);
   for (const auto& [name, value] : config.hyperparameters) {
     if (!values.Set(name, value).ok()) settings.push_back({name, value, "", true});
   }

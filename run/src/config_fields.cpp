@@ -10,7 +10,7 @@
 namespace consac::run {
 namespace {
 
-constexpr double kMost = 9.0e18;            // of a 64-bit whole number
+constexpr double kMost = 9.0e18;                    // of a 64-bit whole number
 constexpr double kExactWhole = 9007199254740992.0;  // 2^53: whole numbers a double holds exactly
 
 Status CheckAlgorithm(std::string_view value) { return learn::FindAlgorithm(value).status(); }
@@ -74,8 +74,8 @@ bool ParseWhole(std::string_view text, std::int64_t* value) {
 }
 
 std::string RangeText(const Field& field) {
-  return field.high >= kMost ? " of at least " + NumberText(field.low)
-                             : " from " + NumberText(field.low) + " to " + NumberText(field.high);
+  const auto text = [](double limit) { return std::to_string(static_cast<std::int64_t>(limit)); };  // limits are whole
+  return field.high >= kMost ? " of at least " + text(field.low) : " from " + text(field.low) + " to " + text(field.high);
 }
 
 template <class Whole>

@@ -54,6 +54,7 @@ class TreeBuilder final : public YAML::EventHandler {
     YamlNode node;
     bool has_key = false;  // of a map: `key` waits for its value
     std::string key;
+    int key_line = 1;
   };
 
   static int Line(const YAML::Mark& mark) { return mark.line + 1; }
@@ -110,6 +111,7 @@ class TreeBuilder final : public YAML::EventHandler {
       }
     }
     level.key = text;
+    level.key_line = Line(mark);
     level.has_key = true;
   }
 
@@ -119,7 +121,10 @@ class TreeBuilder final : public YAML::EventHandler {
       return;
     }
     Level& level = levels_.back();
-    if (level.node.kind == YamlNode::Kind::kMap) node.key = std::move(level.key);
+    if (level.node.kind == YamlNode::Kind::kMap) {
+      node.key = std::move(level.key);
+      node.line = level.key_line;
+    }
     level.has_key = false;
     level.node.children.push_back(std::move(node));
   }

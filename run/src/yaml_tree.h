@@ -16,7 +16,7 @@ struct YamlNode {
   /// What it is.
   enum class Kind : std::uint8_t { kNull, kScalar, kSequence, kMap };
   Kind kind = Kind::kNull;         ///< null: nothing, or ~
-  int line = 1;                    ///< where it begins, from 1
+  int line = 1;                    ///< where it begins, from 1; in a map, where its key stands
   std::string key;                 ///< its key, in a map
   std::string text;                ///< kScalar
   std::vector<YamlNode> children;  ///< kSequence and kMap, in order
