@@ -201,16 +201,31 @@ void DenseInputGradientRows(const DenseInputGradientCall& call) {
                                call.dx.stride});
 }
 
-/// db[n] = sum over rows of dz[r, n].
+template <std::size_t... N>
+HWY_INLINE void AddVectors(const float* from, FloatVector* sums, std::index_sequence<N...>) {
+  ((sums[N] = hn::Add(sums[N], hn::LoadU(Floats(), from + static_cast<std::int64_t>(N) * LaneCount()))), ...);
+}
+
+/// db[n] (+)= sum over rows of dz[r, n], for kVectors vectors of columns, `valid` of them stored.
+template <std::size_t kVectors>
+HWY_INLINE void ColumnStrip(std::int64_t rows, std::int64_t valid, const float* dz, std::int64_t stride, bool add,
+                            float* db) {
+  constexpr auto kAll = std::make_index_sequence<kVectors>();
+  FloatVector sums[kVectors];
+  ZeroVectors(sums, kAll);
+  if (add) LoadPartRow<kVectors>(db, valid, sums);
+  for (std::int64_t r = 0; r < rows; ++r) AddVectors(dz + r * stride, sums, kAll);
+  StorePartRow<kVectors>(sums, valid, db);
+}
+
 void ColumnSums(std::int64_t rows, std::int64_t columns, ConstRows dz, bool add, float* db) {
-  const Floats d;
   const std::int64_t lanes = LaneCount();
-  for (std::int64_t n = 0; n < columns; n += lanes) {
-    const std::int64_t valid = columns - n < lanes ? columns - n : lanes;
-    FloatVector sum = hn::Zero(d);
-    if (add) LoadPartRow<1>(db + n, valid, &sum);
-    for (std::int64_t r = 0; r < rows; ++r) sum = hn::Add(sum, hn::LoadU(d, dz.data + r * dz.stride + n));
-    StorePartRow<1>(&sum, valid, db + n);
+  std::int64_t n = 0;
+  for (; n + 4 * lanes <= columns; n += 4 * lanes) {
+    ColumnStrip<4>(rows, 4 * lanes, dz.data + n, dz.stride, add, db + n);
+  }
+  for (; n < columns; n += lanes) {
+    ColumnStrip<1>(rows, lanes < columns - n ? lanes : columns - n, dz.data + n, dz.stride, add, db + n);
   }
 }
 
