@@ -1,268 +1,310 @@
-// The one Report: keeps the episode window and hands each event to the sinks.
+// The one Report: keeps clocks and the episode window, and hands each event to the sinks, each a file of its own here.
 #include "consac/run/report.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
 
-#include "consac/base/text.h"
+#include "report/console.h"
+#include "report/console_table.h"
 #include "report/curve.h"
-#include "report/table.h"
+#include "report/curve_drawing.h"
+#include "report/episodes.h"
+#include "report/monitor_csv.h"
+#include "report/progress.h"
+#include "report/progress_csv.h"
+#include "report/report_on.h"
 #include "report/tensorboard.h"
-#include "report/text_files.h"
 
 namespace consac::run {
 namespace {
 
-constexpr std::size_t kEpisodeWindow = 100;       // Stable Baselines' ep_info buffer
-constexpr double kBarEvery = 0.1, kLineEvery = 5.0;  // s between refreshes on a terminal and elsewhere
-constexpr int kCallsPerLook = 64;                 // steps between looks at the clock
-constexpr std::int64_t kMonitorFlush = 64;        // episodes between flushes
+constexpr int kMostCallsPerLook = 64;                   // steps between looks at the clock
+constexpr double kShortLook = 0.005, kLongLook = 0.05;  // s: look less often, look every step
+constexpr double kFlushEvery = 1.0;                     // s
 
-double SystemTime() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
-std::string DurationText(double seconds) {
-  if (!std::isfinite(seconds) || seconds < 0) return "--:--";
-  const auto whole = static_cast<std::int64_t>(seconds + 0.5);
-  return whole >= 3600 ? fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60) : fmt::format("{:02}:{:02}", whole / 60, whole % 60);
+double WallTime() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-class FullReport final : public Report {
+class AllSinks final : public Report {
  public:
-  explicit FullReport(const ReportOptions& options) : options_(options), terminal_(isatty(STDOUT_FILENO) != 0) {
-    rewards_.reserve(kEpisodeWindow);
-    lengths_.reserve(kEpisodeWindow);
-    start_ = last_update_ = last_line_ = Now();
+  AllSinks(const ReportOptions& options, const ConsoleOptions& console)
+      : options_(options), console_(console), progress_(&console_) {
+    Begin(Now());
   }
 
-  Status OpenFiles() {
-    if (options_.directory.empty()) return Status::Ok();
-    CONSAC_RETURN_IF_ERROR(progress_.Open(options_.directory + "/progress.csv", StepKey(), options_.append, options_.resume_step));
-    if (options_.tensorboard) {
-      const std::string folder = TensorBoardFolder(options_.directory + "/tensorboard", options_.algorithm, options_.append);
-      CONSAC_RETURN_IF_ERROR(tensorboard_.Open(folder));
-    }
-    return options_.append ? Status::Ok() : OpenMonitor(false);
-  }
-
-  void OnEpisode(const EpisodeEnd& episode) override {
-    if (rewards_.size() < kEpisodeWindow) {
-      rewards_.push_back(episode.reward);
-      lengths_.push_back(static_cast<double>(episode.length));
-    } else {
-      rewards_[static_cast<std::size_t>(episodes_) % kEpisodeWindow] = episode.reward;
-      lengths_[static_cast<std::size_t>(episodes_) % kEpisodeWindow] = static_cast<double>(episode.length);
-    }
-    ++episodes_;
-    last_episode_step_ = episode.at_step;
-    episode_curve_.Add(episode.at_step, episode.reward, 1.0);
-    WriteMonitor(episode);
-    tensorboard_.Scalar(episode.at_step, "episode_reward", episode.reward);
-  }
-
-  void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates, std::int64_t steps_per_update) override {
-    const double now = Now();
-    Cells cells = MakeCells(steps, updates, steps_per_update, now);
-    for (const learn::Metric& metric : metrics) {
-      if (!metric.table_key.empty()) cells[std::string(metric.table_key)] = {metric.value, metric.table_key == "train/n_updates", metric.single_precision};
-      if (!metric.tensorboard_tag.empty()) tensorboard_.Scalar(steps, metric.tensorboard_tag, metric.value);
-    }
-    if (options_.style == learn::LogStyle::kStableBaselines3) {
-      for (const auto& [key, cell] : cells) {
-        if (!key.starts_with("train/")) tensorboard_.Scalar(steps, key, cell.value);
-      }
-    }
-    if (!options_.directory.empty()) progress_.Add(cells);
-    if (options_.console_table && (updates % options_.log_interval == 0 || updates == 1)) Print(RenderTable(cells, options_.style));
-    if (now - last_flush_ > 1.0) Flush(now);
-    last_update_ = now;
-    last_update_steps_ = steps;
-  }
-
-  void OnStep(std::int64_t steps, double reward_sum) override {
-    step_reward_ += reward_sum;
-    step_count_ += steps - steps_;
-    steps_ = steps;
-    if (++calls_ % kCallsPerLook != 0) return;
-    step_curve_.Add(steps, step_reward_, static_cast<double>(step_count_));
-    step_reward_ = 0.0;
-    step_count_ = 0;
-    if (!options_.progress) return;
-    const double now = Now();
-    if (terminal_ && now - last_line_ >= kBarEvery) DrawBar(now);
-    if (!terminal_ && now - last_line_ >= kLineEvery) {
-      last_line_ = now;
-      fmt::print("{}\n", ProgressText(now));
-      std::fflush(stdout);
-    }
-  }
-
-  void Line(std::string_view line) override { Print(std::string(line) + "\n"); }
-
-  Status Finish() override {
-    if (options_.progress) Print(ProgressText(Now()) + "\n");
-    if (options_.directory.empty()) return Status::Ok();
-    Flush(Now());
-    CONSAC_RETURN_IF_ERROR(progress_.status());
-    CONSAC_RETURN_IF_ERROR(tensorboard_.status());
-    CONSAC_RETURN_IF_ERROR(monitor_.status());
-    // Where episodes have stopped ending (a road that is no longer left), the reward of a step tells more.
-    const bool ends = episodes_ >= 20 && last_episode_step_ * 10 >= steps_ * 9;
-    const std::string title = options_.algorithm + " on " + options_.world_id;
-    return DrawCurve(options_.directory + "/curve", {title, ends ? "reward per episode" : "reward per step"}, ends ? episode_curve_.Points() : step_curve_.Points());
-  }
-
-  double mean_episode_reward() const override { return Mean(rewards_); }
-  double mean_episode_length() const override { return Mean(lengths_); }
-
-  void Visit(Archive& archive) override {
-    double elapsed = Now() - start_;
-    archive("elapsed", elapsed);
-    archive("rewards", rewards_);
-    archive("lengths", lengths_);
-    archive("episodes", episodes_);
-    archive("monitor_rows", monitor_rows_);
-    archive("last_episode_step", last_episode_step_);
-    archive("steps", steps_);
-    archive("episode_curve", episode_curve_);
-    archive("step_curve", step_curve_);
-    if (!archive.loading()) return;
-    start_ = Now() - elapsed;
-    last_update_ = Now();
-    first_steps_ = last_update_steps_ = steps_;
-    rewards_.reserve(kEpisodeWindow);
-    lengths_.reserve(kEpisodeWindow);
-    if (options_.append && !options_.directory.empty()) {
-      const Status status = OpenMonitor(true);
-      if (!status.ok()) Line("error: " + status.message());
-    }
-  }
+  Status OpenFiles();
+  void OnEpisode(const EpisodeEnd& episode) override;
+  void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
+                std::int64_t steps_per_update) override;
+  void OnStep(std::int64_t steps, double reward_sum) override;
+  void Line(std::string_view line) override { console_.Print(std::string(line) + "\n"); }
+  Status Finish() override;
+  double mean_episode_reward() const override { return episodes_.mean_reward(); }
+  double mean_episode_length() const override { return episodes_.mean_length(); }
+  void Visit(Archive& archive) override;
 
  private:
-  static double Mean(const std::vector<double>& values) {
-    if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-    double sum = 0.0;
-    for (const double value : values) sum += value;
-    return sum / static_cast<double>(values.size());
-  }
-
-  std::string StepKey() const { return options_.style == learn::LogStyle::kStableBaselines2 ? "total_timesteps" : "time/total_timesteps"; }
-
-  Status OpenMonitor(bool again) {
-    const std::string path = options_.directory + "/monitor.csv";
-    if (again) {
-      CONSAC_RETURN_IF_ERROR(TruncateMonitor(path, monitor_rows_));
-      return monitor_.Open(path, true);
-    }
-    CONSAC_RETURN_IF_ERROR(monitor_.Open(path, false));
-    monitor_.Write("#" + nlohmann::json({{"t_start", SystemTime()}, {"env_id", options_.world_id}}).dump() + "\nr,l,t\n");
-    monitor_.Flush();
-    return monitor_.status();
-  }
-
-  // Formatted on the stack: an episode may end in any step, and no step allocates.
-  void WriteMonitor(const EpisodeEnd& episode) {
-    if (!monitor_.is_open()) return;
-    char line[128];
-    const auto end = fmt::format_to_n(line, sizeof(line), "{:.6f},{},{:.6f}\n", episode.reward, episode.length, Now() - start_);
-    monitor_.Write({line, static_cast<std::size_t>(end.out - line)});
-    ++monitor_rows_;
-    if (monitor_rows_ % kMonitorFlush == 0) monitor_.Flush();
-  }
-
-  Cells MakeCells(std::int64_t steps, std::int64_t updates, std::int64_t steps_per_update, double now) const {
-    Cells cells;
-    const bool sb2 = options_.style == learn::LogStyle::kStableBaselines2;
-    const auto put = [&](const char* sb2_key, const char* sb3_key, double value, bool whole) {
-      const char* key = sb2 ? sb2_key : sb3_key;
-      if (key != nullptr) cells[key] = {value, whole, false};
-    };
-    // SB2: steps of this update over its duration, and the time at which it started. SB3: over the whole run.
-    const double update_fps = static_cast<double>(steps - last_update_steps_) / std::max(now - last_update_, 1e-9);
-    const double run_fps = static_cast<double>(steps - first_steps_) / std::max(now - start_, 1e-9);
-    put("fps", "time/fps", std::floor(sb2 ? update_fps : run_fps), true);
-    put("n_updates", nullptr, static_cast<double>(updates), true);
-    put(nullptr, "time/iterations", static_cast<double>(updates), true);
-    put("serial_timesteps", nullptr, static_cast<double>(updates * steps_per_update / options_.slots), true);
-    put("total_timesteps", "time/total_timesteps", static_cast<double>(steps), true);
-    put("time_elapsed", "time/time_elapsed", sb2 ? last_update_ - start_ : std::floor(now - start_), !sb2);
-    if (!rewards_.empty()) {
-      put("ep_reward_mean", "rollout/ep_rew_mean", mean_episode_reward(), false);
-      put("ep_len_mean", "rollout/ep_len_mean", mean_episode_length(), false);
-    }
-    return cells;
-  }
-
-  std::string ProgressText(double now) const {
-    const double seconds = std::max(now - start_, 1e-9), rate = static_cast<double>(steps_ - first_steps_) / seconds;
-    const double share = options_.total_steps > 0 ? static_cast<double>(steps_) / static_cast<double>(options_.total_steps) : 0.0;
-    const double left = rate > 0 ? static_cast<double>(options_.total_steps - steps_) / rate : std::numeric_limits<double>::infinity();
-    const std::string reward = rewards_.empty() ? "no episode yet" : fmt::format("episode reward {:.4g}", mean_episode_reward());
-    return fmt::format("{:3.0f}%  {} of {} steps  {:.0f} steps/s  {}  {} left", 100.0 * share, steps_, options_.total_steps, rate, reward, DurationText(std::max(left, 0.0)));
-  }
-
-  void DrawBar(double now) {
-    last_line_ = now;
-    winsize size{};
-    const int columns = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-    std::string text = ProgressText(now);
-    const int room = columns - static_cast<int>(text.size()) - 4;
-    if (room >= 10) {
-      const double share = options_.total_steps > 0 ? static_cast<double>(steps_) / static_cast<double>(options_.total_steps) : 0.0;
-      const auto filled = static_cast<std::size_t>(std::min(1.0, share) * room);
-      text = "[" + std::string(filled, '#') + std::string(static_cast<std::size_t>(room) - filled, ' ') + "] " + text;
-    }
-    text.resize(std::min(text.size(), static_cast<std::size_t>(columns - 1)));
-    fmt::print("\r\x1b[K{}", text);
-    std::fflush(stdout);
-    bar_drawn_ = true;
-  }
-
-  void Print(const std::string& text) {
-    if (bar_drawn_) fmt::print("\r\x1b[K");
-    bar_drawn_ = false;
-    fmt::print("{}", text);
-    std::fflush(stdout);
-  }
-
-  void Flush(double now) {
-    last_flush_ = now;
-    progress_.Flush();
-    tensorboard_.Flush();
-    monitor_.Flush();
-    for (const Status* status : {&progress_.status(), &tensorboard_.status(), &monitor_.status()}) {
-      if (status->ok() || failure_said_) continue;
-      failure_said_ = true;
-      Line("error: " + status->message() + "; training goes on without this log");
-    }
-  }
+  bool IsSb2() const { return options_.style == learn::LogStyle::kStableBaselines2; }
+  double Elapsed(double now) const { return elapsed_before_ + (now - session_start_); }
+  void Begin(double now);
+  void Look();
+  void Flush();
+  void SayFailures();
+  void FillRow(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
+               std::int64_t steps_per_update);
+  void FillSb2(std::int64_t steps, std::int64_t updates, std::int64_t steps_per_update);
+  void FillSb3(std::int64_t steps, std::int64_t updates);
+  void WriteScalars(std::span<const learn::Metric> metrics, std::int64_t steps);
+  bool EpisodesStopped() const;
+  ProgressView View() const;
+  Status Draw() const;
 
   const ReportOptions options_;
-  const bool terminal_;
-  ProgressCsv progress_;
-  TensorBoardFile tensorboard_;
-  LineFile monitor_;
-  std::vector<double> rewards_, lengths_;      // of the last episodes
-  CurvePoints episode_curve_, step_curve_;
-  std::int64_t episodes_ = 0, monitor_rows_ = 0, last_episode_step_ = 0;
-  std::int64_t steps_ = 0, first_steps_ = 0, last_update_steps_ = 0, step_count_ = 0;
-  double step_reward_ = 0.0;
-  double start_ = 0.0, last_update_ = 0.0, last_line_ = 0.0, last_flush_ = 0.0;
-  std::uint32_t calls_ = 0;
-  bool bar_drawn_ = false, failure_said_ = false;
+  Console console_;
+  Progress progress_;
+  std::unique_ptr<ProgressCsv> progress_csv_;  // null, like the next two, when not written
+  std::unique_ptr<MonitorCsv> monitor_csv_;
+  std::unique_ptr<EventWriter> events_;
+  Status said_[3];  // failures of these three that were reported
+
+  // Saved in checkpoints. Times are seconds of training, without the time between a kill and a resume.
+  EpisodeWindow episodes_;
+  EpisodeCurve episode_curve_;
+  StepCurve step_curve_;
+  double elapsed_before_ = 0.0;  // in earlier sessions
+  double update_started_ = 0.0;
+  std::int64_t steps_ = 0, update_started_steps_ = 0, last_episode_step_ = 0;
+
+  // Of this session.
+  double session_start_ = 0.0, looked_ = 0.0, flushed_ = 0.0;
+  bool stepped_ = false;
+  int calls_per_look_ = 1, calls_left_ = 1;
+  Row row_;
 };
+
+Status AllSinks::OpenFiles() {
+  if (options_.directory.empty()) return Status::Ok();
+  const OpenMode mode = options_.append ? OpenMode::kAppend : OpenMode::kTruncate;
+  const double now = WallTime();
+
+  const ProgressCsv::Resume resume{options_.append, IsSb2() ? "total_timesteps" : "time/total_timesteps",
+                                   options_.resume_step};
+  Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/progress.csv", resume);
+  if (!csv.ok()) return csv.status();
+  progress_csv_ = std::move(*csv);
+
+  Result<std::unique_ptr<MonitorCsv>> monitor =
+      MonitorCsv::Open(options_.directory + "/monitor.csv", options_.world_id, now, mode);
+  if (!monitor.ok()) return monitor.status();
+  monitor_csv_ = std::move(*monitor);
+
+  if (!options_.tensorboard) return Status::Ok();
+  const Result<std::string> folder = TensorboardFolder(options_.directory + "/tensorboard", options_.algorithm, mode);
+  if (!folder.ok()) return folder.status();
+  Result<std::unique_ptr<EventWriter>> events = EventWriter::Open(*folder, now);
+  if (!events.ok()) return events.status();
+  events_ = std::move(*events);
+  if (options_.append) events_->Restart(now, options_.resume_step + 1);
+  return Status::Ok();
+}
+
+// The clocks start at the first step: what went before (waiting for an engine) is no training.
+void AllSinks::Begin(double now) {
+  session_start_ = looked_ = flushed_ = now;
+  progress_.Start(now, steps_);
+}
+
+void AllSinks::OnEpisode(const EpisodeEnd& episode) {
+  episodes_.Add(episode.reward, episode.length);
+  last_episode_step_ = episode.at_step;
+  episode_curve_.Add(episode.at_step, episode.reward, episodes_.mean_reward());
+  if (monitor_csv_ != nullptr) monitor_csv_->Append(episode.reward, episode.length, Elapsed(Now()));
+  if (events_ != nullptr && IsSb2()) events_->Scalar(WallTime(), episode.at_step, "episode_reward", episode.reward);
+}
+
+void AllSinks::OnStep(std::int64_t steps, double reward_sum) {
+  step_curve_.Add(steps, reward_sum, steps - steps_);
+  if (!stepped_) {
+    stepped_ = true;
+    Begin(Now());
+  }
+  steps_ = steps;
+  if (--calls_left_ <= 0) Look();
+}
+
+// Looks at the clock: after every step of a slow engine, after every 64th of a fast world.
+void AllSinks::Look() {
+  const double now = Now(), passed = now - looked_;
+  looked_ = now;
+  if (passed > kLongLook) calls_per_look_ = 1;
+  if (passed < kShortLook) calls_per_look_ = std::min(2 * calls_per_look_, kMostCallsPerLook);
+  calls_left_ = calls_per_look_;
+  if (options_.progress && progress_.Due(now)) progress_.Draw(now, View());
+  if (now - flushed_ < kFlushEvery) return;
+  flushed_ = now;
+  Flush();
+}
+
+void AllSinks::Flush() {
+  if (monitor_csv_ != nullptr) monitor_csv_->Flush();
+  if (events_ != nullptr) events_->Flush();
+  SayFailures();
+}
+
+void AllSinks::SayFailures() {
+  const Status ok;
+  const Status* found[] = {progress_csv_ ? &progress_csv_->status() : &ok, monitor_csv_ ? &monitor_csv_->status() : &ok,
+                           events_ ? &events_->status() : &ok};
+  for (std::size_t i = 0; i < std::size(found); ++i) {
+    if (found[i]->ok() || !said_[i].ok()) continue;
+    said_[i] = *found[i];
+    console_.Alarm(said_[i].message() + "; training goes on, but this log has a gap");
+  }
+}
+
+void AllSinks::OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
+                        std::int64_t steps_per_update) {
+  steps_ = std::max(steps_, steps);
+  FillRow(metrics, steps, updates, steps_per_update);
+  if (progress_csv_ != nullptr) progress_csv_->Append(row_);
+  if (events_ != nullptr) WriteScalars(metrics, steps);
+  const std::int64_t interval = std::max<std::int64_t>(options_.log_interval, 1);
+  const bool due = updates % interval == 0 || (IsSb2() && updates == 1);
+  if (options_.console_table && due) console_.Print(FormatTable(options_.style, row_));
+  update_started_ = Elapsed(Now());
+  update_started_steps_ = steps;
+  calls_left_ = 1;  // learning took its time
+  SayFailures();
+}
+
+void AllSinks::FillRow(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
+                       std::int64_t steps_per_update) {
+  row_.clear();
+  for (const learn::Metric& metric : metrics) {
+    if (metric.table_key.empty()) continue;
+    const bool count = metric.table_key == "train/n_updates";  // an int in Stable Baselines3
+    row_.push_back({metric.table_key, metric.value,
+                    count                     ? CellKind::kInteger
+                    : metric.single_precision ? CellKind::kSingle
+                                              : CellKind::kDouble});
+  }
+  if (IsSb2()) {
+    FillSb2(steps, updates, steps_per_update);
+  } else {
+    FillSb3(steps, updates);
+  }
+  std::sort(row_.begin(), row_.end(), [](const Cell& a, const Cell& b) { return a.key < b.key; });
+}
+
+// Source: Stable Baselines 2.10.2, ppo2.py: fps is of this update, time_elapsed is when this update started.
+void AllSinks::FillSb2(std::int64_t steps, std::int64_t updates, std::int64_t steps_per_update) {
+  const double seconds = std::max(Elapsed(Now()) - update_started_, 1e-9);
+  row_.push_back({"fps", static_cast<double>(steps - update_started_steps_) / seconds, CellKind::kInteger});
+  row_.push_back({"n_updates", static_cast<double>(updates), CellKind::kInteger});
+  row_.push_back({"time_elapsed", update_started_, CellKind::kDouble});
+  row_.push_back({"total_timesteps", static_cast<double>(steps), CellKind::kInteger});
+  if (steps_per_update > 0) {
+    const std::int64_t n_steps = steps_per_update / std::max(options_.slots, 1);
+    row_.push_back({"serial_timesteps", static_cast<double>(updates * n_steps), CellKind::kInteger});
+  }
+  if (episodes_.count() == 0) return;
+  row_.push_back({"ep_len_mean", episodes_.mean_length(), CellKind::kDouble});
+  row_.push_back({"ep_reward_mean", episodes_.mean_reward(), CellKind::kDouble});
+}
+
+// Source: Stable Baselines3, on_policy_algorithm.py: fps and time_elapsed are of the whole training.
+void AllSinks::FillSb3(std::int64_t steps, std::int64_t updates) {
+  const double seconds = Elapsed(Now());
+  row_.push_back({"time/fps", static_cast<double>(steps) / std::max(seconds, 1e-9), CellKind::kInteger});
+  row_.push_back({"time/iterations", static_cast<double>(updates), CellKind::kInteger});
+  row_.push_back({"time/time_elapsed", seconds, CellKind::kInteger});
+  row_.push_back({"time/total_timesteps", static_cast<double>(steps), CellKind::kInteger});
+  if (episodes_.count() == 0) return;
+  row_.push_back({"rollout/ep_len_mean", episodes_.mean_length(), CellKind::kDouble});
+  row_.push_back({"rollout/ep_rew_mean", episodes_.mean_reward(), CellKind::kDouble});
+}
+
+// Stable Baselines3 also writes the table's own numbers, but for those that are the axis or count it.
+void AllSinks::WriteScalars(std::span<const learn::Metric> metrics, std::int64_t steps) {
+  const double now = WallTime();
+  for (const learn::Metric& metric : metrics) {
+    if (!metric.tensorboard_tag.empty()) events_->Scalar(now, steps, metric.tensorboard_tag, metric.value);
+  }
+  if (IsSb2()) return;
+  for (const Cell& cell : row_) {
+    if (cell.key.starts_with("rollout/") || cell.key == "time/fps") events_->Scalar(now, steps, cell.key, cell.value);
+  }
+}
+
+// A trained agent may stay on the road for ever: its episodes tell of long ago, the reward of a step of now.
+bool AllSinks::EpisodesStopped() const {
+  const double since = static_cast<double>(steps_ - last_episode_step_);
+  const double usual = episodes_.mean_length() * std::max(options_.slots, 1);
+  return episodes_.count() > 0 && since > 0.1 * static_cast<double>(steps_) && since > 10.0 * usual;
+}
+
+ProgressView AllSinks::View() const {
+  ProgressView view;
+  view.steps = steps_;
+  view.total_steps = options_.total_steps;
+  view.reward_per_step = EpisodesStopped();
+  view.reward = view.reward_per_step ? step_curve_.RecentMean() : episodes_.mean_reward();
+  return view;
+}
+
+Status AllSinks::Draw() const {
+  const bool per_step = episodes_.count() == 0 || EpisodesStopped();
+  const std::vector<CurvePoint> points = per_step ? step_curve_.Points() : episode_curve_.Points();
+  const std::string_view what = per_step ? "mean reward of a step" : "mean reward of the last 100 episodes";
+  CurveLabels labels;
+  labels.title = options_.algorithm + " on " + options_.world_id;
+  if (!points.empty()) labels.subtitle = fmt::format("{}: {:.4g}", what, points.back().mean);
+  labels.y_axis = per_step ? "reward per step" : "episode reward";
+  labels.points = per_step ? "some steps" : "an episode";
+  labels.mean = per_step ? "moving mean" : "mean of 100";
+  return DrawCurve(options_.directory + "/curve", labels, points);
+}
+
+Status AllSinks::Finish() {
+  if (options_.progress && stepped_) progress_.Finish(Now(), View());
+  Flush();
+  if (options_.directory.empty()) return Status::Ok();
+  const Status drawn = Draw();
+  for (const Status& failure : said_) CONSAC_RETURN_IF_ERROR(failure);
+  return drawn;
+}
+
+void AllSinks::Visit(Archive& archive) {
+  const double now = Now();
+  double elapsed = Elapsed(now);
+  archive("elapsed", elapsed);
+  archive("update_started", update_started_);
+  archive("update_started_steps", update_started_steps_);
+  archive("steps", steps_);
+  archive("last_episode_step", last_episode_step_);
+  archive("episodes", episodes_);
+  archive("episode_curve", episode_curve_);
+  archive("step_curve", step_curve_);
+  if (monitor_csv_ != nullptr) archive("monitor", *monitor_csv_);
+  if (!archive.loading()) return Flush();
+  elapsed_before_ = elapsed;
+  Begin(now);
+}
 
 }  // namespace
 
-Result<std::unique_ptr<Report>> Report::Open(const ReportOptions& options) {
-  auto report = std::make_unique<FullReport>(options);
+Result<std::unique_ptr<Report>> ReportOn(const ReportOptions& options, const ConsoleOptions& console) {
+  auto report = std::make_unique<AllSinks>(options, console);
   CONSAC_RETURN_IF_ERROR(report->OpenFiles());
   return std::unique_ptr<Report>(std::move(report));
+}
+
+Result<std::unique_ptr<Report>> Report::Open(const ReportOptions& options) {
+  return ReportOn(options, StandardConsole());
 }
 
 }  // namespace consac::run

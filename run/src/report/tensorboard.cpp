@@ -3,109 +3,165 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
 #include <bit>
-#include <chrono>
-#include <cstring>
+#include <cctype>
+#include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <span>
+#include <system_error>
 
 #include "consac/base/hash.h"
+#include "consac/base/text.h"
 
 namespace consac::run {
 namespace {
 
-// Protobuf wire types.
-constexpr unsigned kVarint = 0, kFixed64 = 1, kLengthDelimited = 2, kFixed32 = 5;
+constexpr std::size_t kLongestTag = 200;
+constexpr std::size_t kFrameBytes = 16;
 
-void PutVarint(std::uint64_t value, std::string& out) {
-  for (; value >= 0x80; value >>= 7) out += static_cast<char>((value & 0x7f) | 0x80);
-  out += static_cast<char>(value);
+// Appends protobuf fields to a buffer whose inline room is enough for any record written here.
+class ProtoText {
+ public:
+  void Fixed32(std::uint32_t bits) {
+    for (int shift = 0; shift < 32; shift += 8) bytes_.push_back(static_cast<char>(bits >> shift));
+  }
+  void Fixed64(std::uint64_t bits) {
+    for (int shift = 0; shift < 64; shift += 8) bytes_.push_back(static_cast<char>(bits >> shift));
+  }
+  void Varint(std::uint64_t value) {
+    for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<char>(value | 0x80));
+    bytes_.push_back(static_cast<char>(value));
+  }
+  void DoubleField(int field, double value) {
+    Varint(static_cast<std::uint64_t>(field << 3 | 1));
+    Fixed64(std::bit_cast<std::uint64_t>(value));
+  }
+  void VarintField(int field, std::uint64_t value) {
+    Varint(static_cast<std::uint64_t>(field << 3));
+    Varint(value);
+  }
+  void FloatField(int field, float value) {
+    Varint(static_cast<std::uint64_t>(field << 3 | 5));
+    Fixed32(std::bit_cast<std::uint32_t>(value));
+  }
+  void BytesField(int field, std::string_view value) {
+    Varint(static_cast<std::uint64_t>(field << 3 | 2));
+    Varint(value.size());
+    bytes_.append(value);
+  }
+  std::string_view view() const { return {bytes_.data(), bytes_.size()}; }
+
+ private:
+  fmt::memory_buffer bytes_;
+};
+
+// The head of a frame; the tail is the masked checksum of the payload.
+void AppendFrame(std::string_view payload, ProtoText* out, fmt::memory_buffer* record) {
+  out->Fixed64(payload.size());
+  out->Fixed32(MaskedCrc(out->view()));
+  record->append(out->view());
+  record->append(payload);
+  ProtoText tail;
+  tail.Fixed32(MaskedCrc(payload));
+  record->append(tail.view());
 }
 
-void PutTag(unsigned field, unsigned wire_type, std::string& out) { PutVarint(field << 3 | wire_type, out); }
-
-template <class T>
-void PutFixed(T value, std::string& out) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  out.append(bytes, sizeof(T));
+std::string HostName() {
+  char name[256] = {};
+  if (::gethostname(name, sizeof(name) - 1) != 0 || name[0] == '\0') return "localhost";
+  std::string host(name);
+  std::replace_if(
+      host.begin(), host.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-'; }, '_');
+  return host;
 }
 
-void PutText(unsigned field, std::string_view text, std::string& out) {
-  PutTag(field, kLengthDelimited, out);
-  PutVarint(text.size(), out);
-  out += text;
+// The largest number after `prefix` among the names in `folder`, up to a dot or the end; 0 without one.
+std::int64_t LargestNumber(const std::string& folder, const std::string& prefix) {
+  std::int64_t largest = 0;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::string name = it->path().filename().string();
+    if (!name.starts_with(prefix)) continue;
+    name = name.substr(prefix.size());
+    std::int64_t number = 0;
+    if (ParseNumber(std::string_view(name).substr(0, name.find('.')), &number)) largest = std::max(largest, number);
+  }
+  return largest;
 }
+
+}  // namespace
 
 std::uint32_t MaskedCrc(std::string_view bytes) {
   return std::rotr(Crc32c(std::as_bytes(std::span(bytes))), 15) + 0xA282EAD8u;
 }
 
-double WallTime() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
-std::string EventHeader(double wall_time) {
-  std::string event;
-  PutTag(1, kFixed64, event);
-  PutFixed(wall_time, event);
-  return event;
-}
-
-}  // namespace
-
 std::string FrameRecord(std::string_view payload) {
-  std::string out;
-  PutFixed(static_cast<std::uint64_t>(payload.size()), out);
-  PutFixed(MaskedCrc(out), out);
-  out += payload;
-  PutFixed(MaskedCrc(payload), out);
-  return out;
+  ProtoText head;
+  fmt::memory_buffer record;
+  AppendFrame(payload, &head, &record);
+  return fmt::to_string(record);
 }
 
 std::string VersionEvent(double wall_time) {
-  std::string event = EventHeader(wall_time);
-  PutText(3, "brain.Event:2", event);
-  return event;
+  ProtoText event;
+  event.DoubleField(1, wall_time);
+  event.BytesField(3, "brain.Event:2");
+  return std::string(event.view());
 }
 
-std::string ScalarEvent(double wall_time, std::int64_t step, std::string_view tag, float value) {
-  std::string entry;
-  PutText(1, tag, entry);
-  PutTag(2, kFixed32, entry);
-  PutFixed(value, entry);
-  std::string summary;
-  PutText(1, entry, summary);
-  std::string event = EventHeader(wall_time);
-  PutTag(2, kVarint, event);
-  PutVarint(static_cast<std::uint64_t>(step), event);
-  PutText(5, summary, event);
-  return event;
+std::string RestartEvent(double wall_time, std::int64_t first_step) {
+  ProtoText session_log, event;
+  session_log.VarintField(1, 1);  // SessionLog.status = START
+  event.DoubleField(1, wall_time);
+  event.VarintField(2, static_cast<std::uint64_t>(first_step));
+  event.BytesField(7, session_log.view());
+  return std::string(event.view());
 }
 
-Status TensorBoardFile::Open(const std::string& folder) {
+Result<std::string> TensorboardFolder(const std::string& root, const std::string& algorithm, OpenMode mode) {
+  std::string prefix = algorithm + "_";
+  std::transform(prefix.begin(), prefix.end(), prefix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const std::int64_t latest = LargestNumber(root, prefix);
+  const std::int64_t number = mode == OpenMode::kAppend ? std::max<std::int64_t>(latest, 1) : latest + 1;
+  std::string folder = fmt::format("{}/{}{}", root, prefix, number);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return {StatusCode::kUnavailable, "cannot make folder '" + folder + "': " + error.message()};
-  char host[256] = "localhost";
-  (void)gethostname(host, sizeof(host) - 1);
-  static std::atomic<int> number{0};
-  const double now = WallTime();
-  CONSAC_RETURN_IF_ERROR(file_.Open(fmt::format("{}/events.out.tfevents.{:010d}.{}.{}.{}", folder, static_cast<std::int64_t>(now), host, getpid(), number++), false));
-  file_.Write(FrameRecord(VersionEvent(now)));
-  return Status::Ok();
+  if (error) return Status{StatusCode::kUnavailable, "cannot make the folder '" + folder + "': " + error.message()};
+  return folder;
 }
 
-void TensorBoardFile::Scalar(std::int64_t step, std::string_view tag, double value) {
-  if (!file_.is_open()) return;
-  file_.Write(FrameRecord(ScalarEvent(WallTime(), step, tag, static_cast<float>(value))));
+Result<std::unique_ptr<EventWriter>> EventWriter::Open(const std::string& folder, double wall_time) {
+  // TensorBoard reads a folder's files in the order of their names, so a resume within a second still comes later.
+  const std::string prefix = "events.out.tfevents.";
+  const std::int64_t second =
+      std::max(static_cast<std::int64_t>(std::floor(wall_time)), LargestNumber(folder, prefix) + 1);
+  const std::string path = fmt::format("{}/{}{:010}.{}.{}.0", folder, prefix, second, HostName(), ::getpid());
+  Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path, OpenMode::kTruncate);
+  if (!file.ok()) return file.status();
+  (*file)->Append(FrameRecord(VersionEvent(wall_time)));
+  (*file)->Flush();
+  return std::unique_ptr<EventWriter>(new EventWriter(std::move(*file)));
 }
 
-std::string TensorBoardFolder(const std::string& parent, const std::string& algorithm, bool again) {
-  std::string name;
-  for (const char c : algorithm) name += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  std::error_code ignored;
-  int number = 1;
-  while (std::filesystem::exists(fmt::format("{}/{}_{}", parent, name, number), ignored)) ++number;
-  return fmt::format("{}/{}_{}", parent, name, again && number > 1 ? number - 1 : number);
+void EventWriter::Restart(double wall_time, std::int64_t first_step) {
+  file_->Append(FrameRecord(RestartEvent(wall_time, first_step)));
+}
+
+void EventWriter::Scalar(double wall_time, std::int64_t step, std::string_view tag, double value) {
+  static_assert(kLongestTag + kFrameBytes + 64 < fmt::inline_buffer_size, "a record must fit without allocation");
+  ProtoText scalar, summary, event, head;
+  scalar.BytesField(1, tag.substr(0, kLongestTag));
+  scalar.FloatField(2, static_cast<float>(value));
+  summary.BytesField(1, scalar.view());
+  event.DoubleField(1, wall_time);
+  event.VarintField(2, static_cast<std::uint64_t>(step));
+  event.BytesField(5, summary.view());
+  fmt::memory_buffer record;
+  AppendFrame(event.view(), &head, &record);
+  file_->Append({record.data(), record.size()});
 }
 
 }  // namespace consac::run

@@ -1,40 +1,51 @@
 #pragma once
-// TensorBoard event files: framed, checksummed protobuf records, written by hand for scalars. Private to run.
-// Source: TensorFlow's record format; tensorboard/compat/proto/{event,summary}.proto.
+// TensorBoard event files, written without TensorFlow: framed protobuf records of scalars. One file per process; a
+// resumed run adds a file to the same folder, whose first records tell TensorBoard which steps are being repeated.
+// Sources: tensorboard's event.proto and summary.proto; TensorFlow's record_writer.cc for the framing.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
 #include "consac/base/status.h"
-#include "report/text_files.h"
+#include "report/output_file.h"
 
 namespace consac::run {
 
-/// One record with its length and masked CRC-32C checks.
+/// CRC-32C, rotated and offset, as it stands in event files.
+std::uint32_t MaskedCrc(std::string_view bytes);
+/// The record of `payload`: length, its checksum, payload, its checksum.
 std::string FrameRecord(std::string_view payload);
-/// An Event payload that names the file version.
+/// The payload that opens every event file.
 std::string VersionEvent(double wall_time);
-/// An Event payload with one scalar.
-std::string ScalarEvent(double wall_time, std::int64_t step, std::string_view tag, float value);
+/// The payload that makes TensorBoard forget this folder's events from `first_step` on.
+std::string RestartEvent(double wall_time, std::int64_t first_step);
 
-/// One event file in a folder; a resumed run adds another file to the same folder.
-class TensorBoardFile {
+/// The folder of a run as Stable Baselines names it, made when missing: root/PPO2_1. A resumed run gets the latest
+/// that exists, a new one the number after it.
+Result<std::string> TensorboardFolder(const std::string& root, const std::string& algorithm, OpenMode mode);
+
+/// An event file being written.
+class EventWriter {
  public:
-  /// Makes folder/events.out.tfevents.<seconds>.<host>.<pid>.<number>.
-  Status Open(const std::string& folder);
-  /// One scalar at a step. NaN is written too; TensorBoard shows it as a gap.
-  void Scalar(std::int64_t step, std::string_view tag, double value);
-  /// Pushes what was written to the system.
-  void Flush() { file_.Flush(); }
-  /// The first failure.
-  const Status& status() const { return file_.status(); }
+  /// Starts a file in `folder`. `wall_time` in seconds since 1970.
+  static Result<std::unique_ptr<EventWriter>> Open(const std::string& folder, double wall_time);
+
+  /// Says that steps from `first_step` on are written again.
+  void Restart(double wall_time, std::int64_t first_step);
+  /// Adds a number under `tag` (at most 200 characters count) at `step`. Never allocates.
+  void Scalar(double wall_time, std::int64_t step, std::string_view tag, double value);
+  /// Hands buffered records to the system.
+  void Flush() { file_->Flush(); }
+  /// The first failed write.
+  const Status& status() const { return file_->status(); }
+  /// Where it writes.
+  const std::string& path() const { return file_->path(); }
 
  private:
-  LineFile file_;
+  explicit EventWriter(std::unique_ptr<OutputFile> file) : file_(std::move(file)) {}
+  std::unique_ptr<OutputFile> file_;
 };
-
-/// "PPO2_1": the first free number, as Stable Baselines names its runs; the last one when `again`.
-std::string TensorBoardFolder(const std::string& parent, const std::string& algorithm, bool again);
 
 }  // namespace consac::run

@@ -1,0 +1,49 @@
+#pragma once
+// Where a run's words go: one stream, whose last line may be a bar that is redrawn in place.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string_view>
+
+namespace consac::run {
+
+/// A stream and what it can do.
+struct ConsoleOptions {
+  std::FILE* stream = stdout;
+  bool terminal = false;  ///< understands escape codes, so a line can be redrawn
+  bool colour = false;    ///< a terminal whose user has not set NO_COLOR (https://no-color.org)
+  int columns = 0;        ///< width; 0: ask the terminal each time
+};
+
+/// What standard output is: a terminal, unless piped or TERM is "dumb".
+ConsoleOptions StandardConsole();
+
+/// Prints; failures are nobody's business (the reader went away).
+class Console {
+ public:
+  /// Prints to `options.stream`, which must outlive it.
+  explicit Console(const ConsoleOptions& options) : options_(options) {}
+
+  /// Prints text that ends in a newline; a bar moves below it.
+  void Print(std::string_view text);
+  /// Prints one line that must not be overlooked.
+  void Alarm(std::string_view line);
+  /// Draws or redraws the bar: one line, at most columns() wide. Terminals only. Never allocates.
+  void Bar(std::string_view line);
+  /// Leaves the bar where it is and goes on below it.
+  void EndBar();
+
+  /// Characters that fit beside each other on one line; 80 where nobody says.
+  int columns() const;
+  /// See ConsoleOptions.
+  bool terminal() const { return options_.terminal; }
+  /// See ConsoleOptions.
+  bool colour() const { return options_.colour; }
+
+ private:
+  ConsoleOptions options_;
+  fmt::memory_buffer bar_;  // as drawn; empty: none
+};
+
+}  // namespace consac::run

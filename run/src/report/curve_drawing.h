@@ -1,0 +1,26 @@
+#pragma once
+// Draws a learning curve as a picture: points as they came, light; their running mean, bold. Uses cairo, which draws
+// SVG and PNG alike.
+
+#include <string>
+#include <vector>
+
+#include "consac/base/status.h"
+#include "report/curve.h"
+
+namespace consac::run {
+
+/// What stands around a curve.
+struct CurveLabels {
+  std::string title;     ///< large, above: "ppo2 on road-v0"
+  std::string subtitle;  ///< below the title: what came of it
+  std::string y_axis;    ///< "episode reward"
+  std::string points;    ///< in the legend: what a point is
+  std::string mean;      ///< in the legend: what the line is
+};
+
+/// Writes `path`.svg and `path`.png (1600 x 900 pixels), each by temporary file and rename. Without points it draws
+/// empty axes that say so.
+Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points);
+
+}  // namespace consac::run

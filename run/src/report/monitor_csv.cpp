@@ -1,0 +1,48 @@
+#include "report/monitor_csv.h"
+
+#include <cmath>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "report/row.h"
+
+namespace consac::run {
+namespace {
+
+// Python's round(value, 6), but for values so large that they have no sixth decimal.
+double RoundedToMicro(double value) {
+  return std::fabs(value) < 1e9 ? std::round(value * 1e6) / 1e6 : value;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MonitorCsv>> MonitorCsv::Open(const std::string& path, const std::string& world_id,
+                                                     double start_time, OpenMode mode) {
+  Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path, mode);
+  if (!file.ok()) return file.status();
+  (*file)->CutToLine((*file)->size());
+  if ((*file)->size() == 0) {
+    const nlohmann::ordered_json header = {{"t_start", start_time}, {"env_id", world_id}};
+    (*file)->Append("#" + header.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\nr,l,t\n");
+    (*file)->Flush();
+  }
+  return std::unique_ptr<MonitorCsv>(new MonitorCsv(std::move(*file)));
+}
+
+void MonitorCsv::Append(double reward, std::int64_t length, double seconds) {
+  fmt::memory_buffer line;
+  AppendExact(RoundedToMicro(reward), &line);
+  fmt::format_to(std::back_inserter(line), ",{},", length);
+  AppendExact(RoundedToMicro(seconds), &line);
+  line.push_back('\n');
+  file_->Append({line.data(), line.size()});
+}
+
+void MonitorCsv::Visit(Archive& archive) {
+  Flush();
+  std::uint64_t bytes = file_->size();
+  archive("bytes", bytes);
+  if (archive.loading() && archive.status().ok()) file_->CutToLine(bytes);
+}
+
+}  // namespace consac::run

@@ -1,0 +1,85 @@
+#include "report/output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace consac::run {
+namespace {
+
+StatusCode CodeOf(int error) {
+  if (error == ENOENT) return StatusCode::kNotFound;
+  return error == ENOSPC || error == EFBIG || error == EDQUOT ? StatusCode::kResourceExhausted
+                                                              : StatusCode::kUnavailable;
+}
+
+// Writes all of `bytes`; 0, or the errno of what stopped it.
+int WriteAll(int descriptor, const char* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t written = ::write(descriptor, bytes, count);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes += written;
+    count -= static_cast<std::size_t>(written);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<OutputFile>> OutputFile::Open(const std::string& path, OpenMode mode) {
+  const int truncate = mode == OpenMode::kTruncate ? O_TRUNC : 0;
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | truncate, 0644);
+  struct stat info {};
+  if (descriptor < 0 || ::fstat(descriptor, &info) != 0) {
+    const int error = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    return Status{CodeOf(error), "cannot open '" + path + "' for writing: " + std::strerror(error)};
+  }
+  return std::unique_ptr<OutputFile>(new OutputFile(path, descriptor, static_cast<std::uint64_t>(info.st_size)));
+}
+
+OutputFile::OutputFile(std::string path, int descriptor, std::uint64_t size)
+    : path_(std::move(path)), descriptor_(descriptor), size_(size) {
+  buffer_.reserve(kBufferBytes);
+}
+
+OutputFile::~OutputFile() {
+  Flush();
+  ::close(descriptor_);
+}
+
+void OutputFile::Append(std::string_view record) {
+  if (buffer_.size() + record.size() > kBufferBytes) Flush();
+  CONSAC_ASSERT(record.size() <= kBufferBytes);
+  buffer_.insert(buffer_.end(), record.begin(), record.end());
+}
+
+void OutputFile::Flush() {
+  if (buffer_.empty()) return;
+  const int error = WriteAll(descriptor_, buffer_.data(), buffer_.size());
+  if (error == 0) {
+    size_ += buffer_.size();
+  } else {
+    const bool cut = ::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0;
+    if (status_.ok()) {
+      status_ = Status{CodeOf(error), "cannot write '" + path_ + "': " + std::strerror(error) +
+                                          (cut ? "" : " (and it may end in half a record)")};
+    }
+  }
+  buffer_.clear();
+}
+
+void OutputFile::CutToLine(std::uint64_t bytes) {
+  Flush();
+  std::uint64_t end = std::min(bytes, size_);
+  char last = '\n';
+  while (end > 0 && ::pread(descriptor_, &last, 1, static_cast<off_t>(end - 1)) == 1 && last != '\n') --end;
+  if (end < size_ && ::ftruncate(descriptor_, static_cast<off_t>(end)) == 0) size_ = end;
+}
+
+}  // namespace consac::run

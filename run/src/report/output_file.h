@@ -1,0 +1,55 @@
+#pragma once
+// A file that grows by whole records. A failed write (disk full) loses records, never half of one: the file is cut
+// back to its last whole record, and a later write tries again. Training goes on either way; Report says so once.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "consac/base/status.h"
+
+namespace consac::run {
+
+/// What becomes of a file that exists.
+enum class OpenMode : std::uint8_t { kTruncate, kAppend };
+
+/// Buffered, append-only. Not thread-safe.
+class OutputFile {
+ public:
+  /// Makes or opens `path`; the error names it.
+  static Result<std::unique_ptr<OutputFile>> Open(const std::string& path, OpenMode mode);
+  /// Flushes and closes.
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// Adds one record, of at most kBufferBytes. Never allocates; writes only when the buffer is full.
+  void Append(std::string_view record);
+  /// Hands the buffer to the system.
+  void Flush();
+  /// Flushes, then cuts the file to `bytes` and on to the end of the last line before; a shorter file is left alone.
+  void CutToLine(std::uint64_t bytes);
+
+  /// Bytes in the file, without the buffer.
+  std::uint64_t size() const { return size_; }
+  /// Its path.
+  const std::string& path() const { return path_; }
+  /// The first failed write; ok so far otherwise.
+  const Status& status() const { return status_; }
+
+  /// Room for records before they are written.
+  static constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
+
+ private:
+  OutputFile(std::string path, int descriptor, std::uint64_t size);
+
+  std::string path_;
+  int descriptor_;
+  std::uint64_t size_;
+  std::vector<char> buffer_;  // capacity kBufferBytes from the start
+  Status status_;
+};
+
+}  // namespace consac::run
