@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 stage=${1:-build}
 
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
-  nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev libyaml-cpp-dev libcairo2-dev)
+  nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git)
 bench_packages=(libtorch-dev)

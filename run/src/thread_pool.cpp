@@ -1,4 +1,4 @@
-#include "thread_pool.h"
+#include "consac/run/thread_pool.h"
 
 namespace consac::run {
 namespace {

@@ -17,7 +17,7 @@
 #include "consac/run/report.h"
 #include "consac/run/run_directory.h"
 #include "link.h"
-#include "thread_pool.h"
+#include "consac/run/thread_pool.h"
 
 namespace consac::run {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-// The threads that learning runs on: an Executor over a few workers that wait between jobs. Private to run.
+// The threads that learning runs on: an Executor over a few workers that wait between jobs.
 
 #include <atomic>
 #include <condition_variable>

@@ -1,0 +1,301 @@
+// consac bench: speed on this machine as a table. Every figure is measured in this call, the median of repeats; ratios
+// are to the multiply-add peak of the same call.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "bench/peak.h"
+#include "bench/ppo_update_net.h"
+#include "cli/machine.h"
+#include "cli/verbs.h"
+#include "consac/base/text.h"
+#include "consac/base/version.h"
+#include "consac/env/buffer.h"
+#include "consac/learn/algo/learner.h"
+#include "consac/run/thread_pool.h"
+#include "consac/run/training.h"
+#include "consac/server/env_client.h"
+#include "consac/server/env_server.h"
+#include "worlds/registry.h"
+
+namespace consac::cli {
+namespace {
+
+const std::atomic<bool> kNeverStop{false};
+
+struct BenchFlags {
+  std::string only;
+  bool json = false;
+  int repeats = 3;
+};
+
+/// One figure.
+struct Figure {
+  double value = 0.0;
+  std::string unit;
+  std::string note;  ///< what it means beside the limit
+};
+
+/// What rows share.
+struct BenchContext {
+  double peak = 0.0;  // FLOP/s of one core
+  int repeats = 3;
+};
+
+template <class Measure>
+double Median(int repeats, Measure&& measure) {
+  std::vector<double> values;
+  for (int i = 0; i < repeats; ++i) values.push_back(measure());
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// ---- kernels
+
+Figure UpdateFigure(const BenchContext& context, std::int64_t rows) {
+  bench::PpoUpdate update(64, rows);
+  const double seconds = bench::BestSeconds([&] { update.Run(); });
+  const double share = update.FlopsPerSample() * static_cast<double>(rows) / seconds / context.peak;
+  return {seconds * 1e6, "us", fmt::format("{:.0f}% of the peak", 100.0 * share)};
+}
+
+Figure Update64(const BenchContext& context) { return UpdateFigure(context, 64); }
+Figure Update2048(const BenchContext& context) { return UpdateFigure(context, 2048); }
+
+Figure TwoCores(const BenchContext&) {
+  bench::PpoUpdate one(64, 2048), two(64, 2048);
+  const bench::RepeatOptions options{10, 0.02, bench::WallSeconds};
+  const double alone = bench::BestSeconds([&] { one.Run(); }, options);
+  run::ThreadPool pool(2);
+  const double shared = bench::BestSeconds([&] { two.Run(pool.executor()); }, options);
+  return {alone / shared, "x", fmt::format("{:.0f} us on one core, {:.0f} on two, minibatch 2048", alone * 1e6, shared * 1e6)};
+}
+
+Figure OneAction(const BenchContext&) {
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(1);
+  const learn::Algorithm* algorithm = *learn::FindAlgorithm("ppo");
+  learn::LearnerOptions options;
+  options.behaviour = env->spec().behaviours[0];
+  const auto learner = algorithm->create(options, learn::HyperparameterSet(algorithm->hyperparameters));
+  Result<Policy> policy = Policy::Create((*learner)->Snapshot(), 1);
+  const float observation[4] = {0.1f, -0.2f, 0.05f, 0.3f};
+  std::int32_t action = 0;
+  Rng rng(1, 1);
+  const double seconds = bench::BestSeconds([&] {
+    policy->Act(reinterpret_cast<const std::byte*>(observation), nullptr, 1, ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(&action));
+  });
+  return {seconds * 1e6, "us", "64x64 tanh actor with its head, batch 1, no allocation"};
+}
+
+// ---- whole training
+
+struct Job {
+  const char* world;
+  const char* algorithm;
+  std::int32_t envs;
+  std::int64_t steps;
+  std::vector<std::pair<std::string, std::string>> settings;
+};
+
+run::RunConfig ConfigOf(const Job& job) {
+  run::RunConfig config;
+  config.world = job.world;
+  config.algorithm = job.algorithm;
+  config.envs = job.envs;
+  config.steps = job.steps;
+  config.seed = 1;
+  config.hyperparameters = job.settings;
+  config.directory = (std::filesystem::temp_directory_path() / "consac_bench").string();
+  config.name = "bench";
+  config.force = true;
+  config.table = config.progress = config.tensorboard = false;
+  config.checkpoint_every_s = 0;
+  return config;
+}
+
+double TrainSeconds(const run::RunConfig& config) {
+  const Result<run::RunSummary> summary = run::Train(config, kNeverStop);
+  return summary.ok() ? summary->seconds : std::nan("");
+}
+
+/// Multiply-adds of the updates and the acting of two 64x64 towers, in FLOP per step.
+double TrainingFlops(double inputs, double outputs, double epochs) {
+  const double forward = 2.0 * (2.0 * inputs * 64 + 2.0 * 64 * 64 + 64 * (outputs + 1.0));
+  const double update = forward * 3.0 - 2.0 * 2.0 * inputs * 64;
+  return forward + epochs * update;
+}
+
+Figure TrainingFigure(const BenchContext& context, const Job& job, double inputs, double outputs, double epochs) {
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
+  const double rate = static_cast<double>(job.steps) / seconds;
+  return {rate / 1e3, "k steps/s", fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s", 100.0 * rate * TrainingFlops(inputs, outputs, epochs) / context.peak, seconds)};
+}
+
+Figure CartPoleDefaults(const BenchContext& context) {
+  return TrainingFigure(context, {"cartpole-v1", "ppo", 1, 51200, {}}, 4, 2, 10);
+}
+
+Figure CartPoleEight(const BenchContext& context) {
+  return TrainingFigure(context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4, 2, 4);
+}
+
+// The settings of the strongest native peer's own Pendulum benchmark.
+Figure PendulumPpo(const BenchContext& context) {
+  const Job job{"pendulum-v1", "ppo", 4, 307200,
+                {{"n_steps", "1024"}, {"batch_size", "256"}, {"n_epochs", "2"}, {"gamma", "0.9"}, {"learning_rate", "1e-3"}, {"activation_fn", "relu"}, {"norm_obs", "true"}}};
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
+  return {seconds, "s", "307,200 steps, 4 worlds x 1024, batch 256, 2 epochs, 64x64 ReLU"};
+}
+
+// ---- over a connection
+
+/// An engine that serves the road on a thread of its own, one session.
+class ServedRoad {
+ public:
+  explicit ServedRoad(std::int64_t steps) : env_((*worlds::FindWorld("road-v0"))->create(1)) {
+    EnvServerOptions options;
+    options.training_length = steps;
+    options.seed = 1;
+    auto listener = ListenTcp({"127.0.0.1", 0});
+    auto server = EnvServer::Create(*env_, std::move(*listener), options);
+    server_ = std::move(*server);
+    thread_ = std::thread([this] { (void)server_->ServeSession(stop_); });
+  }
+  ~ServedRoad() {
+    stop_ = true;
+    thread_.join();
+  }
+  int port() const { return server_->port(); }
+
+ private:
+  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<EnvServer> server_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+Figure ThesisJob(const BenchContext& context) {
+  const worlds::World& road = **worlds::FindWorld("road-v0");
+  const double seconds = Median(context.repeats, [&] {
+    ServedRoad engine(20000);
+    run::RunConfig config = ConfigOf({"", "ppo2", 1, -1, worlds::SuggestedSettings(road, "ppo2")});
+    config.world = fmt::format("tcp://127.0.0.1:{}", engine.port());
+    return TrainSeconds(config);
+  });
+  return {seconds, "s", "20,000 steps over TCP, text protocol 1; the thesis took 20 s"};
+}
+
+/// Round trips per second of `bytes` each way between two threads, nothing parsed.
+double PingPong(std::size_t bytes, int count) {
+  auto listener = ListenTcp({"127.0.0.1", 0});
+  auto near_end = ConnectTcp({"127.0.0.1", (*listener)->port()}, 1.0);
+  auto far_end = (*listener)->Accept(1.0);
+  const auto exchange = [bytes](Transport& transport, bool first, int rounds) {
+    std::vector<std::byte> buffer(bytes);
+    for (int i = 0; i < rounds; ++i) {
+      if (first && !transport.Write(buffer, 1.0).ok()) return;
+      for (std::size_t got = 0; got < bytes;) {
+        const Result<std::size_t> read = transport.Read(std::span(buffer).subspan(got), 1.0);
+        if (!read.ok()) return;
+        got += *read;
+      }
+      if (!first && !transport.Write(buffer, 1.0).ok()) return;
+    }
+  };
+  std::thread echo([&] { exchange(**far_end, false, count); });
+  const double start = Now();
+  exchange(**near_end, true, count);
+  const double rate = count / (Now() - start);
+  echo.join();
+  return rate;
+}
+
+double StepRate(int count) {
+  ServedRoad engine(count);
+  auto transport = ConnectTcp({"127.0.0.1", engine.port()}, 1.0);
+  auto client = EnvClient::Open(std::move(*transport), {});
+  BatchBuffer buffer((*client)->spec().behaviours[0]);
+  if (!(*client)->Reset({&buffer.batch(), 1}).ok()) return std::nan("");
+  const double start = Now();
+  for (int i = 0; i < count; ++i) {
+    buffer.Advance();
+    *reinterpret_cast<std::int32_t*>(buffer.batch().actions) = 1;
+    if (!(*client)->Step({&buffer.batch(), 1}, i + 1 == count ? MoreSteps::kLast : MoreSteps::kYes).ok()) return std::nan("");
+  }
+  const double rate = count / (Now() - start);
+  (*client)->Close();
+  return rate;
+}
+
+Figure StepOverTcp(const BenchContext& context) {
+  constexpr int kRounds = 20000;
+  constexpr std::size_t kMessageBytes = 10;  // "10,37#1#0\n"
+  std::vector<double> shares;
+  double rate = 0.0;
+  for (int i = 0; i < std::max(context.repeats, 5); ++i) {
+    const double bare = PingPong(kMessageBytes, kRounds);
+    rate = StepRate(kRounds);
+    shares.push_back(rate / bare);
+  }
+  std::sort(shares.begin(), shares.end());
+  return {100.0 * shares[shares.size() / 2], "%", fmt::format("of a bare ping-pong of that size; about {:.0f} k steps/s", rate / 1e3)};
+}
+
+/// One row of the table.
+struct BenchRow {
+  const char* name;
+  const char* what;
+  Figure (*measure)(const BenchContext& context);
+};
+
+constexpr BenchRow kRows[] = {
+    {"update64", "PPO update, two 64x64 nets, minibatch 64", Update64},
+    {"update2048", "PPO update, two 64x64 nets, minibatch 2048", Update2048},
+    {"cores", "two cores against one, large batch", TwoCores},
+    {"action", "one action", OneAction},
+    {"cartpole", "CartPole PPO, 1 world, n_steps 2048, batch 64, 10 epochs", CartPoleDefaults},
+    {"cartpole8", "CartPole PPO, 8 worlds, n_steps 128, batch 256, 4 epochs", CartPoleEight},
+    {"pendulum", "Pendulum PPO, whole training", PendulumPpo},
+    {"thesis", "the thesis' job", ThesisJob},
+    {"step", "one step over TCP", StepOverTcp},
+};
+
+int Bench(const BenchFlags& flags) {
+  std::vector<std::string_view> names;
+  for (const BenchRow& row : kRows) names.emplace_back(row.name);
+  if (!flags.only.empty() && std::find(names.begin(), names.end(), flags.only) == names.end()) {
+    return Fail("bench", {StatusCode::kInvalidArgument, "there is no row " + Quote(flags.only) + Suggestion(flags.only, names)});
+  }
+  BenchContext context;
+  context.repeats = flags.repeats;
+  context.peak = nn::MeasurePeakFlops(0.5);
+  nlohmann::ordered_json json = {{"cpu", bench::CpuName()}, {"compiler", CompilerName()}, {"version", kVersion}, {"kernels", nn::InstructionSet()}, {"peak_gflops", context.peak / 1e9}, {"rows", nlohmann::json::array()}};
+  if (!flags.json) {
+    fmt::print("{}, {}, consac {}, {} kernels, peak of one core {:.1f} GFLOP/s\n\n", bench::CpuName(), CompilerName(), kVersion, nn::InstructionSet(), context.peak / 1e9);
+    fmt::print("| what | figure | |\n|---|---|---|\n");
+  }
+  for (const BenchRow& row : kRows) {
+    if (!flags.only.empty() && flags.only != row.name) continue;
+    const Figure figure = row.measure(context);
+    json["rows"].push_back({{"name", row.name}, {"what", row.what}, {"value", figure.value}, {"unit", figure.unit}, {"note", figure.note}});
+    if (!flags.json) fmt::print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
+    std::fflush(stdout);
+  }
+  if (flags.json) fmt::print("{}\n", json.dump(2));
+  return 0;
+}
+
+}  // namespace
+
+Action AddBench(CLI::App& app) {
+  const auto flags = std::make_shared<BenchFlags>();
+  app.add_option("--only", flags->only, "one row: update64, update2048, cores, action, cartpole, cartpole8, pendulum, thesis or step");
+  app.add_option("--repeats", flags->repeats, "repeats of a training; the median counts")->check(CLI::Range(1, 100));
+  app.add_flag("--json", flags->json, "as JSON");
+  return [flags] { return Bench(*flags); };
+}
+
+}  // namespace consac::cli

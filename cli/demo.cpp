@@ -1,0 +1,106 @@
+// consac demo: an engine on a thread serves the road over TCP, the trainer learns it, the saved model walks to the coin.
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "cli/play.h"
+#include "cli/verbs.h"
+#include "consac/run/training.h"
+#include "consac/server/env_server.h"
+
+namespace consac::cli {
+namespace {
+
+constexpr const char* kWorld = "road-v0";
+
+struct DemoFlags {
+  std::int64_t steps = 20000;
+  std::uint64_t seed = 1;
+  std::string directory = "runs", name = "demo";
+};
+
+/// The engine: serves one session on a thread of its own.
+class Engine {
+ public:
+  Status Open(const worlds::World& world, const DemoFlags& flags) {
+    env_ = world.create(1);
+    Result<std::unique_ptr<Listener>> listener = ListenTcp({"127.0.0.1", 0});
+    if (!listener.ok()) return listener.status();
+    EnvServerOptions options;
+    options.training_length = flags.steps;
+    options.seed = flags.seed;
+    Result<std::unique_ptr<EnvServer>> server = EnvServer::Create(*env_, std::move(*listener), options);
+    if (!server.ok()) return server.status();
+    server_ = std::move(*server);
+    thread_ = std::thread([this] { status_ = server_->ServeSession(stop_); });
+    return Status::Ok();
+  }
+  ~Engine() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  std::string url() const { return fmt::format("tcp://127.0.0.1:{}", server_->port()); }
+
+ private:
+  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<EnvServer> server_;
+  std::thread thread_;
+  std::atomic<bool> stop_{false};
+  Status status_;
+};
+
+Result<run::RunSummary> TrainOverTcp(const DemoFlags& flags, const worlds::World& world) {
+  Engine engine;
+  CONSAC_RETURN_IF_ERROR(engine.Open(world, flags));
+  fmt::print("1. An engine offers the thesis' road on {}: an actor, a coin, places 0 to 40.\n"
+             "2. The trainer connects and learns for {} steps with ppo2.\n\n", engine.url(), flags.steps);
+  run::RunConfig config;
+  config.world = engine.url();
+  config.directory = flags.directory;
+  config.name = flags.name;
+  config.seed = flags.seed;
+  config.force = true;
+  config.log_interval = 20;
+  config.hyperparameters = worlds::SuggestedSettings(world, config.algorithm);
+  return run::Train(config, StopSignal());
+}
+
+int Demo(const DemoFlags& flags) {
+  const Result<const worlds::World*> world = worlds::FindWorld(kWorld);
+  if (!world.ok()) return Fail("demo", world.status());
+  const Result<run::RunSummary> summary = TrainOverTcp(flags, **world);
+  if (!summary.ok()) return Fail("demo", summary.status());
+  if (summary->interrupted) return 130;
+  Result<Policy> policy = Policy::Load(summary->model_path);
+  if (!policy.ok()) return Fail("demo", policy.status());
+  fmt::print("\n3. The saved model acts, with no network and no trainer (A: actor, o: coin):\n\n");
+  WalkOptions walk;
+  walk.steps = 40;
+  const Status walked = Walk(*policy, **world, walk, StopSignal());
+  if (!walked.ok()) return Fail("demo", walked);
+  run::EvaluateOptions evaluate;
+  evaluate.model = summary->model_path;
+  evaluate.world = kWorld;
+  evaluate.episodes = 20;
+  const Result<run::EvaluateSummary> verdict = run::Evaluate(evaluate, StopSignal());
+  if (!verdict.ok()) return Fail("demo", verdict.status());
+  const std::string& folder = summary->directory;
+  fmt::print("\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n"
+             "model           {}\nlearning curve  {}/curve.png (and .svg)\nTensorBoard     tensorboard --logdir {}/tensorboard\n"
+             "watch it again  consac play {}\nlook inside     consac inspect {}\n",
+             100.0 * verdict->mean_reward / verdict->mean_length, summary->model_path, folder, folder, summary->model_path, summary->model_path);
+  return 0;
+}
+
+}  // namespace
+
+Action AddDemo(CLI::App& app) {
+  const auto flags = std::make_shared<DemoFlags>();
+  app.add_option("--steps", flags->steps, "steps to train for")->check(CLI::PositiveNumber);
+  app.add_option("--seed", flags->seed, "seed of everything");
+  app.add_option("--dir", flags->directory, "folder of the runs");
+  app.add_option("--name", flags->name, "name of the run; it is overwritten");
+  return [flags] { return Demo(*flags); };
+}
+
+}  // namespace consac::cli

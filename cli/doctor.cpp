@@ -1,0 +1,107 @@
+// consac doctor: what this machine can do, and what is wrong with an endpoint.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "bench/peak.h"
+#include "cli/machine.h"
+#include "cli/verbs.h"
+#include "consac/base/file.h"
+#include "consac/base/version.h"
+#include "consac/env/buffer.h"
+#include "consac/nn/kernels.h"
+#include "consac/server/env_client.h"
+
+namespace consac::cli {
+namespace {
+
+struct DoctorFlags {
+  std::string url, directory = "runs";
+  double timeout = 3.0;
+};
+
+void Check(const char* what, const Status& status) { fmt::print("{:<20} {}\n", what, status.ok() ? "ok" : "FAILED: " + status.message()); }
+
+/// A round trip over a loopback port of our own.
+Status TestLoopback() {
+  Result<std::unique_ptr<Listener>> listener = ListenTcp({"127.0.0.1", 0});
+  if (!listener.ok()) return listener.status();
+  Result<std::unique_ptr<Transport>> near_end = ConnectTcp({"127.0.0.1", (*listener)->port()}, 1.0);
+  if (!near_end.ok()) return near_end.status();
+  Result<std::unique_ptr<Transport>> far_end = (*listener)->Accept(1.0);
+  if (!far_end.ok()) return far_end.status();
+  if (*far_end == nullptr) return {StatusCode::kUnavailable, "a connection to this machine's own port was not accepted within 1 s"};
+  const std::byte sent{42};
+  std::byte got{0};
+  CONSAC_RETURN_IF_ERROR((*near_end)->Write({&sent, 1}, 1.0));
+  const Result<std::size_t> count = (*far_end)->Read({&got, 1}, 1.0);
+  if (!count.ok()) return count.status();
+  return *count == 1 && got == sent ? Status::Ok() : Status{StatusCode::kUnavailable, "a byte sent over loopback did not arrive"};
+}
+
+Status TestDisk(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) return {StatusCode::kUnavailable, "cannot make folder '" + directory + "': " + error.message()};
+  const std::string path = directory + "/.doctor";
+  const std::vector<std::byte> bytes(1 << 16);
+  const Status status = WriteFileAtomically(path, bytes);
+  std::filesystem::remove(path, error);
+  return status;
+}
+
+int ExamineEndpoint(const DoctorFlags& flags) {
+  const Result<Endpoint> endpoint = Endpoint::Parse(flags.url);
+  if (!endpoint.ok()) return Fail("doctor", endpoint.status());
+  Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, flags.timeout);
+  if (!transport.ok()) return Fail("doctor", transport.status());
+  EnvClientOptions options;
+  options.setup_timeout_s = options.deadline_s = flags.timeout;
+  Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options);
+  if (!client.ok()) return Fail("doctor", client.status());
+  const BehaviourSpec& behaviour = (*client)->spec().behaviours[0];
+  const SessionRequest& request = (*client)->request();
+  fmt::print("endpoint             {}\nobservation          {}\naction               {}\ntraining length      {}\nmodel name           {}\n", (*client)->description(),
+             behaviour.observation_space.ToString(), behaviour.action_space.ToString(), request.training_length, request.model_name.empty() ? "none given" : request.model_name);
+  BatchBuffer buffer(behaviour);
+  Status status = (*client)->Reset({&buffer.batch(), 1});
+  if (!status.ok()) return Fail("doctor", status);
+  Rng rng(1, StreamId("doctor"));
+  constexpr int kSteps = 50;
+  const double start = Now();
+  for (int i = 0; i < kSteps && status.ok(); ++i) {
+    buffer.Advance();
+    SampleRow(behaviour.action_layout, rng, buffer.batch().actions);
+    status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
+  }
+  (*client)->Close();
+  if (!status.ok()) return Fail("doctor", status);
+  fmt::print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n", (Now() - start) / kSteps * 1e6, kSteps);
+  return 0;
+}
+
+int Doctor(const DoctorFlags& flags) {
+  if (!flags.url.empty()) return ExamineEndpoint(flags);
+  fmt::print("consac               {}\nprocessor            {}\ncores                {}\ncompiler             {}\nkernels              {} ({} floats a register)\n", kVersion, bench::CpuName(),
+             std::thread::hardware_concurrency(), CompilerName(), nn::InstructionSet(), nn::VectorLanes());
+  const double peak = nn::MeasurePeakFlops(0.3), reached = MeasureDenseFlops(0.3);
+  fmt::print("peak, one core       {:.1f} GFLOP/s (fused multiply-add in these registers)\ndense layer 64x64    {:.1f} GFLOP/s, {:.0f}% of the peak\n", peak / 1e9, reached / 1e9, 100.0 * reached / peak);
+  const Status loopback = TestLoopback(), disk = TestDisk(flags.directory);
+  Check("loopback TCP", loopback);
+  Check("writing runs", disk);
+  if (!loopback.ok()) return ExitCode(loopback);
+  return ExitCode(disk);
+}
+
+}  // namespace
+
+Action AddDoctor(CLI::App& app) {
+  const auto flags = std::make_shared<DoctorFlags>();
+  app.add_option("url", flags->url, "an engine to examine, tcp://host:port");
+  app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
+  app.add_option("--timeout", flags->timeout, "seconds to wait for the endpoint")->check(CLI::PositiveNumber);
+  return [flags] { return Doctor(*flags); };
+}
+
+}  // namespace consac::cli

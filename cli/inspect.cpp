@@ -1,0 +1,77 @@
+// consac inspect: what is inside a model or checkpoint.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/verbs.h"
+#include "consac/policy/policy.h"
+#include "consac/run/training.h"
+
+namespace consac::cli {
+namespace {
+
+struct InspectFlags {
+  std::string model, directory = "runs";
+  bool json = false;
+};
+
+std::string ShapeOf(const Tensor& tensor) {
+  std::string out;
+  for (const std::int64_t size : tensor.shape) out += (out.empty() ? "" : " x ") + std::to_string(size);
+  return out;
+}
+
+void PrintPolicy(const Policy& policy) {
+  const PolicyData& data = policy.data();
+  fmt::print("behaviour    {}\nobservation  {}\naction       {}\nnormaliser   {}\nparameters   {}\nself-test    reproduced\n", data.behaviour,
+             data.observation_space.ToString(), data.action_space.ToString(), data.normaliser.active() ? "running mean and deviation" : "none",
+             data.parameters.size() + data.log_std.size());
+  fmt::print("network\n");
+  for (const nn::Block& block : data.network.blocks) {
+    fmt::print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size, nn::NameOf(block.activation), block.input);
+  }
+  const nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
+  fmt::print("training     {}\n", training.dump(2));
+}
+
+void PrintTensors(const ModelFile& file) {
+  fmt::print("tensors\n");
+  for (const auto& [name, tensor] : file.tensors) fmt::print("  {:<40} {:<5} {}\n", name, NameOf(tensor.dtype), ShapeOf(tensor));
+}
+
+int Inspect(const InspectFlags& flags) {
+  const Result<std::string> path = run::FindModel(flags.model, flags.directory);
+  if (!path.ok()) return Fail("inspect", path.status());
+  const Result<ModelFile> file = ModelFile::Load(*path);
+  if (!file.ok()) return Fail("inspect", file.status());
+  const nlohmann::json spec = nlohmann::json::parse(file->spec_json, nullptr, false);
+  const std::string kind = spec.is_object() ? spec.value("kind", std::string("?")) : "?";
+  if (flags.json) {
+    nlohmann::json tensors = nlohmann::json::object();
+    for (const auto& [name, tensor] : file->tensors) tensors[name] = {{"dtype", NameOf(tensor.dtype)}, {"shape", tensor.shape}};
+    fmt::print("{}\n", nlohmann::json({{"path", *path}, {"spec", spec}, {"tensors", tensors}}).dump(2));
+    return 0;
+  }
+  fmt::print("file         {}\nkind         {}\n", *path, kind);
+  if (kind == "policy") {
+    const Result<Policy> policy = Policy::FromFile(*file);
+    if (!policy.ok()) return Fail("inspect", policy.status());
+    PrintPolicy(*policy);
+  } else {
+    fmt::print("content      {}\n", spec.dump(2));
+  }
+  PrintTensors(*file);
+  return 0;
+}
+
+}  // namespace
+
+Action AddInspect(CLI::App& app) {
+  const auto flags = std::make_shared<InspectFlags>();
+  app.add_option("model", flags->model, "a .consac file or a run's name")->required();
+  app.add_option("--dir", flags->directory, "folder of the runs");
+  app.add_flag("--json", flags->json, "as JSON");
+  return [flags] { return Inspect(*flags); };
+}
+
+}  // namespace consac::cli

@@ -1,0 +1,42 @@
+#include "cli/machine.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "consac/base/hooks.h"
+#include "consac/nn/network.h"
+
+namespace consac::cli {
+
+std::string CompilerName() {
+#if defined(__clang__)
+  return "clang " __clang_version__;
+#elif defined(__GNUC__)
+  return "g++ " __VERSION__;
+#else
+  return "unknown";
+#endif
+}
+
+double MeasureDenseFlops(double seconds) {
+  constexpr std::int64_t kSize = 64;
+  constexpr int kBurst = 500;
+  nn::NetworkSpec spec;
+  spec.inputs = {{"x", kSize}};
+  spec.blocks = {{.input = "x", .output = "y", .name = "layer", .in_size = kSize, .out_size = kSize}};
+  spec.outputs = {"y"};
+  const Result<nn::Network> network = nn::Network::Create(spec);
+  nn::Evaluator evaluator(*network, kSize);
+  evaluator.Load(std::vector<float>(static_cast<std::size_t>(network->parameter_count()), 0.01f));
+  const std::vector<float> x(kSize * kSize, 0.5f);
+  const float* input = x.data();
+  double best = 0.0;
+  for (const double end = Now() + seconds; Now() < end;) {
+    const double start = Now();
+    for (int i = 0; i < kBurst; ++i) evaluator.Forward({&input, 1}, kSize);
+    best = std::max(best, 2.0 * kSize * kSize * kSize * kBurst / (Now() - start));
+  }
+  return best;
+}
+
+}  // namespace consac::cli

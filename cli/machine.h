@@ -1,0 +1,13 @@
+#pragma once
+// What a measurement was made on, for `doctor` and `bench`.
+
+#include <string>
+
+namespace consac::cli {
+
+/// "g++ 12.2.0".
+std::string CompilerName();
+/// FLOP/s of a 64x64 dense layer on 64 rows, best of bursts that take about `seconds` together.
+double MeasureDenseFlops(double seconds);
+
+}  // namespace consac::cli

@@ -1,0 +1,119 @@
+// The program `consac`: the table of verbs, and how a verb is found and run.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+
+#include "cli/verbs.h"
+#include "consac/base/text.h"
+#include "consac/base/version.h"
+
+namespace consac::cli {
+namespace {
+
+constexpr Verb kVerbs[] = {
+    {"demo", "the whole story in one minute, on the built-in road world over TCP", "consac demo", AddDemo},
+    {"serve", "be the engine: offer a built-in world on a port",
+     "consac serve road-v0 --port 5005\nconsac serve cartpole-v1 --port 0 --port-file port.txt --rate 60", AddServe},
+    {"train", "learn a built-in world, or the world of an engine",
+     "consac train cartpole-v1 --envs 8 --steps 100000\nconsac train tcp://127.0.0.1:5005 --name walker --set learning_rate=1e-3\n"
+     "consac train --resume --name walker",
+     AddTrain},
+    {"eval", "mean reward of a model over episodes", "consac eval walker\nconsac eval runs/walker/model.consac road-v0 --episodes 20 --json", AddEval},
+    {"play", "watch a model, step by step", "consac play walker road-v0 --steps 40", AddPlay},
+    {"list", "worlds, algorithms, policies, hyperparameters", "consac list worlds\nconsac list hyperparameters ppo2 --json", AddList},
+    {"inspect", "what is inside a model or checkpoint", "consac inspect runs/walker/model.consac", AddInspect},
+    {"bench", "speed on this machine, as a table", "consac bench\nconsac bench --only cartpole --json", AddBench},
+    {"doctor", "what this machine can do, and what is wrong with an endpoint", "consac doctor\nconsac doctor tcp://127.0.0.1:5005", AddDoctor},
+};
+
+std::atomic<bool> stop_flag{false};
+
+extern "C" void OnStopSignal(int) {
+  if (stop_flag.exchange(true)) _exit(130);
+}
+
+}  // namespace
+
+int ExitCode(const Status& status) {
+  switch (status.code()) {
+    case StatusCode::kOk: return 0;
+    case StatusCode::kInvalidArgument:
+    case StatusCode::kNotFound:
+    case StatusCode::kAlreadyExists:
+    case StatusCode::kFailedPrecondition: return 2;
+    case StatusCode::kProtocol:
+    case StatusCode::kUnavailable:
+    case StatusCode::kDeadlineExceeded: return 3;
+    case StatusCode::kDataLoss:
+    case StatusCode::kResourceExhausted: return 6;
+    case StatusCode::kNonFinite: return 7;
+    case StatusCode::kCancelled: return 130;
+    case StatusCode::kInternal: return 1;
+  }
+  return 1;
+}
+
+int Fail(const char* verb, const Status& status) {
+  fmt::print(stderr, "consac {}: {}\n", verb, status.message());
+  return ExitCode(status);
+}
+
+const std::atomic<bool>& StopSignal() {
+  std::signal(SIGINT, OnStopSignal);
+  std::signal(SIGTERM, OnStopSignal);
+  return stop_flag;
+}
+
+namespace {
+
+/// CLI11's message without its help text, on one line.
+int UsageError(const std::string& verb, const CLI::ParseError& error) {
+  std::string line = error.what();
+  for (char& c : line) c = c == '\n' ? ' ' : c;
+  fmt::print(stderr, "consac{}: {} (consac{} --help lists what there is)\n", verb, line, verb);
+  return 2;
+}
+
+int UnknownVerb(std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const Verb& verb : kVerbs) known.emplace_back(verb.name);
+  fmt::print(stderr, "consac: unknown verb {}{}\n", Quote(name), Suggestion(name, known));
+  return 2;
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Reinforcement learning for Unreal Engine, and any other engine.", "consac");
+  app.set_version_flag("--version", std::string("consac ") + kVersion);
+  app.require_subcommand(1);
+  std::vector<std::pair<CLI::App*, Action>> actions;
+  for (const Verb& verb : kVerbs) {
+    CLI::App* sub = app.add_subcommand(verb.name, verb.summary);
+    sub->footer(std::string("Examples:\n") + verb.examples + "\n\nExit codes: 0 ok, 1 internal, 2 usage, 3 peer, 6 file, 7 not a finite number, 130 interrupted.");
+    actions.emplace_back(sub, verb.add(*sub));
+  }
+  const auto is_verb = [&](const auto& entry) { return entry.first->get_name() == argv[1]; };
+  if (argc > 1 && argv[1][0] != '-' && std::none_of(actions.begin(), actions.end(), is_verb)) return UnknownVerb(argv[1]);
+  const std::string verb = argc > 1 && argv[1][0] != '-' ? " " + std::string(argv[1]) : "";
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return app.exit(done);
+  } catch (const CLI::ParseError& error) {
+    return UsageError(verb, error);
+  }
+  for (const auto& [sub, action] : actions) {
+    if (sub->parsed()) return action();
+  }
+  return 2;
+}
+
+}  // namespace
+}  // namespace consac::cli
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  return consac::cli::Main(argc, argv);
+}

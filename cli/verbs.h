@@ -1,0 +1,42 @@
+#pragma once
+// What the verbs of the program share: the table's row, exit codes, how a failure is told, the stop signal.
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <functional>
+
+#include "consac/base/status.h"
+
+namespace consac::cli {
+
+/// A verb's work, run once its options are parsed; returns the exit code.
+using Action = std::function<int()>;
+
+/// One row of the table of verbs (main.cpp).
+struct Verb {
+  const char* name;              ///< "train"
+  const char* summary;           ///< one line for the overview
+  const char* examples;          ///< lines for --help
+  Action (*add)(CLI::App& app);  ///< declares the options
+};
+
+// One file per verb.
+Action AddDemo(CLI::App& app);
+Action AddServe(CLI::App& app);
+Action AddTrain(CLI::App& app);
+Action AddEval(CLI::App& app);
+Action AddPlay(CLI::App& app);
+Action AddList(CLI::App& app);
+Action AddInspect(CLI::App& app);
+Action AddBench(CLI::App& app);
+Action AddDoctor(CLI::App& app);
+
+/// 0 ok, 1 our own mistake, 2 usage, 3 peer or protocol, 6 file or disk, 7 a number that is not finite, 130
+/// interrupted. docs/program.md lists them.
+int ExitCode(const Status& status);
+/// Prints "consac VERB: message" on stderr and returns the exit code.
+int Fail(const char* verb, const Status& status);
+/// Catches Ctrl-C and SIGTERM: the first sets the flag, the second ends the program at once.
+const std::atomic<bool>& StopSignal();
+
+}  // namespace consac::cli

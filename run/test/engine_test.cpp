@@ -1,0 +1,326 @@
+// Training and acting for an engine over TCP loopback, and everything that an engine can do wrong.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "consac/base/hooks.h"
+#include "consac/transport/transport.h"
+#include "small_run.h"
+
+namespace consac::run {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ServedWorld = consac::testing::ServedWorld;
+
+RunConfig EngineRun(const std::string& directory, const std::string& url) {
+  RunConfig config = SmallRun(directory, "engine");
+  config.world = url;
+  config.steps = -1;
+  config.connect_timeout_s = 5.0;
+  config.deadline_s = 5.0;
+  return config;
+}
+
+/// An engine made of lines: says each of `messages` when the trainer has answered the one before, then does `end`.
+class ScriptedEngine {
+ public:
+  enum class End { kClose, kStaySilent };
+  ScriptedEngine(std::vector<std::string> messages, End end) : listener_(*ListenTcp({"127.0.0.1", 0})), messages_(std::move(messages)), end_(end) {
+    thread_ = std::thread([this] { Serve(); });
+  }
+  ~ScriptedEngine() {
+    stop_ = true;
+    thread_.join();
+  }
+  std::string url() const { return "tcp://127.0.0.1:" + std::to_string(listener_->port()); }
+
+ private:
+  void Serve() {
+    std::unique_ptr<Transport> trainer;
+    while (trainer == nullptr && !stop_) trainer = std::move(*listener_->Accept(0.05));
+    if (trainer == nullptr) return;
+    std::byte answer[256];
+    for (std::size_t i = 0; i < messages_.size() && !stop_; ++i) {
+      const std::string line = messages_[i] + "\n";
+      if (!trainer->Write(std::as_bytes(std::span(line)), 5.0).ok()) return;
+      if (i == 0) continue;  // the setup is not answered
+      Result<std::size_t> count = std::size_t{0};
+      while (!stop_ && count.ok() && *count == 0) count = trainer->Read(answer, 0.05);
+      if (!count.ok()) return;
+    }
+    while (end_ == End::kStaySilent && !stop_) (void)trainer->Read(answer, 0.05);
+    trainer->Close();
+  }
+
+  std::unique_ptr<Listener> listener_;
+  std::vector<std::string> messages_;
+  End end_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+Status FailureWith(const RunConfig& config) {
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  EXPECT_FALSE(summary.ok());
+  return summary.status();
+}
+
+/// A small trained road model in `directory`.
+std::string TrainRoad(const std::string& directory, const std::string& name) {
+  RunConfig config = SmallRun(directory, name);
+  config.steps = 256;
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  EXPECT_TRUE(summary.ok()) << summary.status().message();
+  return summary.ok() ? summary->model_path : "";
+}
+
+TEST(Engine, LengthAndNameComeFromItsSetup) {
+  consac::testing::ScratchFolder scratch("setup");
+  EnvServerOptions options;
+  options.training_length = 500;
+  options.model_name = "walker";
+  ServedWorld engine("road-v0", options);
+  RunConfig config = EngineRun(scratch.path(), engine.url());
+  config.name = "";
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_EQ(summary->steps, 500);
+  EXPECT_EQ(summary->directory, scratch.path() + "/walker");
+  EXPECT_FALSE(summary->interrupted);
+  EXPECT_TRUE(Policy::Load(summary->model_path).ok());
+}
+
+TEST(Engine, TheConfigurationOverrulesItsSetup) {
+  consac::testing::ScratchFolder scratch("overrule");
+  EnvServerOptions options;
+  options.training_length = 500;
+  options.model_name = "walker";
+  ServedWorld engine("road-v0", options);
+  RunConfig config = EngineRun(scratch.path(), engine.url());
+  config.steps = 96;
+  config.name = "mine";
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_EQ(summary->steps, 96);
+  EXPECT_EQ(summary->directory, scratch.path() + "/mine");
+}
+
+// One world behind a connection learns what the same world learns in process, to the bit.
+TEST(Engine, LearnsWhatTheWorldInProcessLearns) {
+  consac::testing::ScratchFolder scratch("same");
+  EnvServerOptions options;
+  options.training_length = 640;
+  options.seed = 3;
+  ServedWorld engine("road-v0", options);
+  const Result<RunSummary> remote = Train(EngineRun(scratch.path(), engine.url()), kNeverStop);
+  RunConfig config = SmallRun(scratch.path(), "local");
+  config.envs = 1;
+  config.steps = 640;
+  const Result<RunSummary> local = Train(config, kNeverStop);
+  ASSERT_TRUE(remote.ok() && local.ok()) << remote.status().message() << local.status().message();
+  EXPECT_EQ(remote->weights_hash, local->weights_hash);
+}
+
+TEST(Engine, AnEngineThatIsNotThereIsWaitedForAndThenNamed) {
+  consac::testing::ScratchFolder scratch("nobody");
+  auto listener = ListenTcp({"127.0.0.1", 0});
+  const int port = (*listener)->port();
+  (*listener)->Close();
+  RunConfig config = EngineRun(scratch.path(), "tcp://127.0.0.1:" + std::to_string(port));
+  config.connect_timeout_s = 0.5;
+  const double start = Now();
+  const Status status = FailureWith(config);
+  EXPECT_EQ(status.code(), StatusCode::kUnavailable);
+  EXPECT_THAT(status.message(), HasSubstr(std::to_string(port)));
+  EXPECT_GE(Now() - start, 0.4);
+}
+
+TEST(Engine, AnEngineThatComesLateIsFound) {
+  consac::testing::ScratchFolder scratch("late");
+  auto listener = ListenTcp({"127.0.0.1", 0});
+  const int port = (*listener)->port();
+  (*listener)->Close();
+  std::atomic<bool> over{false};
+  std::thread engine([&] {
+    const auto world = (*worlds::FindWorld("road-v0"))->create(1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    auto late = ListenTcp({"127.0.0.1", port});
+    if (!late.ok()) return;
+    EnvServerOptions options;
+    options.training_length = 64;
+    auto server = EnvServer::Create(*world, std::move(*late), options);
+    if (server.ok()) (void)(*server)->ServeSession(over);
+  });
+  const Result<RunSummary> summary = Train(EngineRun(scratch.path(), "tcp://127.0.0.1:" + std::to_string(port)), kNeverStop);
+  over = true;
+  engine.join();
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_EQ(summary->steps, 64);
+}
+
+TEST(Engine, ThatClosesEarlyLosesNothingAndIsToldHowManyStepsAreMissing) {
+  consac::testing::ScratchFolder scratch("early");
+  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0", "12,30#1#0"}, ScriptedEngine::End::kClose);
+  const Status status = FailureWith(EngineRun(scratch.path(), engine.url()));
+  EXPECT_EQ(status.code(), StatusCode::kUnavailable);
+  EXPECT_THAT(status.message(), AllOf(HasSubstr("998 of 1000 steps are missing"), HasSubstr(scratch.path() + "/engine"), HasSubstr("--resume")));
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/engine/model.consac").ok());
+}
+
+TEST(Engine, ABrokenSessionIsResumedToItsFullLength) {
+  consac::testing::ScratchFolder scratch("resume");
+  RunConfig config;
+  {
+    ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#100", "10,30#0#0", "11,30#1#0"}, ScriptedEngine::End::kClose);
+    config = EngineRun(scratch.path(), engine.url());
+    (void)FailureWith(config);
+  }
+  EnvServerOptions options;
+  options.training_length = 100;
+  ServedWorld engine("road-v0", options);
+  config.world = engine.url();
+  config.resume = true;
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_EQ(summary->steps, 100);
+}
+
+TEST(Engine, ThatFallsSilentMeetsItsDeadline) {
+  consac::testing::ScratchFolder scratch("silent");
+  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0"}, ScriptedEngine::End::kStaySilent);
+  RunConfig config = EngineRun(scratch.path(), engine.url());
+  config.deadline_s = 0.3;
+  const double start = Now();
+  const Status status = FailureWith(config);
+  EXPECT_EQ(status.code(), StatusCode::kDeadlineExceeded);
+  EXPECT_THAT(status.message(), HasSubstr("steps are missing"));
+  EXPECT_LT(Now() - start, 5.0);
+}
+
+TEST(Engine, ThatSendsNaNIsRefusedAndWhatWasLearnedIsSaved) {
+  consac::testing::ScratchFolder scratch("nan");
+  for (const char* bad : {"nan,30#1#0", "11,inf#1#0", "11,30#nan#0", "11,30#1", "11#1#0", "11,30#x#0", "99,30#1#2"}) {
+    ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0", bad}, ScriptedEngine::End::kClose);
+    RunConfig config = EngineRun(scratch.path(), engine.url());
+    config.force = true;
+    const Status status = FailureWith(config);
+    EXPECT_THAT(status.message(), AllOf(HasSubstr("at step 2"), HasSubstr("steps are missing"))) << bad;
+    EXPECT_TRUE(Policy::Load(scratch.path() + "/engine/model.consac").ok()) << bad;
+  }
+}
+
+TEST(Engine, AnotherServiceOnThePortIsToldApart) {
+  consac::testing::ScratchFolder scratch("service");
+  ScriptedEngine engine({"220 mail.example ESMTP"}, ScriptedEngine::End::kStaySilent);
+  const Status status = FailureWith(EngineRun(scratch.path(), engine.url()));
+  EXPECT_THAT(status.message(), HasSubstr("220 mail.example"));
+  EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
+}
+
+TEST(Engine, CtrlCDuringASilenceSavesAndReturnsAtOnce) {
+  consac::testing::ScratchFolder scratch("ctrlc");
+  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0"}, ScriptedEngine::End::kStaySilent);
+  RunConfig config = EngineRun(scratch.path(), engine.url());
+  config.deadline_s = 60.0;
+  std::atomic<bool> stop{false};
+  std::thread ctrl_c([&stop] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    stop = true;
+  });
+  const double start = Now();
+  const Result<RunSummary> summary = Train(config, stop);
+  ctrl_c.join();
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_TRUE(summary->interrupted);
+  EXPECT_LT(Now() - start, 5.0);
+  EXPECT_TRUE(Policy::Load(summary->model_path).ok());
+}
+
+TEST(Engine, LengthZeroWithANameActsUntilTheEngineCloses) {
+  consac::testing::ScratchFolder scratch("act");
+  TrainRoad(scratch.path(), "walker");
+  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0#walker", "10,30", "11,30", "12,30#1#0"}, ScriptedEngine::End::kClose);
+  RunConfig config = EngineRun(scratch.path(), engine.url());
+  config.name = "";
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_TRUE(summary->acted_only);
+  EXPECT_EQ(summary->steps, 2) << "the third action was not answered any more";
+  EXPECT_EQ(summary->model_path, scratch.path() + "/walker/model.consac");
+}
+
+TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
+  consac::testing::ScratchFolder scratch("fit");
+  TrainRoad(scratch.path(), "walker");
+  {
+    ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0#wolker", "10,30"}, ScriptedEngine::End::kClose);
+    EXPECT_THAT(FailureWith(EngineRun(scratch.path(), engine.url())).message(), HasSubstr("did you mean 'walker'"));
+  }
+  {
+    ScriptedEngine engine({"D#3#0#B#3#0,0,0,40,40,40#0#walker", "10,30,1"}, ScriptedEngine::End::kClose);
+    EXPECT_THAT(FailureWith(EngineRun(scratch.path(), engine.url())).message(), AllOf(HasSubstr("observation"), HasSubstr("Box")));
+  }
+  {
+    ScriptedEngine engine({"D#4#0#B#2#0,0,40,40#0#walker", "10,30"}, ScriptedEngine::End::kClose);
+    EXPECT_THAT(FailureWith(EngineRun(scratch.path(), engine.url())).message(), AllOf(HasSubstr("action"), HasSubstr("Discrete")));
+  }
+}
+
+TEST(Engine, LengthZeroWithoutANameSaysWhatIsMissing) {
+  consac::testing::ScratchFolder scratch("zero");
+  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0", "10,30#0#0"}, ScriptedEngine::End::kClose);
+  RunConfig config = EngineRun(scratch.path(), engine.url());
+  config.name = "";
+  EXPECT_THAT(FailureWith(config).message(), AllOf(HasSubstr("length"), HasSubstr("--steps")));
+}
+
+TEST(Engine, ForeverServesOneSessionAfterAnother) {
+  consac::testing::ScratchFolder scratch("forever");
+  auto listener = ListenTcp({"127.0.0.1", 0});
+  const std::string url = "tcp://127.0.0.1:" + std::to_string((*listener)->port());
+  std::atomic<bool> stop{false};
+  Status first, second, third;
+  // One engine that trains a model, fails once, and then asks for the model to act.
+  std::thread engine([&] {
+    const auto world = (*worlds::FindWorld("road-v0"))->create(1);
+    const auto session = [&](std::int64_t length, const char* name) {
+      EnvServerOptions options;
+      options.training_length = length;
+      options.model_name = name;
+      std::atomic<bool> session_over{false};
+      auto server = EnvServer::Create(*world, std::move(*listener), options);
+      std::thread limit([&] {
+        for (int i = 0; i < 200 && !(length == 0 && (*server)->session_steps() > 20); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        session_over = true;
+      });
+      const Status status = (*server)->ServeSession(session_over);
+      session_over = true;
+      limit.join();
+      const int port = (*server)->port();
+      (*server)->Close();
+      listener = ListenTcp({"127.0.0.1", port});
+      return status;
+    };
+    first = session(200, "walker");
+    second = session(100, "wanderer");
+    third = session(0, "walker");
+    stop = true;
+  });
+  RunConfig config = EngineRun(scratch.path(), url);
+  config.name = "";
+  config.forever = true;
+  const Result<RunSummary> summary = Train(config, stop);
+  engine.join();
+  EXPECT_TRUE(first.ok()) << first.message();
+  EXPECT_TRUE(second.ok()) << second.message();
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_TRUE(summary->interrupted);
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/walker/model.consac").ok());
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/wanderer/model.consac").ok());
+}
+
+}  // namespace
+}  // namespace consac::run

@@ -1,0 +1,67 @@
+// A disk that is full while saving: said aloud, nothing that was good is harmed, training goes on.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <functional>
+
+#include "small_run.h"
+
+namespace consac::run {
+namespace {
+
+/// Runs `body` in a child process in which no file may grow past `bytes`: writes fail there as on a full disk.
+int InChildWithFileLimit(rlim_t bytes, const std::function<int()>& body) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, bytes};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    _exit(body());
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 255;
+}
+
+TEST(Saving, AFullDiskStopsNeitherTrainingNorHarmsWhatIsThere) {
+  consac::testing::ScratchFolder scratch("full");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 640;
+  const Result<RunSummary> first = Train(config, kNeverStop);
+  ASSERT_TRUE(first.ok()) << first.status().message();
+
+  const int code = InChildWithFileLimit(4096, [&] {
+    config.resume = true;
+    config.steps = 1280;
+    const Result<RunSummary> summary = Train(config, kNeverStop);
+    return summary.ok() ? 0 : static_cast<int>(summary.status().code());
+  });
+  EXPECT_EQ(code, static_cast<int>(StatusCode::kResourceExhausted)) << "the end says that saving failed";
+
+  EXPECT_TRUE(Policy::Load(first->model_path).ok()) << "the last good model is still there";
+  config.resume = true;
+  const Result<RunSummary> resumed = Train(config, kNeverStop);
+  ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+  EXPECT_GE(resumed->steps, 640);
+}
+
+TEST(Saving, TheRunThatGoesOnAfterAFullDiskIsTheSameRun) {
+  consac::testing::ScratchFolder scratch("same");
+  const Result<RunSummary> whole = Train(SmallRun(scratch.path(), "whole"), kNeverStop);
+  ASSERT_TRUE(whole.ok()) << whole.status().message();
+  RunConfig config = SmallRun(scratch.path(), "hurt");
+  config.checkpoint_every_updates = 4;
+  config.steps = 1024;
+  ASSERT_TRUE(Train(config, kNeverStop).ok());
+  config.resume = true;
+  config.steps = 4096;
+  (void)InChildWithFileLimit(4096, [&] { return Train(config, kNeverStop).ok() ? 0 : 1; });
+  const Result<RunSummary> resumed = Train(config, kNeverStop);
+  ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+  EXPECT_EQ(resumed->weights_hash, whole->weights_hash);
+}
+
+}  // namespace
+}  // namespace consac::run

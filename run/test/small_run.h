@@ -1,0 +1,31 @@
+#pragma once
+// What the tests of training share: a quiet little run on the road.
+
+#include <atomic>
+#include <string>
+
+#include "consac/run/training.h"
+#include "tests/support.h"
+
+namespace consac::run {
+
+/// Never set.
+inline const std::atomic<bool> kNeverStop{false};
+
+/// A run of 4096 steps in 64 updates that writes nothing to the console. Observations are normalised, so that
+/// statistics are part of what must survive.
+inline RunConfig SmallRun(const std::string& directory, const std::string& name = "small") {
+  RunConfig config;
+  config.world = "road-v0";
+  config.directory = directory;
+  config.name = name;
+  config.steps = 4096;
+  config.seed = 3;
+  config.envs = 2;
+  config.checkpoint_every_s = 0;
+  config.table = config.progress = config.tensorboard = false;
+  config.hyperparameters = {{"n_steps", "32"}, {"net_arch", "[{pi: [16], vf: [16]}]"}, {"norm_obs", "true"}, {"norm_reward", "true"}};
+  return config;
+}
+
+}  // namespace consac::run

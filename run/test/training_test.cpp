@@ -1,0 +1,238 @@
+#include "consac/run/training.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <thread>
+
+#include "consac/model/model_file.h"
+#include "small_run.h"
+
+namespace consac::run {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+RunSummary TrainOk(const RunConfig& config) {
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  EXPECT_TRUE(summary.ok()) << summary.status().message();
+  return summary.ok() ? *summary : RunSummary{};
+}
+
+std::vector<std::string> CheckpointsOf(const std::string& run) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(run + "/checkpoints")) names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST(Training, WritesARunAndSaysWhatItCameTo) {
+  testing::ScratchFolder scratch("training");
+  const RunSummary summary = TrainOk(SmallRun(scratch.path()));
+  EXPECT_EQ(summary.directory, scratch.path() + "/small");
+  EXPECT_EQ(summary.steps, 4096);
+  EXPECT_EQ(summary.updates, 64);
+  EXPECT_FALSE(summary.interrupted);
+  EXPECT_FALSE(summary.acted_only);
+  EXPECT_NE(summary.weights_hash, 0u);
+  for (const char* file : {"config.yaml", "model.consac", "progress.csv", "monitor.csv", "curve.svg", "curve.png", "checkpoints/step_000000004096.consac"}) {
+    EXPECT_TRUE(fs::exists(summary.directory + "/" + file)) << file;
+  }
+  EXPECT_TRUE(Policy::Load(summary.model_path).ok());
+}
+
+TEST(Training, OneSeedGivesOneResultAndAnotherAnother) {
+  testing::ScratchFolder scratch("seeds");
+  const std::uint64_t first = TrainOk(SmallRun(scratch.path(), "a")).weights_hash;
+  EXPECT_EQ(TrainOk(SmallRun(scratch.path(), "b")).weights_hash, first);
+  RunConfig other = SmallRun(scratch.path(), "c");
+  other.seed = 4;
+  EXPECT_NE(TrainOk(other).weights_hash, first);
+}
+
+TEST(Training, TheWrittenConfigurationStartsTheSameRun) {
+  testing::ScratchFolder scratch("again");
+  const RunSummary first = TrainOk(SmallRun(scratch.path(), "a"));
+  RunConfig again;
+  ASSERT_TRUE(ReadYamlFile(first.directory + "/config.yaml", &again).ok());
+  again.directory = scratch.path();
+  again.name = "b";
+  EXPECT_EQ(TrainOk(again).weights_hash, first.weights_hash);
+}
+
+TEST(Training, StepsThatFillNoRolloutAreTakenAllTheSame) {
+  testing::ScratchFolder scratch("rest");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 100;  // one rollout of 64, then 36
+  const RunSummary summary = TrainOk(config);
+  EXPECT_EQ(summary.steps, 100);
+  EXPECT_EQ(summary.updates, 1);
+}
+
+TEST(Training, ARunThatExistsIsNotTouchedUnlessAsked) {
+  testing::ScratchFolder scratch("exists");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 128;
+  const RunSummary first = TrainOk(config);
+  const auto written = fs::last_write_time(first.model_path);
+  const Result<RunSummary> second = Train(config, kNeverStop);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.status().code(), StatusCode::kAlreadyExists);
+  EXPECT_THAT(second.status().message(), AllOf(HasSubstr("--resume"), HasSubstr("--force")));
+  EXPECT_EQ(fs::last_write_time(first.model_path), written);
+
+  config.force = true;
+  config.seed = 99;
+  std::ofstream(first.directory + "/notes.txt") << "mine";
+  EXPECT_NE(TrainOk(config).weights_hash, first.weights_hash);
+  EXPECT_TRUE(fs::exists(first.directory + "/notes.txt")) << "--force removes what a run writes and nothing else";
+}
+
+TEST(Training, ResumingNothingSaysSo) {
+  testing::ScratchFolder scratch("nothing");
+  RunConfig config = SmallRun(scratch.path());
+  config.resume = true;
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  ASSERT_FALSE(summary.ok());
+  EXPECT_EQ(summary.status().code(), StatusCode::kNotFound);
+}
+
+TEST(Training, ResumingAFinishedRunChangesNothing) {
+  testing::ScratchFolder scratch("finished");
+  RunConfig config = SmallRun(scratch.path());
+  const RunSummary first = TrainOk(config);
+  config.resume = true;
+  const RunSummary again = TrainOk(config);
+  EXPECT_EQ(again.weights_hash, first.weights_hash);
+  EXPECT_EQ(again.steps, first.steps);
+}
+
+TEST(Training, ALongerRunIsAResumedShorterOneWhereNothingIsScheduled) {
+  testing::ScratchFolder scratch("longer");
+  RunConfig whole = SmallRun(scratch.path(), "whole");
+  whole.steps = 2048;
+  RunConfig pieces = SmallRun(scratch.path(), "pieces");
+  pieces.steps = 777;  // in the middle of a rollout
+  TrainOk(pieces);
+  pieces.resume = true;
+  pieces.steps = 2048;
+  EXPECT_EQ(TrainOk(pieces).weights_hash, TrainOk(whole).weights_hash);
+}
+
+TEST(Training, OnlyTheLatestCheckpointsAreKept) {
+  testing::ScratchFolder scratch("keep");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 640;
+  config.checkpoint_every_updates = 1;
+  config.keep_checkpoints = 2;
+  EXPECT_THAT(CheckpointsOf(TrainOk(config).directory),
+              ::testing::ElementsAre("step_000000000576.consac", "step_000000000640.consac"));
+}
+
+TEST(Training, ADamagedCheckpointIsPassedOver) {
+  testing::ScratchFolder scratch("damaged");
+  const std::uint64_t expected = TrainOk(SmallRun(scratch.path(), "whole")).weights_hash;
+  RunConfig config = SmallRun(scratch.path(), "hurt");
+  config.checkpoint_every_updates = 8;
+  config.keep_checkpoints = 3;
+  const RunSummary summary = TrainOk(config);
+  const std::vector<std::string> all = CheckpointsOf(summary.directory);
+  ASSERT_EQ(all.size(), 3u);
+  fs::resize_file(summary.directory + "/checkpoints/" + all[2], 100);                                  // cut
+  std::fstream(summary.directory + "/checkpoints/" + all[1], std::ios::in | std::ios::out).seekp(-5, std::ios::end).put('X');  // one byte
+  config.resume = true;
+  config.keep_checkpoints = 1;
+  EXPECT_EQ(TrainOk(config).weights_hash, expected);
+  EXPECT_EQ(CheckpointsOf(summary.directory).size(), 1u);
+  const RunSummary again = TrainOk(config);
+  EXPECT_EQ(again.weights_hash, expected) << "the one that is kept must be a good one";
+}
+
+TEST(Training, CheckpointsThatAreAllDamagedAreAnError) {
+  testing::ScratchFolder scratch("hopeless");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 128;
+  const RunSummary summary = TrainOk(config);
+  for (const std::string& name : CheckpointsOf(summary.directory)) fs::resize_file(summary.directory + "/checkpoints/" + name, 10);
+  config.resume = true;
+  const Result<RunSummary> resumed = Train(config, kNeverStop);
+  ASSERT_FALSE(resumed.ok()) << "what was learned must not be thrown away silently";
+  EXPECT_EQ(resumed.status().code(), StatusCode::kDataLoss);
+  EXPECT_TRUE(Policy::Load(summary.model_path).ok());
+}
+
+TEST(Training, ACheckpointIsAModelFileThatIsNoModel) {
+  testing::ScratchFolder scratch("kind");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 64;
+  const std::string path = TrainOk(config).directory + "/checkpoints/step_000000000064.consac";
+  const Result<ModelFile> file = ModelFile::Load(path);
+  ASSERT_TRUE(file.ok()) << file.status().message();
+  EXPECT_THAT(file->spec_json, AllOf(HasSubstr("\"checkpoint\""), HasSubstr("instruction_set")));
+  EXPECT_FALSE(Policy::Load(path).ok());
+}
+
+// Ctrl-C at any moment: everything is saved, and the run that goes on is the run that was never stopped.
+TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
+  testing::ScratchFolder scratch("interrupt");
+  const std::uint64_t expected = TrainOk(SmallRun(scratch.path(), "whole")).weights_hash;
+  RunConfig config = SmallRun(scratch.path(), "pieces");
+  int pieces = 0;
+  for (int attempt = 0; attempt < 10000; ++attempt) {
+    std::atomic<bool> stop{false};
+    std::thread ctrl_c([&stop, attempt] {
+      std::this_thread::sleep_for(std::chrono::microseconds(500 + 1700 * (attempt % 7)));
+      stop = true;
+    });
+    const Result<RunSummary> summary = Train(config, stop);
+    ctrl_c.join();
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    ASSERT_TRUE(Policy::Load(summary->model_path).ok());
+    config.resume = true;
+    ++pieces;
+    if (summary->interrupted) continue;
+    EXPECT_EQ(summary->weights_hash, expected) << "after " << pieces << " pieces";
+    EXPECT_GT(pieces, 1) << "nothing was interrupted";
+    return;
+  }
+  FAIL() << "never finished";
+}
+
+TEST(Training, BadConfigurationsAreRefusedBeforeAnythingIsWritten) {
+  testing::ScratchFolder scratch("bad");
+  const auto error = [&](auto&& change) {
+    RunConfig config = SmallRun(scratch.path());
+    change(config);
+    const Result<RunSummary> summary = Train(config, kNeverStop);
+    EXPECT_FALSE(summary.ok());
+    return summary.status().message();
+  };
+  EXPECT_THAT(error([](RunConfig& c) { c.world = ""; }), HasSubstr("world"));
+  EXPECT_THAT(error([](RunConfig& c) { c.world = "rode-v0"; }), HasSubstr("did you mean 'road-v0'"));
+  EXPECT_THAT(error([](RunConfig& c) { c.algorithm = "ppo3"; }), HasSubstr("did you mean 'ppo2'"));
+  EXPECT_THAT(error([](RunConfig& c) { c.hyperparameters = {{"gama", "1"}}; }), HasSubstr("did you mean 'gamma'"));
+  EXPECT_THAT(error([](RunConfig& c) { c.hyperparameters = {{"nminibatches", "7"}}; }), HasSubstr("nminibatches"));
+  EXPECT_THAT(error([](RunConfig& c) { c.name = "../escape"; }), HasSubstr("name"));
+  EXPECT_THAT(error([](RunConfig& c) { c.name = std::string(300, 'x'); }), HasSubstr("name"));
+  EXPECT_TRUE(fs::is_empty(scratch.path()));
+}
+
+TEST(FindModel, TakesAPathOrANameAndSuggestsTheNearest) {
+  testing::ScratchFolder scratch("find");
+  RunConfig config = SmallRun(scratch.path(), "walker");
+  config.steps = 64;
+  const RunSummary summary = TrainOk(config);
+  EXPECT_EQ(*FindModel("walker", scratch.path()), summary.model_path);
+  EXPECT_EQ(*FindModel(summary.model_path, "elsewhere"), summary.model_path);
+  EXPECT_EQ(*FindModel(summary.directory, "elsewhere"), summary.model_path);
+  const Result<std::string> none = FindModel("wolker", scratch.path());
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.status().code(), StatusCode::kNotFound);
+  EXPECT_THAT(none.status().message(), AllOf(HasSubstr("'wolker'"), HasSubstr("did you mean 'walker'")));
+}
+
+}  // namespace
+}  // namespace consac::run
