@@ -141,7 +141,8 @@ void RmsPropStep(const RmsPropCall& call, std::span<const float> gradient, std::
 
 /// Instruction set in use: "AVX3" (AVX-512), "AVX2", "SSE4", "NEON", ...
 std::string_view InstructionSet();
-/// All instruction sets that this machine can run, best first; the first is used unless UseInstructionSet says otherwise.
+/// All instruction sets that this machine can run, best first; the first is used unless UseInstructionSet says
+/// otherwise.
 std::vector<std::string_view> InstructionSets();
 /// Changes the set in use, so that a run made on another machine continues with the same bits. False when this machine
 /// cannot run it. Call before anything is packed: packed parameters fit one set only. Not thread-safe.

@@ -13,9 +13,9 @@ namespace consac::nn {
 
 /// A parsed net_arch.
 struct NetArch {
-  std::vector<std::int64_t> shared;          ///< widths of the layers that actor and critic share
-  std::vector<std::int64_t> pi = {64, 64};   ///< widths of the actor's own layers
-  std::vector<std::int64_t> vf = {64, 64};   ///< widths of the critic's own layers
+  std::vector<std::int64_t> shared;         ///< widths of the layers that actor and critic share
+  std::vector<std::int64_t> pi = {64, 64};  ///< widths of the actor's own layers
+  std::vector<std::int64_t> vf = {64, 64};  ///< widths of the critic's own layers
 };
 
 /// Parses "[128, dict(pi=[64], vf=[256,256])]", "[{pi: [64], vf: [64]}]", "[64, 64]" (all shared) or
@@ -26,14 +26,14 @@ std::string ToString(const NetArch& arch);
 
 /// What an actor-critic network is built from.
 struct ActorCriticOptions {
-  NetArch arch;                                ///< layers
-  Activation activation = Activation::kTanh;   ///< of hidden layers
-  std::int64_t observation_size = 0;           ///< network inputs
-  std::int64_t action_size = 0;                ///< numbers the action head needs
-  bool orthogonal_init = true;                 ///< false: PyTorch's uniform fan-in
-  float hidden_gain = 1.41421356f;             ///< sqrt(2), Stable Baselines
-  float policy_gain = 0.01f;                   ///< of the action head
-  float value_gain = 1.0f;                     ///< of the value head
+  NetArch arch;                               ///< layers
+  Activation activation = Activation::kTanh;  ///< of hidden layers
+  std::int64_t observation_size = 0;          ///< network inputs
+  std::int64_t action_size = 0;               ///< numbers the action head needs
+  bool orthogonal_init = true;                ///< false: PyTorch's uniform fan-in
+  float hidden_gain = 1.41421356f;            ///< sqrt(2), Stable Baselines
+  float policy_gain = 0.01f;                  ///< of the action head
+  float value_gain = 1.0f;                    ///< of the value head
 };
 
 /// One input "obs", outputs "pi" [action_size] and "vf" [1]; blocks "shared/i", "pi/i", "vf/i", "pi/head", "vf/head".

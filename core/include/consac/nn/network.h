@@ -28,39 +28,39 @@ enum class Init : std::uint8_t { kOrthogonal, kXavierUniform, kUniformFanIn, kZe
 
 /// One block of a network. `op` names a row of the table in nn/ops.cpp; so far "dense".
 struct Block {
-  std::string op = "dense";                  ///< which operation
-  std::string input;                         ///< value it reads
-  std::string output;                        ///< value it writes
-  std::string name;                          ///< parameter prefix in the model file: "pi/0" -> "pi/0/w", "pi/0/b"
-  std::int64_t in_size = 0;                  ///< features of the input
-  std::int64_t out_size = 0;                 ///< features of the output
+  std::string op = "dense";   ///< which operation
+  std::string input;          ///< value it reads
+  std::string output;         ///< value it writes
+  std::string name;           ///< parameter prefix in the model file: "pi/0" -> "pi/0/w", "pi/0/b"
+  std::int64_t in_size = 0;   ///< features of the input
+  std::int64_t out_size = 0;  ///< features of the output
   Activation activation = Activation::kLinear;
-  Init init = Init::kOrthogonal;             ///< of the weight; biases start at 0 (kUniformFanIn: as PyTorch)
-  float gain = 1.0f;                         ///< factor of the initial weight
+  Init init = Init::kOrthogonal;  ///< of the weight; biases start at 0 (kUniformFanIn: as PyTorch)
+  float gain = 1.0f;              ///< factor of the initial weight
   friend bool operator==(const Block&, const Block&) = default;
 };
 
 /// A named value of known width.
 struct Port {
-  std::string name;         ///< value name
-  std::int64_t size = 0;    ///< features
+  std::string name;       ///< value name
+  std::int64_t size = 0;  ///< features
   friend bool operator==(const Port&, const Port&) = default;
 };
 
 /// The whole description: a directed graph without loops; blocks stand in execution order.
 struct NetworkSpec {
-  std::vector<Port> inputs;         ///< given by the caller
-  std::vector<Block> blocks;        ///< in execution order
-  std::vector<std::string> outputs; ///< values the caller reads: "pi", "vf"
+  std::vector<Port> inputs;          ///< given by the caller
+  std::vector<Block> blocks;         ///< in execution order
+  std::vector<std::string> outputs;  ///< values the caller reads: "pi", "vf"
   friend bool operator==(const NetworkSpec&, const NetworkSpec&) = default;
 };
 
 /// A parameter tensor inside the arena.
 struct Parameter {
-  std::string name;                  ///< "pi/0/w"
-  std::vector<std::int64_t> shape;   ///< [out, in] or [out]
-  std::int64_t offset = 0;           ///< first element in the arena
-  std::int64_t count = 0;            ///< elements
+  std::string name;                 ///< "pi/0/w"
+  std::vector<std::int64_t> shape;  ///< [out, in] or [out]
+  std::int64_t offset = 0;          ///< first element in the arena
+  std::int64_t count = 0;           ///< elements
 };
 
 /// A checked NetworkSpec that can be run. Immutable and shareable between threads; memory is the Workspace's.

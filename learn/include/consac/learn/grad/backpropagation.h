@@ -17,13 +17,13 @@ inline constexpr std::int64_t kBlockRows = 64;
 
 /// One block of a minibatch, as the loss sees it.
 struct LossBlock {
-  std::int64_t index = 0;                          ///< 0, 1, ... within the minibatch
-  std::int64_t first_row = 0;                      ///< row of the minibatch that is row 0 here
-  std::int64_t rows = 0;                           ///< at most kBlockRows
-  std::span<float* const> inputs;                  // one per network input: [rows, size], to be filled by Gather
-  std::span<const float* const> outputs;           // one per network output: [rows, size]
-  std::span<float* const> output_gradients;        // one per network output: [rows, size], to be filled by Loss
-  std::span<float> extra_gradient;                 // [extra] of parameters outside the network (log_std): add to it
+  std::int64_t index = 0;                    ///< 0, 1, ... within the minibatch
+  std::int64_t first_row = 0;                ///< row of the minibatch that is row 0 here
+  std::int64_t rows = 0;                     ///< at most kBlockRows
+  std::span<float* const> inputs;            // one per network input: [rows, size], to be filled by Gather
+  std::span<const float* const> outputs;     // one per network output: [rows, size]
+  std::span<float* const> output_gradients;  // one per network output: [rows, size], to be filled by Loss
+  std::span<float> extra_gradient;           // [extra] of parameters outside the network (log_std): add to it
 };
 
 /// What an algorithm brings. Calls for different blocks may come from different threads.
