@@ -11,15 +11,19 @@
 
 #include "hwy/highway.h"
 
+// x86's minimum and maximum hand on their second operand when one is NaN; those of other targets may drop it.
+#undef CONSAC_X86_MINIMUM
+#define CONSAC_X86_MINIMUM (HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128)
+
 HWY_BEFORE_NAMESPACE();
 namespace consac::nn::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The larger of `low` and x, and NaN for NaN: x86's maximum hands on its second operand then, others drop it.
+/// The larger of `low` and x, and NaN for NaN.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V AtLeast(D d, V x, float low) {
   const V bound = hn::Set(d, low);
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+#if CONSAC_X86_MINIMUM
   return hn::Max(bound, x);
 #else
   return hn::IfThenElse(hn::Lt(x, bound), bound, x);
@@ -30,7 +34,7 @@ HWY_INLINE V AtLeast(D d, V x, float low) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V AtMost(D d, V x, float high) {
   const V bound = hn::Set(d, high);
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+#if CONSAC_X86_MINIMUM
   return hn::Min(bound, x);
 #else
   return hn::IfThenElse(hn::Gt(x, bound), bound, x);
