@@ -26,7 +26,7 @@ std::string DescribeRoad(const VectorEnv& env, std::int32_t index) {
 constexpr World kWorlds[] = {
     {"road-v0", "walk along a road to a coin: the thesis' worked example", "CONSAC master thesis, Tallinn 2021",
      MakeBatched<Road>, DescribeRoad,
-     "ppo2: n_steps=256 learning_rate=1e-3 gamma=0.9 ent_coef=0.001 noptepochs=10 norm_obs=true"},
+     "ppo2: n_steps=256 learning_rate=lin_2e-3 gamma=0.7 ent_coef=0.001 noptepochs=10 norm_obs=true"},
     {"cartpole-v1", "balance a pole on a cart", "Gymnasium CartPole-v1; Barto, Sutton and Anderson 1983",
      MakeBatched<CartPole>, nullptr,
      "ppo2: n_steps=32 nminibatches=1 lam=0.8 gamma=0.98 noptepochs=20 ent_coef=0 learning_rate=lin_1e-3 cliprange=lin_0.2"},

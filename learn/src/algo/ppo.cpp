@@ -170,7 +170,7 @@ Ppo::Ppo(const LearnerOptions& options, const PpoOptions& ppo, nn::Network netwo
   const auto raw = static_cast<std::size_t>(raw_size_), rollout_rows = slots * static_cast<std::size_t>(ppo.n_steps);
   const auto rows = static_cast<std::size_t>(LargestMinibatch(ppo, behaviour_.slots));
   Rng init_rng(options.seed, StreamId("network_initialisation"));
-  network_.Initialise(init_rng, parameters_);
+  network_.Initialise(init_rng, std::span(parameters_).first(static_cast<std::size_t>(network_.parameter_count())));
   evaluator_.Load(std::span(parameters_).first(static_cast<std::size_t>(network_.parameter_count())));
   discounted_.resize(slots);
   step_features_.resize(slots * features);
