@@ -15,11 +15,15 @@ namespace consac::run {
 using FieldMember = std::variant<std::string RunConfig::*, std::int64_t RunConfig::*, std::uint64_t RunConfig::*,
                                  std::int32_t RunConfig::*, double RunConfig::*, bool RunConfig::*>;
 
+/// Whether a resumed run may be given another value than it began with.
+enum class OnResume : std::uint8_t { kMayChange, kMustStay };
+
 /// One row.
 struct Field {
   const char* name;      ///< key in YAML and --set
   FieldMember member;    ///< where the value lives
   double low, high;      ///< legal numbers
+  OnResume on_resume;    ///< kMustStay: the result depends on it
   Status (*check)(std::string_view value);  ///< of a text, or null
   const char* meaning;   ///< one line
 };

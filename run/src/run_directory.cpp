@@ -40,6 +40,16 @@ void RemoveRun(const std::string& path) {
   }
 }
 
+// Temporary files of a process that was killed while it wrote (WriteFileAtomically). Only under the lock.
+void RemoveHalfWritten(const std::string& folder) {
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+    if (entry->path().filename().string().find(".tmp-") != std::string::npos) found.push_back(entry->path());
+  }
+  for (const fs::path& path : found) fs::remove(path, ignored);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name, ExistingRun existing) {
@@ -61,6 +71,8 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
     close(lock);
     return Status{StatusCode::kFailedPrecondition, "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
   }
+  RemoveHalfWritten(path);
+  RemoveHalfWritten(path + "/checkpoints");
   if (existing == ExistingRun::kOverwrite) {
     RemoveRun(path);
     fs::create_directories(path + "/checkpoints", error);
@@ -85,9 +97,12 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   ModelFile file;
   file.spec_json = description;
   file.PutState(state);
-  CONSAC_RETURN_IF_ERROR(file.Save(fmt::format("{}/checkpoints/step_{:012d}.consac", path_, steps)));
+  const std::string path = fmt::format("{}/checkpoints/step_{:012d}.consac", path_, steps);
+  CONSAC_RETURN_IF_ERROR(file.Save(path));
+  // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
   std::vector<std::string> all = Checkpoints();
   std::error_code ignored;
+  for (; all.back() != path; all.pop_back()) fs::remove(all.back(), ignored);
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) fs::remove(all[i], ignored);
   return Status::Ok();
 }
@@ -99,7 +114,9 @@ Result<StateMap> RunDirectory::LoadCheckpoint() const {
     if (file.ok()) return file->TakeState();
     Log(LogLevel::kWarning, "passing over a checkpoint: " + file.status().message());
   }
-  return Status{StatusCode::kNotFound, "run '" + path_ + "' has no usable checkpoint"};
+  if (all.empty()) return Status{StatusCode::kNotFound, "run '" + path_ + "' has no checkpoint yet"};
+  return Status{StatusCode::kDataLoss, "none of the " + std::to_string(all.size()) + " checkpoints of run '" + path_ +
+                                           "' is whole; train it again with --force, or take its model.consac as it is"};
 }
 
 }  // namespace consac::run

@@ -5,9 +5,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <chrono>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <thread>
 
 #include "consac/base/file.h"
@@ -16,13 +17,16 @@
 #include "consac/nn/kernels.h"
 #include "consac/run/report.h"
 #include "consac/run/run_directory.h"
+#include "acting.h"
 #include "link.h"
+#include "resume.h"
 #include "consac/run/thread_pool.h"
 
 namespace consac::run {
 namespace {
 
 constexpr std::int64_t kDefaultSteps = 100000;
+constexpr double kAfterFailure = 1.0;  // s before an engine that broke a session is tried again
 
 /// Sums of the episodes under way.
 class EpisodeSums {
@@ -62,10 +66,14 @@ struct Pupil {
   std::int64_t reported_updates = 0;
 };
 
+/// Who says how long the training is.
+enum class Length : std::uint8_t { kOfCaller, kOfEngine };
+
 /// One run under way.
 class Training {
  public:
-  Training(RunConfig config, const std::atomic<bool>& stop) : config_(std::move(config)), stop_(stop), pool_(config_.threads) {}
+  Training(RunConfig config, Length length, const std::atomic<bool>& stop)
+      : config_(std::move(config)), length_(length), stop_(stop), pool_(config_.threads) {}
 
   Status Start(std::unique_ptr<WorldLink> link);
   Status Loop();
@@ -77,8 +85,10 @@ class Training {
 
  private:
   Status MakePupils();
+  std::int64_t ShareOfSteps(const BehaviourSpec& behaviour) const;
   Status Restore();
   Status OpenReport(bool resumed);
+  Status WriteConfig() const;
   void LearnWhatIsDue();
   bool CheckpointDue() const;
   Status Checkpoint();
@@ -86,14 +96,17 @@ class Training {
   void Visit(Archive& archive);
 
   RunConfig config_;
+  const Length length_;
   const std::atomic<bool>& stop_;
   ThreadPool pool_;
   std::unique_ptr<WorldLink> link_;
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
-  std::vector<Pupil> pupils_;
+  std::vector<Pupil> pupils_;  // one per behaviour of the world, in its order
+  std::int64_t slots_ = 0;     // agents of all behaviours
   std::vector<Batch> batches_;
   const learn::Algorithm* algorithm_ = nullptr;
+  bool restored_ = false;  // from a checkpoint, be it of step 0
   std::int64_t restored_steps_ = 0, checkpoint_updates_ = 0;
   double checkpoint_time_ = 0.0;
   bool save_failed_ = false;
@@ -105,17 +118,24 @@ std::int64_t Training::steps() const {
   return sum;
 }
 
+// Of config_.steps, the steps of one behaviour's agents: what its learner's schedules run over.
+std::int64_t Training::ShareOfSteps(const BehaviourSpec& behaviour) const {
+  const double share = static_cast<double>(behaviour.slots) / static_cast<double>(slots_);
+  return static_cast<std::int64_t>(static_cast<double>(config_.steps) * share + 0.5);
+}
+
 Status Training::MakePupils() {
   const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config_.algorithm);
   if (!algorithm.ok()) return algorithm.status();
   algorithm_ = *algorithm;
   learn::HyperparameterSet values(algorithm_->hyperparameters);
   for (const auto& [name, text] : config_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
+  for (const BehaviourSpec& behaviour : link_->spec().behaviours) slots_ += behaviour.slots;
   for (const BehaviourSpec& behaviour : link_->spec().behaviours) {
     learn::LearnerOptions options;
     options.behaviour = behaviour;
     options.seed = config_.seed;
-    options.total_steps = config_.steps;
+    options.total_steps = ShareOfSteps(behaviour);
     options.executor = pool_.executor();
     Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, values);
     if (!learner.ok()) return learner.status();
@@ -164,9 +184,14 @@ Status Training::Restore() {
     CONSAC_RETURN_IF_ERROR(OpenReport(false));  // killed before its first checkpoint: from the start
     return Status::Ok();
   }
-  const auto steps = state->find("steps");
-  if (steps != state->end() && steps->second.bytes.size() == sizeof(restored_steps_)) {
-    std::memcpy(&restored_steps_, steps->second.bytes.data(), sizeof(restored_steps_));
+  const auto at = state->find("steps");
+  if (at != state->end() && at->second.bytes.size() == sizeof(restored_steps_)) {
+    std::memcpy(&restored_steps_, at->second.bytes.data(), sizeof(restored_steps_));
+  }
+  // A finished run that an engine asks to train again trains that much longer.
+  if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
+    config_.steps = restored_steps_ + link_->request().training_length;
+    CONSAC_RETURN_IF_ERROR(WriteConfig());
   }
   const auto kernels = state->find("instruction_set");
   if (kernels != state->end()) {
@@ -176,15 +201,22 @@ Status Training::Restore() {
                                   "; results will differ in the last digits");
     }
   }
+  restored_ = true;
   CONSAC_RETURN_IF_ERROR(OpenReport(true));
   StateReader reader(*state);
   Visit(reader);
   if (!reader.status().ok()) return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
-  for (Pupil& pupil : pupils_) {
-    pupil.learner->SetTotalSteps(config_.steps);
-    pupil.reported_updates = pupil.learner->updates();
+  for (std::size_t i = 0; i < pupils_.size(); ++i) {
+    pupils_[i].learner->SetTotalSteps(ShareOfSteps(link_->spec().behaviours[i]));
+    pupils_[i].reported_updates = pupils_[i].learner->updates();
   }
+  checkpoint_updates_ = pupils_[0].learner->updates();
   return Status::Ok();
+}
+
+Status Training::WriteConfig() const {
+  const std::string yaml = WriteYaml(config_);
+  return WriteFileAtomically(directory_->File("config.yaml"), std::as_bytes(std::span(yaml)));
 }
 
 Status Training::Start(std::unique_ptr<WorldLink> link) {
@@ -194,13 +226,11 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
   Result<std::unique_ptr<RunDirectory>> directory = RunDirectory::Open(config_.directory, config_.name, existing);
   if (!directory.ok()) return directory.status();
   directory_ = std::move(*directory);
-  const std::string yaml = WriteYaml(config_);
-  const Status written = WriteFileAtomically(directory_->File("config.yaml"), std::as_bytes(std::span(yaml)));
-  if (!written.ok()) return written;
+  CONSAC_RETURN_IF_ERROR(WriteConfig());
   if (config_.resume) CONSAC_RETURN_IF_ERROR(Restore());
   else CONSAC_RETURN_IF_ERROR(OpenReport(false));
 
-  const bool world_restored = restored_steps_ > 0 && !IsUrl(config_.world);
+  const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) {
     for (std::size_t i = 0; i < pupils_.size(); ++i) batches_[i] = pupils_[i].first.batch();
     CONSAC_RETURN_IF_ERROR(link_->Reset(config_.seed, batches_));
@@ -323,38 +353,6 @@ Result<RunSummary> Training::Finish(double seconds) {
   return summary;
 }
 
-// ---- acting for an engine
-
-Result<RunSummary> ActForEngine(const RunConfig& config, WorldLink& link, const std::atomic<bool>& stop) {
-  const Result<std::string> path = FindModel(link.request().model_name, config.directory);
-  if (!path.ok()) return path.status();
-  Result<Policy> policy = Policy::Load(*path);
-  if (!policy.ok()) return policy.status();
-  CONSAC_RETURN_IF_ERROR(policy->Fits(link.spec().behaviours[0]));
-  fmt::print("acting with {} for {}\n", *path, link.description());
-  BatchBuffer buffer(link.spec().behaviours[0]);
-  Rng rng(config.seed, StreamId("action_sampling"));
-  RunSummary summary;
-  summary.acted_only = true;
-  summary.model_path = *path;
-  const double start = Now();
-  Status status = link.Reset(config.seed, {&buffer.batch(), 1});
-  while (status.ok() && !stop.load(std::memory_order_relaxed)) {
-    buffer.Advance();
-    Batch& batch = buffer.batch();
-    policy->Act(batch.observations, batch.action_masks, batch.rows(), ActionMode::kDeterministic, rng, batch.actions);
-    status = link.Step({&batch, 1}, MoreSteps::kYes);
-    summary.steps += status.ok() ? 1 : 0;
-  }
-  summary.seconds = Now() - start;
-  summary.interrupted = stop.load();
-  // An engine that has seen enough closes; that is the end of such a session.
-  const bool over = status.ok() || status.code() == StatusCode::kUnavailable || status.code() == StatusCode::kCancelled;
-  if (!over) return status;
-  fmt::print("acted for {} steps\n", summary.steps);
-  return summary;
-}
-
 std::string DefaultName(const RunConfig& config, const WorldLink& link) {
   const std::string& id = link.spec().id;
   return fmt::format("{}__{}__{}", id.empty() ? "engine" : id, config.algorithm, config.seed);
@@ -368,43 +366,21 @@ std::string UnusedName(const RunConfig& config) {
   return name;
 }
 
-/// A resumed run is what its own config.yaml says; the caller may change how long, how parallel and how loud it is.
-Result<RunConfig> ResumedConfig(const RunConfig& asked) {
-  if (asked.name.empty()) return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
-  RunConfig config;
-  const std::string path = asked.directory + "/" + asked.name + "/config.yaml";
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
-    return Status{StatusCode::kNotFound, "there is no run '" + asked.directory + "/" + asked.name + "' to resume; start it without --resume"};
-  }
-  CONSAC_RETURN_IF_ERROR(ReadYamlFile(path, &config));
-  if (IsUrl(asked.world)) config.world = asked.world;
-  if (asked.steps >= 0) config.steps = asked.steps;
-  config.name = asked.name;
-  config.directory = asked.directory;
-  config.threads = asked.threads;
-  config.table = asked.table;
-  config.progress = asked.progress;
-  config.tensorboard = asked.tensorboard;
-  config.resume = true;
-  return config;
-}
-
 /// One session or run with a world that is there.
-Result<RunSummary> RunOnce(RunConfig config, std::unique_ptr<WorldLink> link, const std::atomic<bool>& stop) {
+Result<RunSummary> RunOnce(RunConfig config, Length length, std::unique_ptr<WorldLink> link, const std::atomic<bool>& stop) {
   const SessionRequest request = link->request();
   const bool engine = IsUrl(config.world);
-  if (engine && request.training_length == 0 && config.steps < 0) return ActForEngine(config, *link, stop);
+  if (engine && request.training_length == 0 && length == Length::kOfEngine) return ActForEngine(config, *link, stop);
   if (config.steps < 0) config.steps = engine ? request.training_length : kDefaultSteps;
   if (config.name.empty()) config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, *link);
   if (config.forever && request.model_name.empty() && !config.force) config.name = UnusedName(config);
   if (!engine) config.steps = std::max<std::int64_t>(config.steps, 1);
   const std::string where = link->description();
 
-  Training training(config, stop);
+  Training training(config, length, stop);
   CONSAC_RETURN_IF_ERROR(training.Start(std::move(link)));
   if (config.table || config.progress) {
-    training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm, where, config.steps,
+    training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm, where, training.config().steps,
                                        config.seed, nn::InstructionSet(), config.directory, config.name));
   }
   const double start = Now();
@@ -413,11 +389,47 @@ Result<RunSummary> RunOnce(RunConfig config, std::unique_ptr<WorldLink> link, co
   if (!summary.ok()) return summary;
   if (!looped.ok() && looped.code() != StatusCode::kCancelled) {
     return Status{looped.code(), fmt::format("{}; {} of {} steps are missing, what was learned is saved in '{}' (go on with --resume --name {})",
-                                             looped.message(), config.steps - summary->steps, config.steps, summary->directory, config.name)};
+                                             looped.message(), training.config().steps - summary->steps, training.config().steps, summary->directory, config.name)};
   }
   if (!summary->interrupted && (config.table || config.progress)) {
     training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, model {}", summary->steps, summary->seconds, summary->model_path));
   }
+  return summary;
+}
+
+void Say(const std::string& line) {
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+}
+
+/// Waits `seconds`, or until `stop`.
+void Pause(double seconds, const std::atomic<bool>& stop) {
+  for (const double end = Now() + seconds; Now() < end && !stop.load();) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+}
+
+/// One session with an engine, or one after another until `stop`: then what breaks a session is said and the next awaited.
+Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
+  EngineOptions options;
+  options.url = config.world;
+  options.connect_timeout_s = config.connect_timeout_s;
+  options.client.deadline_s = config.deadline_s;
+  options.client.quiet_s = config.quiet_s;
+  options.client.answer_done = config.answer_done;
+  options.client.stop = &stop;
+  Result<RunSummary> last = RunSummary{};
+  do {
+    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, Say);
+    const bool nobody = !link.ok() && link.status().code() == StatusCode::kUnavailable;
+    if (link.ok()) last = RunOnce(config, length, std::move(*link), stop);
+    else last = link.status();
+    if (last.ok() || !config.forever || stop.load()) continue;
+    if (!nobody) Say("error: " + last.status().message());
+    Pause(kAfterFailure, stop);
+  } while (config.forever && !stop.load());
+  const bool stopped = stop.load() && (config.forever || (!last.ok() && last.status().code() == StatusCode::kCancelled));
+  if (!stopped || (last.ok() && last->interrupted)) return last;
+  RunSummary summary;
+  summary.interrupted = true;
   return summary;
 }
 
@@ -434,50 +446,9 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     if (config.world.empty()) return Status{StatusCode::kInvalidArgument, "nothing to train on; name a world (consac list worlds) or tcp://host:port"};
     Result<std::unique_ptr<WorldLink>> link = MakeLocalLink(config.world, config.envs);
     if (!link.ok()) return link.status();
-    return RunOnce(std::move(config), std::move(*link), stop);
+    return RunOnce(std::move(config), Length::kOfCaller, std::move(*link), stop);
   }
-  EngineOptions options;
-  options.url = config.world;
-  options.connect_timeout_s = config.connect_timeout_s;
-  options.client.deadline_s = config.deadline_s;
-  options.client.quiet_s = config.quiet_s;
-  options.client.answer_done = config.answer_done;
-  options.client.stop = &stop;
-  const auto say = [](const std::string& line) {
-    fmt::print("{}\n", line);
-    std::fflush(stdout);
-  };
-  Result<RunSummary> last = RunSummary{};
-  do {
-    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, say);
-    if (link.ok()) last = RunOnce(config, std::move(*link), stop);
-    else last = link.status();
-    if (!last.ok() && config.forever && !stop.load()) {
-      say("error: " + last.status().message());
-      std::this_thread::sleep_for(std::chrono::seconds(1));  // not again at once: the engine may ask for the same thing
-    }
-  } while (config.forever && !stop.load());
-  if (!last.ok() && last.status().code() == StatusCode::kCancelled && stop.load()) {
-    RunSummary summary;
-    summary.interrupted = true;
-    return summary;
-  }
-  return last;
-}
-
-Result<std::string> FindModel(const std::string& model, const std::string& directory) {
-  std::error_code ignored;
-  namespace fs = std::filesystem;
-  if (fs::is_regular_file(model, ignored)) return model;
-  for (const std::string& path : {model + "/model.consac", directory + "/" + model + "/model.consac", directory + "/" + model + ".consac"}) {
-    if (fs::is_regular_file(path, ignored)) return path;
-  }
-  std::vector<std::string> names;
-  for (fs::directory_iterator entry(directory, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
-    if (fs::is_regular_file(entry->path() / "model.consac", ignored)) names.push_back(entry->path().filename().string());
-  }
-  const std::vector<std::string_view> known(names.begin(), names.end());
-  return Status{StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" + directory + "')" + Suggestion(model, known)};
+  return ServeEngine(config, asked.steps >= 0 ? Length::kOfCaller : Length::kOfEngine, stop);
 }
 
 }  // namespace consac::run

@@ -24,6 +24,13 @@ RunConfig EngineRun(const std::string& directory, const std::string& url) {
   return config;
 }
 
+/// The same without a name of its own, so that the engine's counts.
+RunConfig Nameless(const std::string& directory, const std::string& url) {
+  RunConfig config = EngineRun(directory, url);
+  config.name = "";
+  return config;
+}
+
 /// An engine made of lines: says each of `messages` when the trainer has answered the one before, then does `end`.
 class ScriptedEngine {
  public:
@@ -83,8 +90,7 @@ TEST(Engine, LengthAndNameComeFromItsSetup) {
   options.training_length = 500;
   options.model_name = "walker";
   ServedWorld engine("road-v0", options);
-  RunConfig config = EngineRun(scratch.path(), engine.url());
-  config.name = "";
+  RunConfig config = Nameless(scratch.path(), engine.url());
   const Result<RunSummary> summary = Train(config, kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   EXPECT_EQ(summary->steps, 500);
@@ -243,8 +249,7 @@ TEST(Engine, LengthZeroWithANameActsUntilTheEngineCloses) {
   consac::testing::ScratchFolder scratch("act");
   TrainRoad(scratch.path(), "walker");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0#walker", "10,30", "11,30", "12,30#1#0"}, ScriptedEngine::End::kClose);
-  RunConfig config = EngineRun(scratch.path(), engine.url());
-  config.name = "";
+  RunConfig config = Nameless(scratch.path(), engine.url());
   const Result<RunSummary> summary = Train(config, kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   EXPECT_TRUE(summary->acted_only);
@@ -257,24 +262,23 @@ TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
   TrainRoad(scratch.path(), "walker");
   {
     ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0#wolker", "10,30"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(EngineRun(scratch.path(), engine.url())).message(), HasSubstr("did you mean 'walker'"));
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(), HasSubstr("did you mean 'walker'"));
   }
   {
     ScriptedEngine engine({"D#3#0#B#3#0,0,0,40,40,40#0#walker", "10,30,1"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(EngineRun(scratch.path(), engine.url())).message(), AllOf(HasSubstr("observation"), HasSubstr("Box")));
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(), AllOf(HasSubstr("observation"), HasSubstr("Box")));
   }
   {
     ScriptedEngine engine({"D#4#0#B#2#0,0,40,40#0#walker", "10,30"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(EngineRun(scratch.path(), engine.url())).message(), AllOf(HasSubstr("action"), HasSubstr("Discrete")));
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(), AllOf(HasSubstr("action"), HasSubstr("Discrete")));
   }
 }
 
 TEST(Engine, LengthZeroWithoutANameSaysWhatIsMissing) {
   consac::testing::ScratchFolder scratch("zero");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0", "10,30#0#0"}, ScriptedEngine::End::kClose);
-  RunConfig config = EngineRun(scratch.path(), engine.url());
-  config.name = "";
-  EXPECT_THAT(FailureWith(config).message(), AllOf(HasSubstr("length"), HasSubstr("--steps")));
+  RunConfig config = Nameless(scratch.path(), engine.url());
+  EXPECT_THAT(FailureWith(config).message(), AllOf(HasSubstr("length 0"), HasSubstr("no model name")));
 }
 
 TEST(Engine, ForeverServesOneSessionAfterAnother) {
@@ -309,8 +313,7 @@ TEST(Engine, ForeverServesOneSessionAfterAnother) {
     third = session(0, "walker");
     stop = true;
   });
-  RunConfig config = EngineRun(scratch.path(), url);
-  config.name = "";
+  RunConfig config = Nameless(scratch.path(), url);
   config.forever = true;
   const Result<RunSummary> summary = Train(config, stop);
   engine.join();

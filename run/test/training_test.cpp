@@ -122,6 +122,35 @@ TEST(Training, ALongerRunIsAResumedShorterOneWhereNothingIsScheduled) {
   EXPECT_EQ(TrainOk(pieces).weights_hash, TrainOk(whole).weights_hash);
 }
 
+TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
+  testing::ScratchFolder scratch("change");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 128;
+  const RunSummary first = TrainOk(config);
+  config.resume = true;
+  const auto error = [&](auto&& change) {
+    RunConfig changed = config;
+    change(changed);
+    const Result<RunSummary> summary = Train(changed, kNeverStop);
+    EXPECT_FALSE(summary.ok());
+    return summary.status().message();
+  };
+  EXPECT_THAT(error([](RunConfig& c) { c.seed = 8; }), HasSubstr("the run began with seed = '3' and cannot go on with '8'"));
+  EXPECT_THAT(error([](RunConfig& c) { c.envs = 4; }), HasSubstr("envs"));
+  EXPECT_THAT(error([](RunConfig& c) { c.world = "cartpole-v1"; }), HasSubstr("world"));
+  EXPECT_THAT(error([](RunConfig& c) { c.algorithm = "ppo"; }), HasSubstr("algorithm"));
+  EXPECT_THAT(error([](RunConfig& c) { c.hyperparameters = {{"gamma", "0.5"}}; }), HasSubstr("gamma"));
+  RunConfig bare;
+  bare.directory = scratch.path();
+  bare.name = "small";
+  bare.resume = true;
+  bare.steps = 256;
+  bare.threads = 2;
+  RunConfig whole = SmallRun(scratch.path(), "whole");
+  whole.steps = 256;
+  EXPECT_EQ(TrainOk(bare).weights_hash, TrainOk(whole).weights_hash) << "a name is enough to go on";
+}
+
 TEST(Training, OnlyTheLatestCheckpointsAreKept) {
   testing::ScratchFolder scratch("keep");
   RunConfig config = SmallRun(scratch.path());
@@ -184,7 +213,7 @@ TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
   for (int attempt = 0; attempt < 10000; ++attempt) {
     std::atomic<bool> stop{false};
     std::thread ctrl_c([&stop, attempt] {
-      std::this_thread::sleep_for(std::chrono::microseconds(500 + 1700 * (attempt % 7)));
+      std::this_thread::sleep_for(std::chrono::microseconds(attempt < 3 ? 0 : 5000 + 1700 * (attempt % 7)));
       stop = true;
     });
     const Result<RunSummary> summary = Train(config, stop);

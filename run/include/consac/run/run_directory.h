@@ -30,7 +30,8 @@ class RunDirectory {
   std::string File(const std::string& name) const { return path_ + "/" + name; }
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
   Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description, std::int64_t keep) const;
-  /// The newest checkpoint that is whole; damaged ones are passed over with a warning. kNotFound when there is none.
+  /// The newest checkpoint that is whole; damaged ones are passed over with a warning. kNotFound when there is
+  /// none, kDataLoss when there are some and none is whole.
   Result<StateMap> LoadCheckpoint() const;
 
  private:

@@ -1,0 +1,59 @@
+#include "resume.h"
+
+#include <filesystem>
+
+#include "config_fields.h"
+#include "consac/base/text.h"
+#include "consac/learn/algo/learner.h"
+#include "link.h"
+
+namespace consac::run {
+namespace {
+
+Status MustStay(std::string_view name, const std::string& began, const std::string& asked) {
+  return {StatusCode::kInvalidArgument, "the run began with " + std::string(name) + " = " + Quote(began) + " and cannot go on with " +
+                                            Quote(asked) + "; leave it out, or start another run"};
+}
+
+Status MergeField(const Field& field, const RunConfig& asked, RunConfig* config) {
+  const std::string given = FieldText(field, asked), began = FieldText(field, *config);
+  if (given == began || given == FieldText(field, RunConfig{})) return Status::Ok();
+  const bool moved_engine = field.name == std::string_view("world") && IsUrl(given) && IsUrl(began);
+  if (field.on_resume == OnResume::kMustStay && !moved_engine) return MustStay(field.name, began, given);
+  return SetField(field, given, config);
+}
+
+Status CheckHyperparameters(const RunConfig& asked, const RunConfig& config) {
+  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
+  if (!algorithm.ok()) return algorithm.status();
+  learn::HyperparameterSet began((*algorithm)->hyperparameters);
+  for (const auto& [name, text] : config.hyperparameters) CONSAC_RETURN_IF_ERROR(began.Set(name, text));
+  learn::HyperparameterSet given = began;
+  for (const auto& [name, text] : asked.hyperparameters) {
+    CONSAC_RETURN_IF_ERROR(given.Set(name, text));
+    if (given.Text(name) != began.Text(name)) return MustStay(name, began.Text(name), text);
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Result<RunConfig> ResumedConfig(const RunConfig& asked) {
+  if (asked.name.empty()) return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
+  const std::string folder = asked.directory + "/" + asked.name;
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder + "/config.yaml", ignored)) {
+    return Status{StatusCode::kNotFound, "there is no run '" + folder + "' to resume; start it without --resume"};
+  }
+  RunConfig config;
+  CONSAC_RETURN_IF_ERROR(ReadYamlFile(folder + "/config.yaml", &config));
+  for (const Field& field : Fields()) CONSAC_RETURN_IF_ERROR(MergeField(field, asked, &config));
+  CONSAC_RETURN_IF_ERROR(CheckHyperparameters(asked, config));
+  config.name = asked.name;
+  config.directory = asked.directory;
+  config.forever = asked.forever;
+  config.resume = true;
+  return config;
+}
+
+}  // namespace consac::run
