@@ -1,0 +1,90 @@
+// One list of state: written, read back, hashed; a state that does not fit is refused by name.
+#include "consac/base/archive.h"
+
+#include <gtest/gtest.h>
+
+namespace consac {
+namespace {
+
+struct Inner {
+  double value = 0.5;
+  void Visit(Archive& archive) { archive("value", value); }
+};
+
+struct Outer {
+  int number = 3;
+  bool flag = true;
+  std::string text = "road";
+  std::vector<float> list = {1, 2};
+  float fixed[3] = {4, 5, 6};
+  Inner inner;
+  std::vector<Inner> many{2};
+  void Visit(Archive& archive) {
+    archive("number", number);
+    archive("flag", flag);
+    archive("text", text);
+    archive("list", list);
+    archive("fixed", std::span<float>(fixed));
+    archive("inner", inner);
+    archive("many", many);
+  }
+};
+
+StateMap Save(Outer& object) {
+  StateWriter writer;
+  object.Visit(writer);
+  EXPECT_TRUE(writer.status().ok());
+  return writer.fields();
+}
+
+TEST(Archive, ReadsBackWhatItWrote) {
+  Outer object;
+  object.number = 7;
+  object.text = "a longer text";
+  object.list = {9, 8, 7};
+  object.many[1].value = -2;
+  const StateMap state = Save(object);
+  EXPECT_TRUE(state.contains("many/1/value"));
+  Outer other;
+  StateReader reader(state);
+  other.Visit(reader);
+  ASSERT_TRUE(reader.status().ok()) << reader.status().message();
+  EXPECT_EQ(other.number, 7);
+  EXPECT_EQ(other.text, "a longer text");
+  EXPECT_EQ(other.list, object.list);
+  EXPECT_EQ(HashState(object), HashState(other));
+}
+
+TEST(Archive, AnyChangeChangesTheHash) {
+  Outer a, b;
+  EXPECT_EQ(HashState(a), HashState(b));
+  b.inner.value = 0.25;
+  EXPECT_NE(HashState(a), HashState(b));
+}
+
+TEST(Archive, MissingFieldAndOtherLengthAreNamed) {
+  Outer object;
+  StateMap state = Save(object);
+  state.erase("inner/value");
+  StateReader missing(state);
+  object.Visit(missing);
+  EXPECT_EQ(missing.status().code(), StatusCode::kDataLoss);
+  EXPECT_NE(missing.status().message().find("'inner/value'"), std::string::npos);
+
+  state = Save(object);
+  state["fixed"].bytes.resize(8);
+  StateReader shorter(state);
+  object.Visit(shorter);
+  EXPECT_NE(shorter.status().message().find("'fixed'"), std::string::npos);
+}
+
+TEST(Archive, ANameTwiceIsOurMistakeAndReported) {
+  StateWriter writer;
+  int number = 1;
+  writer("x", number);
+  writer("x", number);
+  EXPECT_EQ(writer.status().code(), StatusCode::kInternal);
+}
+
+}  // namespace
+}  // namespace consac

@@ -1,0 +1,71 @@
+// Files are whole or not there; a full disk harms nothing. Checksums against published vectors.
+#include "consac/base/file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+
+#include "consac/base/hash.h"
+
+namespace consac {
+namespace {
+
+std::string Path(const char* name) { return (std::filesystem::temp_directory_path() / (std::string("consac_file_") + std::to_string(getpid()) + name)).string(); }
+
+TEST(File, WritesAndReadsBack) {
+  const std::string path = Path("a");
+  const std::vector<std::byte> bytes(1000, std::byte{7});
+  ASSERT_TRUE(WriteFileAtomically(path, bytes).ok());
+  const auto back = ReadFile(path);
+  ASSERT_TRUE(back.ok());
+  EXPECT_EQ(*back, bytes);
+  EXPECT_EQ(ReadFile(path, 10).status().code(), StatusCode::kResourceExhausted);
+  std::filesystem::remove(path);
+}
+
+TEST(File, MissingFileIsNamed) {
+  const auto result = ReadFile("/nonexistent/model.consac");
+  EXPECT_EQ(result.status().code(), StatusCode::kNotFound);
+  EXPECT_NE(result.status().message().find("/nonexistent/model.consac"), std::string::npos);
+}
+
+// In a child whose files may not grow past 4 KiB: the write fails, the old file stays, no temporary is left.
+TEST(File, FullDiskLeavesTheOldFile) {
+  const std::string path = Path("full");
+  ASSERT_TRUE(WriteFileAtomically(path, std::vector<std::byte>(10, std::byte{1})).ok());
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const Status status = WriteFileAtomically(path, std::vector<std::byte>(100000, std::byte{2}));
+    _exit(status.code() == StatusCode::kResourceExhausted ? 0 : 1);
+  }
+  int code = 0;
+  waitpid(child, &code, 0);
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(ReadFile(path)->size(), 10u);
+  int left = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(path).parent_path())) {
+    left += entry.path().string().starts_with(path + ".tmp") ? 1 : 0;
+  }
+  EXPECT_EQ(left, 0);
+  std::filesystem::remove(path);
+}
+
+TEST(Hash, PublishedVectors) {
+  const auto bytes = [](std::string_view text) { return std::as_bytes(std::span(text)); };
+  const std::span<const std::byte> abc[] = {bytes("a"), bytes("bc")};
+  EXPECT_EQ(Sha256Hex(abc), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(Sha256Hex({}), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(Crc32c(bytes("123456789")), 0xE3069283u);
+  EXPECT_EQ(Crc32c(std::vector<std::byte>(32)), 0x8A9136AAu);
+}
+
+}  // namespace
+}  // namespace consac

@@ -1,0 +1,126 @@
+// The acting model: from file to the same actions; refused when it does not reproduce itself or does not fit.
+#include "consac/policy/policy.h"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "consac/nn/net_arch.h"
+
+namespace consac {
+namespace {
+
+PolicyData SmallPolicy(const Space& observation, const Space& action, std::uint64_t seed) {
+  PolicyData data;
+  data.observation_space = observation;
+  data.action_space = action;
+  nn::ActorCriticOptions options;
+  options.arch = {{}, {16, 8}, {4}};
+  options.observation_size = observation.flat_size();
+  options.action_size = HeadSize(Layout::Of(action));
+  options.policy_gain = 1.0f;
+  data.network = nn::ActorCritic(options);
+  const auto network = nn::Network::Create(data.network);
+  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
+  Rng rng(seed, 1);
+  network->Initialise(rng, data.parameters);
+  data.log_std.assign(static_cast<std::size_t>(LogStdSize(Layout::Of(action))), -0.5f);
+  return data;
+}
+
+Space DictSpace() { return *Space::Dict({{"rays", *Space::Box(0, 1, {3})}, {"gear", *Space::Discrete(4)}}); }
+
+TEST(Policy, FileAndMemoryGiveTheSameActions) {
+  for (const Space& action : {*Space::Discrete(3), *Space::Box(-1, 1, {2}), *Space::MultiDiscrete({2, 3}), *Space::MultiBinary(3)}) {
+    PolicyData data = SmallPolicy(DictSpace(), action, 3);
+    RunningMoments moments(data.observation_space.flat_size());
+    moments.mean[0] = 0.3;
+    moments.variance[1] = 4;
+    data.normaliser = ObservationNormaliser::Of(moments, 1e-8, 10);
+    auto original = Policy::Create(data, 4);
+    ASSERT_TRUE(original.ok()) << original.status().message();
+    const std::string path = (std::filesystem::temp_directory_path() / ("consac_policy_test_" + std::to_string(getpid()) + ".consac")).string();
+    ASSERT_TRUE(original->ToFile(7).Save(path).ok());
+    auto loaded = Policy::Load(path, 4);
+    ASSERT_TRUE(loaded.ok()) << loaded.status().message();
+    const Layout& layout = original->observation_layout();
+    std::vector<std::byte> rows(4 * layout.row_bytes), a(4 * original->action_layout().row_bytes), b(a.size());
+    Rng sample(5, 5);
+    for (int r = 0; r < 4; ++r) SampleRow(layout, sample, rows.data() + static_cast<std::size_t>(r) * layout.row_bytes);
+    for (const ActionMode mode : {ActionMode::kDeterministic, ActionMode::kSample}) {
+      Rng first(1, 1), second(1, 1);
+      original->Act(rows.data(), nullptr, 4, mode, first, a.data());
+      loaded->Act(rows.data(), nullptr, 4, mode, second, b.data());
+      EXPECT_EQ(a, b);
+    }
+    std::filesystem::remove(path);
+  }
+}
+
+// One row alone gives the same bits as the same row among others.
+TEST(Policy, ARowDoesNotDependOnItsNeighbours) {
+  auto policy = Policy::Create(SmallPolicy(*Space::Box(-1, 1, {5}), *Space::Discrete(3), 3), 64);
+  ASSERT_TRUE(policy.ok());
+  std::vector<float> rows(64 * 5);
+  Rng rng(1, 1);
+  for (float& value : rows) value = rng.Normal();
+  std::vector<std::int32_t> actions(64);
+  policy->Act(reinterpret_cast<std::byte*>(rows.data()), nullptr, 64, ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(actions.data()));
+  const std::vector<float> together(policy->head().begin(), policy->head().end());
+  for (int r = 0; r < 64; ++r) {
+    policy->Act(reinterpret_cast<std::byte*>(rows.data() + r * 5), nullptr, 1, ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(actions.data()));
+    ASSERT_EQ(std::memcmp(policy->head().data(), together.data() + r * 3, 3 * sizeof(float)), 0) << r;
+  }
+}
+
+TEST(Policy, AWrongSelfTestIsRefused) {
+  auto policy = Policy::Create(SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3), 1);
+  ModelFile file = policy->ToFile();
+  Tensor& answers = file.tensors.find("test/0/out")->second;
+  float changed = answers.floats()[4] + 0.01f;
+  std::memcpy(answers.bytes.data() + 4 * sizeof(float), &changed, sizeof(changed));
+  const auto loaded = Policy::FromBytes(file.Serialise());
+  EXPECT_EQ(loaded.status().code(), StatusCode::kDataLoss);
+  EXPECT_NE(loaded.status().message().find("self-test"), std::string::npos);
+}
+
+TEST(Policy, AMissingTensorAndAnUnknownFeatureAreNamed) {
+  auto policy = Policy::Create(SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3), 1);
+  ModelFile file = policy->ToFile();
+  file.tensors.erase(file.tensors.find("pi/0/w"));
+  EXPECT_NE(Policy::FromFile(file).status().message().find("'pi/0/w'"), std::string::npos);
+  file = policy->ToFile();
+  const std::size_t at = file.spec_json.find("\"categorical\"");
+  file.spec_json.replace(file.spec_json.rfind("\"dense\""), 7, "\"lstm9\"");
+  EXPECT_FALSE(Policy::FromFile(file).ok());
+  EXPECT_NE(at, std::string::npos);
+}
+
+TEST(Policy, AnotherInterfaceIsNamedByItsPath) {
+  auto policy = Policy::Create(SmallPolicy(DictSpace(), *Space::Discrete(3), 3), 1);
+  const Space other = *Space::Dict({{"rays", *Space::Box(0, 1, {3})}, {"gear", *Space::Discrete(5)}});
+  const Status status = policy->Fits(BehaviourSpec::Of("default", other, *Space::Discrete(3), 1));
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(status.message().find("'gear'"), std::string::npos);
+  EXPECT_NE(status.message().find("Discrete(5)"), std::string::npos);
+  EXPECT_TRUE(policy->Fits(BehaviourSpec::Of("default", DictSpace(), *Space::Discrete(3), 1)).ok());
+}
+
+TEST(Policy, WhatDoesNotFitTogetherIsRefused) {
+  PolicyData data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
+  data.parameters.pop_back();
+  EXPECT_FALSE(Policy::Create(data, 1).ok());
+  data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
+  data.parameters[0] = std::nanf("");
+  EXPECT_EQ(Policy::Create(data, 1).status().code(), StatusCode::kNonFinite);
+  data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
+  data.action_space = *Space::Discrete(4);
+  EXPECT_FALSE(Policy::Create(data, 1).ok());
+}
+
+}  // namespace
+}  // namespace consac
