@@ -33,14 +33,14 @@ Axis MakeAxis(double low, double high, int wanted) {
   return axis;
 }
 
-std::string TickText(double value, double step) {
-  if (std::fabs(value) < step * 1e-6) return "0";
-  const double size = std::fabs(value);
-  if (size >= 1e12 || size < 1e-6) return fmt::format("{:g}", value);
-  if (size >= 1e9) return Fixed(value / 1e9, step / 1e9) + "G";
-  if (size >= 1e6) return Fixed(value / 1e6, step / 1e6) + "M";
-  if (size >= 1e4) return Fixed(value / 1e3, step / 1e3) + "k";
-  return Fixed(value, step);
+std::string TickText(double value, const Axis& axis) {
+  if (std::fabs(value) < axis.step * 1e-6) return "0";
+  const double widest = std::max(std::fabs(axis.low), std::fabs(axis.high));
+  if (widest >= 1e12 || widest < 1e-4) return fmt::format("{:.6g}", value);
+  if (widest >= 1e9) return Fixed(value / 1e9, axis.step / 1e9) + "G";
+  if (widest >= 1e6) return Fixed(value / 1e6, axis.step / 1e6) + "M";
+  if (widest >= 1e4) return Fixed(value / 1e3, axis.step / 1e3) + "k";
+  return Fixed(value, axis.step);
 }
 
 }  // namespace consac::run

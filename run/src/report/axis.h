@@ -16,7 +16,7 @@ struct Axis {
 
 /// An axis over [low, high] with about `wanted` ticks. A range without width is widened.
 Axis MakeAxis(double low, double high, int wanted);
-/// "0", "2500", "20k", "1.5M", "-0.25": a tick's text, with no more digits than its step has.
-std::string TickText(double value, double step);
+/// "0", "2500", "20k", "1.5M", "-0.25": a tick's text, in the axis' unit and with no more digits than its step has.
+std::string TickText(double value, const Axis& axis);
 
 }  // namespace consac::run

@@ -102,11 +102,11 @@ class Plot {
   void DrawAxes(const CurveLabels& labels) {
     for (const double tick : y_.ticks) {
       Segment(kLeft, Y(tick), kRight, Y(tick), kGrid, 1.0);
-      Text(TickText(tick, y_.step), kLeft - 9.0, Y(tick) + 4.0, {.size = 12.0, .align = Align::kEnd});
+      Text(TickText(tick, y_), kLeft - 9.0, Y(tick) + 4.0, {.size = 12.0, .align = Align::kEnd});
     }
     for (const double tick : x_.ticks) {
       Segment(X(tick), kBottom, X(tick), kBottom + 5.0, kFaint, 1.0);
-      Text(TickText(tick, x_.step), X(tick), kBottom + 20.0, {});
+      Text(TickText(tick, x_), X(tick), kBottom + 20.0, {});
     }
     Segment(kLeft, kBottom, kRight, kBottom, kFaint, 1.0);
     Text("agent steps", (kLeft + kRight) / 2, kHeight - 16.0, {13.0, kInk});

@@ -1,6 +1,6 @@
 #pragma once
 // monitor.csv: one line per episode in the format of Stable Baselines' Monitor, for its load_results and for plots:
-//   #{"t_start": 1700000000.25, "env_id": "road-v0"}
+//   #{"t_start":1700000000.25,"env_id":"road-v0"}
 //   r,l,t
 //   21.0,104,0.518204
 // Source: Stable Baselines 2.10.2, bench/monitor.py.

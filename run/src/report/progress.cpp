@@ -110,20 +110,17 @@ void AppendProgressLine(const ProgressView& view, fmt::memory_buffer* out) {
 }
 
 void AppendProgressBar(const ProgressView& view, int columns, bool colour, fmt::memory_buffer* out) {
-  fmt::memory_buffer text;
-  text.push_back(' ');
-  AppendSteps(view, "/", &text);
-  AppendRest(view, &text);
-  auto room = static_cast<std::size_t>(std::clamp(columns, 2, kWidestLine) - 1);
-  if (view.total_steps > 0) {
-    fmt::memory_buffer percent;
-    AppendPercent(view, &percent);
-    const int width = std::min(kWidestBar, static_cast<int>(room) - static_cast<int>(percent.size() + text.size()) - 3);
-    if (width >= kNarrowestBar) AppendMeter(Share(view), width, colour, &percent);
-    if (width < kNarrowestBar) room -= std::min(room, percent.size());
-    out->append(std::string_view(percent.data(), percent.size()));
-  }
-  out->append(std::string_view(text.data(), std::min(text.size(), room)));
+  fmt::memory_buffer percent, rest;
+  if (view.total_steps > 0) AppendPercent(view, &percent);
+  rest.push_back(' ');
+  AppendSteps(view, "/", &rest);
+  AppendRest(view, &rest);
+  const int room = std::clamp(columns, 2, kWidestLine) - 1;
+  const int width = std::min(kWidestBar, room - static_cast<int>(percent.size() + rest.size()) - 3);
+  out->append(std::string_view(percent.data(), percent.size()));
+  if (width >= kNarrowestBar && view.total_steps > 0) AppendMeter(Share(view), width, colour, out);
+  out->append(std::string_view(rest.data(), rest.size()));
+  if (width < kNarrowestBar) out->resize(std::min(out->size(), static_cast<std::size_t>(room)));
 }
 
 void RateMeter::Start(double now, std::int64_t steps) {

@@ -128,12 +128,10 @@ void AllSinks::OnEpisode(const EpisodeEnd& episode) {
 
 void AllSinks::OnStep(std::int64_t steps, double reward_sum) {
   step_curve_.Add(steps, reward_sum, steps - steps_);
-  if (!stepped_) {
-    stepped_ = true;
-    Begin(Now());
-  }
+  if (!stepped_) Begin(Now());
+  stepped_ = true;
   steps_ = steps;
-  if (--calls_left_ <= 0) Look();
+  if (--calls_left_ < 0) Look();
 }
 
 // Looks at the clock: after every step of a slow engine, after every 64th of a fast world.
@@ -142,7 +140,7 @@ void AllSinks::Look() {
   looked_ = now;
   if (passed > kLongLook) calls_per_look_ = 1;
   if (passed < kShortLook) calls_per_look_ = std::min(2 * calls_per_look_, kMostCallsPerLook);
-  calls_left_ = calls_per_look_;
+  calls_left_ = calls_per_look_ - 1;
   if (options_.progress && progress_.Due(now)) progress_.Draw(now, View());
   if (now - flushed_ < kFlushEvery) return;
   flushed_ = now;
@@ -177,7 +175,7 @@ void AllSinks::OnUpdate(std::span<const learn::Metric> metrics, std::int64_t ste
   if (options_.console_table && due) console_.Print(FormatTable(options_.style, row_));
   update_started_ = Elapsed(Now());
   update_started_steps_ = steps;
-  calls_left_ = 1;  // learning took its time
+  calls_left_ = 0;  // learning took its time
   SayFailures();
 }
 

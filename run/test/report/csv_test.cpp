@@ -1,0 +1,96 @@
+// progress.csv and monitor.csv: contents, new columns, and what a resume keeps.
+#include <gtest/gtest.h>
+
+#include "report/monitor_csv.h"
+#include "report/progress_csv.h"
+#include "run/test/report/files.h"
+
+namespace consac::run {
+namespace {
+
+using testing::Contents;
+using testing::Put;
+using testing::TestFolder;
+
+Row ShortRow(double steps) {
+  return {{"fps", 10, CellKind::kInteger}, {"total_timesteps", steps, CellKind::kInteger}};
+}
+
+TEST(ProgressCsv, NewKeysBecomeColumnsOnTheRight) {
+  const TestFolder folder;
+  auto csv = std::move(*ProgressCsv::Open(folder.File("progress.csv"), {}));
+  csv->Append(ShortRow(100));
+  Row longer = ShortRow(200);
+  longer.push_back({"ep_reward_mean", 1.0 / 3.0, CellKind::kDouble});
+  csv->Append(longer);
+  csv->Append(ShortRow(300));
+  EXPECT_EQ(Contents(folder.File("progress.csv")),
+            "fps,total_timesteps,ep_reward_mean\n"
+            "10,100,\n"
+            "10,200,0.3333333333333333\n"
+            "10,300,\n");
+  EXPECT_TRUE(csv->status().ok());
+}
+
+TEST(ProgressCsv, AResumedRunDropsWhatItWillRepeat) {
+  const TestFolder folder;
+  const std::string path = folder.File("progress.csv");
+  const ProgressCsv::Resume resume{true, "total_timesteps", 200};
+  Put(path, "fps,total_timesteps\n1,100\n1,200\n1,300\n1,40");
+  (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
+  EXPECT_EQ(Contents(path), "fps,total_timesteps\n1,100\n1,200\n10,300\n");
+  Put(path, "cut in its first l");
+  (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
+  EXPECT_EQ(Contents(path), "fps,total_timesteps\n10,300\n");
+  std::filesystem::remove(path);
+  (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
+  EXPECT_EQ(Contents(path), "fps,total_timesteps\n10,300\n");
+}
+
+TEST(ProgressCsv, ANewRunStartsAnew) {
+  const TestFolder folder;
+  Put(folder.File("progress.csv"), "a,b\n1,2\n");
+  (*ProgressCsv::Open(folder.File("progress.csv"), {}))->Append(ShortRow(1));
+  EXPECT_EQ(Contents(folder.File("progress.csv")), "fps,total_timesteps\n10,1\n");
+}
+
+TEST(MonitorCsv, IsStableBaselinesFormat) {
+  const TestFolder folder;
+  auto monitor =
+      std::move(*MonitorCsv::Open(folder.File("monitor.csv"), "a \"world\"", 1700000000.25, OpenMode::kTruncate));
+  monitor->Append(21.0, 104, 0.5182041);
+  monitor->Append(-1234.56789012, 200, 12345.0);
+  monitor->Flush();
+  EXPECT_EQ(Contents(folder.File("monitor.csv")),
+            "#{\"t_start\":1700000000.25,\"env_id\":\"a \\\"world\\\"\"}\n"
+            "r,l,t\n"
+            "21.0,104,0.518204\n"
+            "-1234.56789,200,12345.0\n");
+}
+
+TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
+  const TestFolder folder;
+  const std::string path = folder.File("monitor.csv");
+  StateWriter checkpoint;
+  {
+    auto monitor = std::move(*MonitorCsv::Open(path, "w", 1.0, OpenMode::kTruncate));
+    monitor->Append(1.0, 10, 0.1);
+    monitor->Visit(checkpoint);
+    EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n")
+        << "a checkpoint writes out what it counts";
+    monitor->Append(2.0, 20, 0.2);
+  }
+  const std::string at_kill = Contents(path);
+  ASSERT_NE(at_kill.find("2.0,20,0.2\n"), std::string::npos);
+  Put(path, at_kill + "3.0,3");
+  auto monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+  StateReader reader(checkpoint.fields());
+  monitor->Visit(reader);
+  ASSERT_TRUE(reader.status().ok()) << reader.status().message();
+  monitor->Append(4.0, 40, 0.4);
+  monitor->Flush();
+  EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n4.0,40,0.4\n");
+}
+
+}  // namespace
+}  // namespace consac::run

@@ -1,0 +1,72 @@
+// Whole records or none, also when the disk is full.
+#include "report/output_file.h"
+
+#include <gtest/gtest.h>
+
+#include "run/test/report/files.h"
+
+namespace consac::run {
+namespace {
+
+using testing::Contents;
+using testing::FileSizeLimit;
+using testing::Put;
+using testing::TestFolder;
+
+TEST(OutputFile, TruncatesOrGoesOn) {
+  const TestFolder folder;
+  Put(folder.File("a"), "old\n");
+  (*OutputFile::Open(folder.File("a"), OpenMode::kAppend))->Append("new\n");
+  EXPECT_EQ(Contents(folder.File("a")), "old\nnew\n");
+  (*OutputFile::Open(folder.File("a"), OpenMode::kTruncate))->Append("only\n");
+  EXPECT_EQ(Contents(folder.File("a")), "only\n");
+}
+
+TEST(OutputFile, AnErrorNamesTheFile) {
+  const auto file = OutputFile::Open("/nowhere/a.csv", OpenMode::kTruncate);
+  ASSERT_FALSE(file.ok());
+  EXPECT_EQ(file.status().code(), StatusCode::kNotFound);
+  EXPECT_NE(file.status().message().find("'/nowhere/a.csv'"), std::string::npos);
+}
+
+TEST(OutputFile, AFullDiskLosesRecordsNeverHalfOfOne) {
+  const TestFolder folder;
+  auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kTruncate));
+  const FileSizeLimit limit(10);
+  file->Append("12345\n");
+  file->Flush();
+  EXPECT_TRUE(file->status().ok());
+  file->Append("67890\n");
+  file->Flush();
+  EXPECT_EQ(file->status().code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(file->status().message().find(folder.File("a")), std::string::npos);
+  EXPECT_EQ(Contents(folder.File("a")), "12345\n");
+  file->Append("abc\n");  // it fits
+  file->Flush();
+  EXPECT_EQ(Contents(folder.File("a")), "12345\nabc\n");
+  EXPECT_EQ(file->size(), 10u);
+  EXPECT_EQ(file->status().code(), StatusCode::kResourceExhausted) << "the first failure stays";
+}
+
+TEST(OutputFile, ADeviceThatIsFull) {
+  auto file = std::move(*OutputFile::Open("/dev/full", OpenMode::kAppend));
+  file->Append("row\n");
+  file->Flush();
+  EXPECT_EQ(file->status().code(), StatusCode::kResourceExhausted);
+}
+
+TEST(OutputFile, CutsAtTheEndOfALine) {
+  const TestFolder folder;
+  Put(folder.File("a"), "one\ntwo\nthree\n");
+  auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kAppend));
+  file->CutToLine(100);
+  EXPECT_EQ(Contents(folder.File("a")), "one\ntwo\nthree\n");
+  file->CutToLine(10);
+  EXPECT_EQ(Contents(folder.File("a")), "one\ntwo\n");
+  file->Append("more\n");
+  file->CutToLine(4);
+  EXPECT_EQ(Contents(folder.File("a")), "one\n");
+}
+
+}  // namespace
+}  // namespace consac::run

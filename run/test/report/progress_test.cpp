@@ -1,0 +1,113 @@
+// The line that says how far a run is.
+#include "report/progress.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "run/test/report/files.h"
+
+namespace consac::run {
+namespace {
+
+std::string Duration(double seconds) {
+  fmt::memory_buffer out;
+  AppendDuration(seconds, &out);
+  return fmt::to_string(out);
+}
+
+std::string LineOf(const ProgressView& view) {
+  fmt::memory_buffer out;
+  AppendProgressLine(view, &out);
+  return fmt::to_string(out);
+}
+
+std::string BarOf(const ProgressView& view, int columns, bool colour = false) {
+  fmt::memory_buffer out;
+  AppendProgressBar(view, columns, colour, &out);
+  return fmt::to_string(out);
+}
+
+const ProgressView kHalf{50000, 100000, 312345.6, 184.25, false};
+
+TEST(Progress, Durations) {
+  EXPECT_EQ(Duration(0.0), "0:00");
+  EXPECT_EQ(Duration(59.6), "1:00");
+  EXPECT_EQ(Duration(3723.0), "1:02:03");
+  EXPECT_EQ(Duration(100000.0), "1d 3h");
+  EXPECT_EQ(Duration(std::numeric_limits<double>::infinity()), "-:--");
+  EXPECT_EQ(Duration(-1.0), "-:--");
+}
+
+TEST(Progress, PlainLine) {
+  EXPECT_EQ(LineOf({8400, 20000, 1000.0, 18.4, false}),
+            " 42% | 8,400 of 20,000 steps | 1,000 steps/s | mean episode reward 18.4 | 0:12 left");
+  EXPECT_EQ(LineOf({1234567, 0, 9.54}), "1,234,567 steps | 9.5 steps/s | no episode yet");
+  EXPECT_EQ(LineOf({20000, 20000, 2e5, 0.97, true}),
+            "100% | 20,000 of 20,000 steps | 200,000 steps/s | reward per step 0.97 | 0:00 left");
+  EXPECT_EQ(LineOf({0, 100, 0.0}), "  0% | 0 of 100 steps | 0.0 steps/s | no episode yet | -:-- left");
+}
+
+TEST(Progress, BarFillsWhatTheTerminalHas) {
+  const std::string rest = " 50,000/100,000 | 312,345 steps/s | mean episode reward 184.2 | 0:00 left";
+  EXPECT_EQ(BarOf(kHalf, 200), " 50% [" + std::string(20, '#') + std::string(20, '-') + "]" + rest);
+  EXPECT_EQ(BarOf(kHalf, 200, true),
+            " 50% [\x1b[32m" + std::string(20, '#') + "\x1b[0m" + std::string(20, '-') + "]" + rest);
+  EXPECT_EQ(BarOf(kHalf, 80), " 50%" + rest) << "no room for a meter";
+  EXPECT_EQ(BarOf(kHalf, 20), " 50% 50,000/100,000");
+}
+
+TEST(Progress, BarNeverWraps) {
+  for (int columns = 1; columns < 260; ++columns)
+    EXPECT_LT(BarOf(kHalf, columns).size(), static_cast<std::size_t>(std::max(columns, 2))) << columns;
+}
+
+TEST(Progress, AFullMeterIsFull) {
+  EXPECT_NE(BarOf({100, 100, 1.0, 1.0}, 200, true).find("[\x1b[32m" + std::string(40, '#') + "\x1b[0m]"),
+            std::string::npos);
+  EXPECT_NE(BarOf({150, 100, 1.0, 1.0}, 200).find("100% [" + std::string(40, '#') + "]"), std::string::npos);
+}
+
+TEST(RateMeter, ForgetsWhatIsLongAgo) {
+  RateMeter meter;
+  meter.Start(0.0, 0);
+  EXPECT_EQ(meter.Rate(0.0, 0), 0.0);
+  double now = 0.0;
+  std::int64_t steps = 0;
+  for (; now < 60.0; now += 1.0) meter.Note(now, steps += 1000);
+  for (int i = 0; i < 100; ++i) meter.Note(now += 1.0, steps += 10);
+  EXPECT_NEAR(meter.Rate(now, steps), 10.0, 1e-9);
+}
+
+std::string Printed(std::FILE* stream) {
+  std::string text(static_cast<std::size_t>(std::ftell(stream)), '\0');
+  std::rewind(stream);
+  text.resize(std::fread(text.data(), 1, text.size(), stream));
+  return text;
+}
+
+TEST(Console, PrintingMovesTheBarDown) {
+  std::FILE* stream = std::tmpfile();
+  ASSERT_NE(stream, nullptr);
+  Console console({stream, true, false, 80});
+  console.Bar(" 10%");
+  console.Print("a line\n");
+  console.Bar(" 20%");
+  console.EndBar();
+  console.Print("after\n");
+  EXPECT_EQ(Printed(stream), "\r\x1b[K 10%\r\x1b[Ka line\n 10%\r\x1b[K 20%\nafter\n");
+  std::fclose(stream);
+}
+
+TEST(Console, AnAlarmIsRedUnlessColourIsUnwanted) {
+  for (const bool colour : {false, true}) {
+    std::FILE* stream = std::tmpfile();
+    ASSERT_NE(stream, nullptr);
+    Console({stream, true, colour, 80}).Alarm("the disk is full");
+    EXPECT_EQ(Printed(stream), colour ? "\x1b[1;31merror: the disk is full\x1b[0m\n" : "error: the disk is full\n");
+    std::fclose(stream);
+  }
+}
+
+}  // namespace
+}  // namespace consac::run

@@ -1,0 +1,399 @@
+// The whole report, as the training loop drives it: definitions of the shown numbers, resume, full disks, allocations.
+#include "consac/run/report.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "report/console_table.h"
+#include "report/report_on.h"
+#include "run/test/report/files.h"
+
+namespace {
+std::atomic<std::int64_t> report_allocations{0};
+
+void* Count(std::size_t bytes) {
+  report_allocations.fetch_add(1, std::memory_order_relaxed);
+  void* memory = std::malloc(bytes == 0 ? 1 : bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  return Count(bytes);
+}
+void* operator new[](std::size_t bytes) {
+  return Count(bytes);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace consac::run {
+namespace {
+
+using testing::Contents;
+using testing::FakeClock;
+using testing::Put;
+using testing::TestFolder;
+
+constexpr learn::Metric kSb2Metrics[] = {{"policy_loss", "loss/policy_gradient_loss", -0.0125, true},
+                                         {"value_loss", "loss/value_function_loss", 33.5, true},
+                                         {"explained_variance", "", 0.51234, false},
+                                         {"", "input_info/old_value_pred", 1.5, false}};
+constexpr learn::Metric kSb3Metrics[] = {{"train/loss", "train/loss", 0.2451, false},
+                                         {"train/n_updates", "train/n_updates", 12340.0, false}};
+
+// A report that prints to a file in memory.
+class Printed {
+ public:
+  explicit Printed(const ReportOptions& options, bool terminal = false)
+      : stream_(std::tmpfile()), report_(std::move(*ReportOn(options, {stream_, terminal, false, 120}))) {}
+  ~Printed() {
+    report_.reset();
+    std::fclose(stream_);
+  }
+  Printed(const Printed&) = delete;
+  Printed& operator=(const Printed&) = delete;
+  Report* operator->() { return report_.get(); }
+  Report& operator*() { return *report_; }
+  /// What was printed since the last call.
+  std::string Text() {
+    std::fflush(stream_);
+    const long end = std::ftell(stream_);
+    std::string text(static_cast<std::size_t>(end - read_), '\0');
+    std::fseek(stream_, read_, SEEK_SET);
+    text.resize(std::fread(text.data(), 1, text.size(), stream_));
+    std::fseek(stream_, end, SEEK_SET);
+    read_ = end;
+    return text;
+  }
+
+ private:
+  std::FILE* stream_;
+  std::unique_ptr<Report> report_;
+  long read_ = 0;
+};
+
+ReportOptions Options(const std::string& directory = "") {
+  ReportOptions options;
+  options.directory = directory;
+  options.world_id = "road-v0";
+  options.algorithm = "ppo2";
+  options.slots = 4;
+  options.total_steps = 100000;
+  options.progress = false;
+  return options;
+}
+
+std::string EventsOf(const std::string& folder) {
+  std::string bytes;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) bytes += Contents(entry.path().string());
+  return bytes;
+}
+
+TEST(Report, StableBaselines2NumbersAsDefined) {
+  FakeClock clock;
+  Printed report(Options());
+  clock.now += 30.0;  // an engine that was waited for
+  report->OnStep(4, 1.0);
+  clock.now += 2.0;
+  report->OnStep(512, 1.0);
+  report->OnUpdate(kSb2Metrics, 512, 1, 512);
+  EXPECT_EQ(report.Text(),
+            "---------------------------------\n"
+            "| explained_variance | 0.512    |\n"
+            "| fps                | 256      |\n"
+            "| n_updates          | 1        |\n"
+            "| policy_loss        | -0.0125  |\n"
+            "| serial_timesteps   | 128      |\n"
+            "| time_elapsed       | 0        |\n"
+            "| total_timesteps    | 512      |\n"
+            "| value_loss         | 33.5     |\n"
+            "---------------------------------\n");
+  clock.now += 1.0;
+  report->OnEpisode({0, 20.0, 100, 800});
+  report->OnEpisode({1, 10.0, 51, 804});
+  report->OnStep(1024, 1.0);
+  report->OnUpdate(kSb2Metrics, 1024, 2, 512);
+  EXPECT_EQ(report.Text(),
+            "---------------------------------\n"
+            "| ep_len_mean        | 75.5     |\n"
+            "| ep_reward_mean     | 15       |\n"
+            "| explained_variance | 0.512    |\n"
+            "| fps                | 512      |\n"
+            "| n_updates          | 2        |\n"
+            "| policy_loss        | -0.0125  |\n"
+            "| serial_timesteps   | 256      |\n"
+            "| time_elapsed       | 2        |\n"
+            "| total_timesteps    | 1024     |\n"
+            "| value_loss         | 33.5     |\n"
+            "---------------------------------\n");
+}
+
+TEST(Report, StableBaselines3NumbersAsDefined) {
+  FakeClock clock;
+  ReportOptions options = Options();
+  options.style = learn::LogStyle::kStableBaselines3;
+  Printed report(options);
+  report->OnStep(4, 1.0);
+  clock.now += 2.5;
+  report->OnEpisode({0, 20.0, 100, 400});
+  report->OnUpdate(kSb3Metrics, 512, 1, 512);
+  EXPECT_EQ(report.Text(),
+            "---------------------------------\n"
+            "| rollout/           |          |\n"
+            "|    ep_len_mean     | 100      |\n"
+            "|    ep_rew_mean     | 20       |\n"
+            "| time/              |          |\n"
+            "|    fps             | 204      |\n"
+            "|    iterations      | 1        |\n"
+            "|    time_elapsed    | 2        |\n"
+            "|    total_timesteps | 512      |\n"
+            "| train/             |          |\n"
+            "|    loss            | 0.245    |\n"
+            "|    n_updates       | 12340    |\n"
+            "---------------------------------\n");
+}
+
+TEST(Report, LogIntervalQuietensTheTableNotTheFiles) {
+  const TestFolder folder;
+  FakeClock clock;
+  ReportOptions options = Options(folder.path());
+  options.log_interval = 3;
+  Printed report(options);
+  int tables = 0;
+  for (int update = 1; update <= 7; ++update) {
+    report->OnUpdate(kSb2Metrics, 512 * update, update, 512);
+    tables += report.Text().empty() ? 0 : 1;
+  }
+  EXPECT_EQ(tables, 3) << "1 (as Stable Baselines 2 does), 3 and 6";
+  const std::string csv = Contents(folder.File("progress.csv"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 8);
+}
+
+TEST(Report, MeansAreOverTheLastHundredEpisodes) {
+  Printed report(Options());
+  EXPECT_TRUE(std::isnan(report->mean_episode_reward()));
+  EXPECT_TRUE(std::isnan(report->mean_episode_length()));
+  for (int i = 1; i <= 250; ++i) report->OnEpisode({0, static_cast<double>(i), 2 * i, 10 * i});
+  EXPECT_DOUBLE_EQ(report->mean_episode_reward(), 200.5);
+  EXPECT_DOUBLE_EQ(report->mean_episode_length(), 401.0);
+}
+
+TEST(Report, WritesEveryFile) {
+  const TestFolder folder;
+  FakeClock clock;
+  Printed report(Options(folder.path()));
+  report->OnStep(4, 1.0);
+  clock.now += 1.5;
+  report->OnEpisode({0, 20.0, 100, 400});
+  report->OnUpdate(kSb2Metrics, 512, 1, 512);
+  ASSERT_TRUE(report->Finish().ok());
+  EXPECT_EQ(Contents(folder.File("progress.csv")),
+            "ep_len_mean,ep_reward_mean,explained_variance,fps,n_updates,policy_loss,serial_timesteps,time_elapsed,"
+            "total_timesteps,value_loss\n"
+            "100.0,20.0,0.51234,341,1,-0.0125,128,0.0,512,33.5\n");
+  const std::string monitor = Contents(folder.File("monitor.csv"));
+  EXPECT_EQ(monitor.rfind("#{\"t_start\":", 0), 0u);
+  EXPECT_NE(monitor.find("\nr,l,t\n20.0,100,1.5\n"), std::string::npos);
+  const std::string events = EventsOf(folder.File("tensorboard/PPO2_1"));
+  for (const char* tag :
+       {"episode_reward", "loss/policy_gradient_loss", "loss/value_function_loss", "input_info/old_value_pred"}) {
+    EXPECT_NE(events.find(tag), std::string::npos) << tag;
+  }
+  EXPECT_EQ(events.find("explained_variance"), std::string::npos) << "it has no tag";
+  EXPECT_TRUE(std::filesystem::exists(folder.File("curve.svg")));
+  EXPECT_TRUE(std::filesystem::exists(folder.File("curve.png")));
+}
+
+TEST(Report, StableBaselines3TagsOfTheTable) {
+  const TestFolder folder;
+  ReportOptions options = Options(folder.path());
+  options.style = learn::LogStyle::kStableBaselines3;
+  options.algorithm = "ppo";
+  Printed report(options);
+  report->OnEpisode({0, 20.0, 100, 400});
+  report->OnUpdate(kSb3Metrics, 512, 1, 512);
+  ASSERT_TRUE(report->Finish().ok());
+  const std::string events = EventsOf(folder.File("tensorboard/PPO_1"));
+  for (const char* tag : {"rollout/ep_rew_mean", "rollout/ep_len_mean", "time/fps", "train/loss", "train/n_updates"}) {
+    EXPECT_NE(events.find(tag), std::string::npos) << tag;
+  }
+  for (const char* tag : {"time/iterations", "time/total_timesteps", "episode_reward"})
+    EXPECT_EQ(events.find(tag), std::string::npos) << tag;
+}
+
+// Updates of 512 steps, one episode in each, `clock` a second further.
+void Train(Report& report, FakeClock& clock, int from, int to) {
+  for (int update = from; update <= to; ++update) {
+    for (int step = 512 * (update - 1) + 4; step <= 512 * update; step += 4) {
+      report.OnStep(step, 2.0);
+      if (step == 512 * update - 100) report.OnEpisode({0, static_cast<double>(update % 7), 500 + update, step});
+    }
+    clock.now += 1.0;
+    report.OnUpdate(kSb2Metrics, 512 * update, update, 512);
+  }
+}
+
+TEST(Report, AResumedRunShowsWhatOneNeverInterruptedShows) {
+  const TestFolder whole_folder, folder_of_both;
+  const std::string folder = folder_of_both.File("killed"), whole_path = folder_of_both.File("whole");
+  std::filesystem::create_directories(folder);
+  std::filesystem::create_directories(whole_path);
+  FakeClock clock;
+  Printed whole(Options(whole_path));
+  Train(*whole, clock, 1, 6);
+
+  StateWriter checkpoint;
+  {
+    Printed killed(Options(folder));
+    Train(*killed, clock, 1, 3);
+    killed->Visit(checkpoint);
+    Train(*killed, clock, 4, 5);
+  }
+  clock.now += 3600.0;
+  ReportOptions options = Options(folder);
+  options.append = true;
+  options.resume_step = 512 * 3;
+  Printed resumed(options);
+  StateReader reader(checkpoint.fields());
+  resumed->Visit(reader);
+  ASSERT_TRUE(reader.status().ok()) << reader.status().message();
+  Train(*resumed, clock, 4, 6);
+  EXPECT_EQ(resumed->mean_episode_reward(), whole->mean_episode_reward());
+  for (Printed* report : {&whole, &resumed}) ASSERT_TRUE((*report)->Finish().ok());
+  EXPECT_EQ(Contents(folder + "/progress.csv"), Contents(whole_path + "/progress.csv"));
+  EXPECT_TRUE(Contents(folder + "/curve.png") == Contents(whole_path + "/curve.png"));
+  const auto rows = [](const std::string& text) { return text.substr(text.find('\n')); };
+  EXPECT_EQ(rows(Contents(folder + "/monitor.csv")), rows(Contents(whole_path + "/monitor.csv")));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder + "/tensorboard/PPO2_1"), {}), 2);
+}
+
+TEST(Report, FilesThatCannotBeOpenedAreNamed) {
+  const auto report = Report::Open(Options("/nowhere"));
+  ASSERT_FALSE(report.ok());
+  EXPECT_NE(report.status().message().find("/nowhere/progress.csv"), std::string::npos);
+}
+
+TEST(Report, AFullDiskIsSaidOnceForEachFileAndTrainingGoesOn) {
+  const TestFolder folder;
+  FakeClock clock;
+  ReportOptions options = Options(folder.path());
+  options.console_table = false;
+  Printed report(options);
+  const testing::FileSizeLimit limit(2000);
+  Train(*report, clock, 1, 60);
+  const std::string said = report.Text();
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << said;
+  for (const std::string& file : {folder.File("progress.csv"), folder.File("tensorboard/PPO2_1/events.")}) {
+    EXPECT_NE(said.find("error: cannot write '" + file), std::string::npos) << said;
+  }
+  EXPECT_NE(said.find("training goes on"), std::string::npos) << said;
+  EXPECT_EQ(Contents(folder.File("progress.csv")).back(), '\n') << "whole rows only";
+  EXPECT_EQ(report->Finish().code(), StatusCode::kResourceExhausted);
+}
+
+TEST(Report, PlainProgressEveryFewSeconds) {
+  FakeClock clock;
+  ReportOptions options = Options();
+  options.progress = true;
+  Printed report(options);
+  int lines = 0;
+  for (int step = 4; step <= 40000; step += 4) {
+    clock.now += 0.001;
+    report->OnStep(step, 4.0);
+    const std::string text = report.Text();
+    lines += text.empty() ? 0 : 1;
+    if (!text.empty()) {
+      EXPECT_EQ(text.rfind(" 20% | 20,0", 0), 0u) << text;
+      EXPECT_NE(text.find(" of 100,000 steps | 4,000 steps/s | no episode yet | 0:20 left\n"), std::string::npos)
+          << text;
+    }
+  }
+  EXPECT_EQ(lines, 1) << "10 s at one line in 5 s, counted from the first step";
+  ASSERT_TRUE(report->Finish().ok());
+  EXPECT_EQ(report.Text().substr(0, 46), " 40% | 40,000 of 100,000 steps | 4,000 steps/s");
+}
+
+TEST(Report, BarIsRedrawnAtMostTenTimesASecond) {
+  FakeClock clock;
+  ReportOptions options = Options();
+  options.progress = true;
+  Printed report(options, true);
+  for (int step = 1; step <= 20000; ++step) {
+    clock.now += 0.0001;
+    report->OnStep(step, 1.0);
+  }
+  const std::string text = report.Text();
+  const auto bars = std::count(text.begin(), text.end(), '\r');
+  EXPECT_GE(bars, 15);
+  EXPECT_LE(bars, 20);
+  EXPECT_EQ(text.find('\n'), std::string::npos);
+}
+
+TEST(Report, ASlowEngineIsFollowedStepByStep) {
+  FakeClock clock;
+  ReportOptions options = Options();
+  options.progress = true;
+  Printed report(options, true);
+  for (int step = 1; step <= 20; ++step) {
+    clock.now += 0.5;
+    report->OnStep(step, 1.0);
+  }
+  const std::string text = report.Text();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 19) << "each step but the first, which starts the clock";
+}
+
+// An agent that never leaves the road any more: what its last episodes brought is long ago.
+TEST(Report, WithoutEpisodeEndsTheRewardOfAStepIsShown) {
+  const TestFolder folder;
+  FakeClock clock;
+  ReportOptions options = Options(folder.path());
+  options.progress = true;
+  Printed report(options);
+  for (int step = 4; step <= 50000; step += 4) {
+    report->OnStep(step, step < 5000 ? 2.0 : 3.6);
+    if (step < 5000 && step % 100 == 0) report->OnEpisode({0, 50.0, 25, step});
+  }
+  ASSERT_TRUE(report->Finish().ok());
+  EXPECT_NE(report.Text().find("reward per step 0.9 |"), std::string::npos);
+}
+
+TEST(Report, NeitherStepsNorEpisodesAllocate) {
+  const TestFolder folder;
+  ReportOptions options = Options(folder.path());
+  options.progress = true;
+  options.total_steps = 100000000;
+  for (const bool terminal : {false, true}) {
+    Printed report(options, terminal);
+    const auto run = [&](int from, int to) {
+      for (int step = from; step < to; ++step) {
+        report->OnStep(step, 1.0);
+        if (step % 3 == 0) report->OnEpisode({0, 0.1 * step, 3, step});
+      }
+    };
+    run(1, 1000);
+    const std::int64_t before = report_allocations.load();
+    run(1000, 200000);
+    EXPECT_EQ(report_allocations.load(), before);
+    report->Line("a line may allocate");
+    EXPECT_GT(report_allocations.load(), before) << "the counter must be able to see one";
+  }
+}
+
+}  // namespace
+}  // namespace consac::run

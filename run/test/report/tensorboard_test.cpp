@@ -1,0 +1,89 @@
+// Event files, byte by byte. Vectors: TensorBoard's record_writer tests, and records that its own protobuf decodes.
+#include "report/tensorboard.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "run/test/report/files.h"
+
+namespace consac::run {
+namespace {
+
+using testing::Contents;
+using testing::Put;
+using testing::TestFolder;
+
+std::string Hex(const std::string& bytes) {
+  std::string hex;
+  for (const char c : bytes) hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  return hex;
+}
+
+TEST(Tensorboard, MaskedChecksums) {
+  EXPECT_EQ(MaskedCrc(std::string(32, '\0')), 0x0FD7FFFAu);
+  EXPECT_EQ(MaskedCrc("\x1A\x11"
+                      "CRC test, one two"),
+            0x5794D08Au);
+}
+
+TEST(Tensorboard, FirstRecord) {
+  EXPECT_EQ(Hex(FrameRecord(VersionEvent(1700000000.0))),
+            "1800000000000000a37f4b22"
+            "0900000040fc54d9411a0d627261696e2e4576656e743a32"
+            "eced8f9d");
+}
+
+TEST(Tensorboard, AScalarRecord) {
+  const TestFolder folder;
+  auto events = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
+  const std::string path = events->path();
+  events->Scalar(1700000000.0, 300, "loss", 0.5);
+  events->Flush();
+  const std::string first = FrameRecord(VersionEvent(1700000000.0));
+  // wall_time, step 300, summary { value { tag "loss", simple_value 0.5 } }
+  const std::string payload =
+      std::string("\x09\x00\x00\x00\x40\xfc\x54\xd9\x41\x10\xac\x02\x2a\x0d\x0a\x0b\x0a\x04", 18) + "loss" +
+      std::string("\x15\x00\x00\x00\x3f", 5);
+  EXPECT_EQ(Hex(Contents(path)), Hex(first + FrameRecord(payload)));
+  EXPECT_NE(path.find("/events.out.tfevents.1700000000."), std::string::npos);
+}
+
+TEST(Tensorboard, ARestartNamesTheFirstRepeatedStep) {
+  EXPECT_EQ(Hex(RestartEvent(1700000000.0, 301)), "0900000040fc54d94110ad023a020801");
+}
+
+TEST(Tensorboard, ALongTagIsCutToWhatFits) {
+  const TestFolder folder;
+  auto events = std::move(*EventWriter::Open(folder.path(), 1.0));
+  events->Scalar(1.0, INT64_MAX, std::string(5000, 'x'), 1.0);
+  events->Flush();
+  EXPECT_NE(Contents(events->path()).find(std::string(200, 'x') + "\x15"), std::string::npos);
+}
+
+TEST(Tensorboard, FoldersAreNumberedAsInStableBaselines) {
+  const TestFolder folder;
+  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo2", OpenMode::kTruncate), folder.File("PPO2_1"));
+  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo2", OpenMode::kTruncate), folder.File("PPO2_2"));
+  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo2", OpenMode::kAppend), folder.File("PPO2_2"));
+  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo", OpenMode::kAppend), folder.File("PPO_1"));
+  std::filesystem::create_directories(folder.File("PPO_11"));
+  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo", OpenMode::kTruncate), folder.File("PPO_12"));
+}
+
+TEST(Tensorboard, AFolderThatCannotBeMadeIsNamed) {
+  const TestFolder folder;
+  Put(folder.File("tensorboard"), "a file");
+  const auto made = TensorboardFolder(folder.File("tensorboard"), "ppo", OpenMode::kTruncate);
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.status().message().find(folder.File("tensorboard/PPO_1")), std::string::npos);
+}
+
+TEST(Tensorboard, AFileOfAResumeComesAfterTheOthers) {
+  const TestFolder folder;
+  const std::string first = (*EventWriter::Open(folder.path(), 1700000000.0))->path();
+  const std::string second = (*EventWriter::Open(folder.path(), 1700000000.0))->path();
+  EXPECT_LT(first, second);
+}
+
+}  // namespace
+}  // namespace consac::run
