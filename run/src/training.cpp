@@ -26,6 +26,7 @@ namespace consac::run {
 namespace {
 
 constexpr std::int64_t kDefaultSteps = 100000;
+constexpr std::int64_t kLearnPiece = 64;  // optimiser steps between looks at `stop`
 constexpr double kAfterFailure = 1.0;  // s before an engine that broke a session is tried again
 
 /// Sums of the episodes under way.
@@ -230,6 +231,7 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
   if (config_.resume) CONSAC_RETURN_IF_ERROR(Restore());
   else CONSAC_RETURN_IF_ERROR(OpenReport(false));
 
+  LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) {
     for (std::size_t i = 0; i < pupils_.size(); ++i) batches_[i] = pupils_[i].first.batch();
@@ -240,9 +242,11 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
   return Status::Ok();
 }
 
+// In pieces, so that Ctrl-C need not wait for the end of a long update: what is left of it is learned on resume.
 void Training::LearnWhatIsDue() {
   for (Pupil& pupil : pupils_) {
-    while (pupil.learner->Learn({})) {
+    while (pupil.learner->Learn({kLearnPiece})) {
+      if (stop_.load(std::memory_order_relaxed)) return;
     }
     if (pupil.learner->updates() == pupil.reported_updates) continue;
     pupil.reported_updates = pupil.learner->updates();
@@ -343,6 +347,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   summary.seconds = seconds;
   summary.mean_episode_reward = report_->mean_episode_reward();
   summary.interrupted = summary.steps < config_.steps;
+  for (const Pupil& pupil : pupils_) summary.interrupted = summary.interrupted || pupil.learner->LearningDue();
   StateHasher hasher;
   for (const Pupil& pupil : pupils_) {
     PolicyData data = pupil.learner->Snapshot();

@@ -297,7 +297,8 @@ TEST(Engine, ForeverServesOneSessionAfterAnother) {
       std::atomic<bool> session_over{false};
       auto server = EnvServer::Create(*world, std::move(*listener), options);
       std::thread limit([&] {
-        for (int i = 0; i < 200 && !(length == 0 && (*server)->session_steps() > 20); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        const auto enough = [&] { return session_over.load() || (length == 0 && (*server)->session_steps() > 20); };
+        for (int i = 0; i < 1000 && !enough(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
         session_over = true;
       });
       const Status status = (*server)->ServeSession(session_over);

@@ -207,13 +207,16 @@ TEST(Training, ACheckpointIsAModelFileThatIsNoModel) {
 // Ctrl-C at any moment: everything is saved, and the run that goes on is the run that was never stopped.
 TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
   testing::ScratchFolder scratch("interrupt");
-  const std::uint64_t expected = TrainOk(SmallRun(scratch.path(), "whole")).weights_hash;
-  RunConfig config = SmallRun(scratch.path(), "pieces");
+  // Updates of 320 optimiser steps, so that many an interruption falls into the middle of one.
+  RunConfig config = SmallRun(scratch.path(), "whole");
+  config.hyperparameters.insert(config.hyperparameters.end(), {{"noptepochs", "20"}, {"nminibatches", "16"}});
+  const std::uint64_t expected = TrainOk(config).weights_hash;
+  config.name = "pieces";
   int pieces = 0;
   for (int attempt = 0; attempt < 10000; ++attempt) {
     std::atomic<bool> stop{false};
     std::thread ctrl_c([&stop, attempt] {
-      std::this_thread::sleep_for(std::chrono::microseconds(attempt < 3 ? 0 : 5000 + 1700 * (attempt % 7)));
+      std::this_thread::sleep_for(std::chrono::microseconds(attempt < 3 ? 0 : 5000 + 1700 * (attempt % 7) + 500 * attempt));
       stop = true;
     });
     const Result<RunSummary> summary = Train(config, stop);
