@@ -44,17 +44,17 @@ struct TextStyle {
 // One picture on one surface.
 class Plot {
  public:
-  Plot(cairo_t* context, const std::vector<CurvePoint>& points) : context_(context), points_(points) {
-    double low = 0.0, high = 1.0, last = 1.0;
+  Plot(cairo_t* context, const std::vector<CurvePoint>& points, double last_step) : context_(context), points_(points) {
+    double low = 0.0, high = 1.0;
     if (!points.empty()) {
       const auto [smallest, largest] = std::minmax_element(
           points.begin(), points.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
       low = smallest->value;
       high = largest->value;
-      last = points.back().step;
+      last_step = std::max(last_step, points.back().step);
     }
     const double margin = 0.05 * (high - low);
-    x_ = MakeAxis(0.0, std::max(last, 1.0), 8);
+    x_ = MakeAxis(0.0, std::max(last_step, 1.0), 8);
     y_ = MakeAxis(low - margin, high + margin, 6);
   }
 
@@ -129,11 +129,15 @@ class Plot {
     cairo_stroke(context_);
   }
 
+  // Of episodes that ended in the same step, the last one's mean counts for all.
   void DrawMean() {
     SetColour(kLine);
     cairo_set_line_join(context_, CAIRO_LINE_JOIN_ROUND);
     cairo_set_line_width(context_, 2.4);
-    for (const CurvePoint& point : points_) cairo_line_to(context_, X(point.step), Y(point.mean));
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (i + 1 < points_.size() && points_[i + 1].step == points_[i].step) continue;
+      cairo_line_to(context_, X(points_[i].step), Y(points_[i].mean));
+    }
     cairo_stroke(context_);
   }
 
@@ -175,7 +179,7 @@ Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::
   cairo_surface_set_device_scale(png.get(), kPngScale, kPngScale);
   for (const Surface* surface : {&svg, &png}) {
     const Context context(cairo_create(surface->get()));
-    Plot(context.get(), points).Draw(labels);
+    Plot(context.get(), points, labels.last_step).Draw(labels);
   }
   cairo_surface_finish(svg.get());
   CONSAC_RETURN_IF_ERROR(Save(path + ".svg", cairo_surface_status(svg.get()), svg_bytes));

@@ -12,11 +12,12 @@ namespace consac::run {
 
 /// What stands around a curve.
 struct CurveLabels {
-  std::string title;     ///< large, above: "ppo2 on road-v0"
-  std::string subtitle;  ///< below the title: what came of it
-  std::string y_axis;    ///< "episode reward"
-  std::string points;    ///< in the legend: what a point is
-  std::string mean;      ///< in the legend: what the line is
+  double last_step = 1.0;  ///< where the axis of steps ends
+  std::string title;       ///< large, above: "ppo2 on road-v0"
+  std::string subtitle;    ///< below the title: what came of it
+  std::string y_axis;      ///< "episode reward"
+  std::string points;      ///< in the legend: what a point is
+  std::string mean;        ///< in the legend: what the line is
 };
 
 /// Writes `path`.svg and `path`.png (1600 x 900 pixels), each by temporary file and rename. Without points it draws

@@ -23,6 +23,7 @@ namespace {
 
 constexpr int kMostCallsPerLook = 64;                   // steps between looks at the clock
 constexpr double kShortLook = 0.005, kLongLook = 0.05;  // s: look less often, look every step
+constexpr std::int64_t kFewestEpisodes = 20;            // that make a curve
 constexpr double kFlushEvery = 1.0;                     // s
 
 double WallTime() {
@@ -255,10 +256,11 @@ ProgressView AllSinks::View() const {
 }
 
 Status AllSinks::Draw() const {
-  const bool per_step = episodes_.count() == 0 || EpisodesStopped();
+  const bool per_step = episodes_.count() < kFewestEpisodes || EpisodesStopped();
   const std::vector<CurvePoint> points = per_step ? step_curve_.Points() : episode_curve_.Points();
   const std::string_view what = per_step ? "mean reward of a step" : "mean reward of the last 100 episodes";
   CurveLabels labels;
+  labels.last_step = static_cast<double>(steps_);
   labels.title = options_.algorithm + " on " + options_.world_id;
   if (!points.empty()) labels.subtitle = fmt::format("{}: {:.4g}", what, points.back().mean);
   labels.y_axis = per_step ? "reward per step" : "episode reward";

@@ -118,7 +118,7 @@ std::vector<CurvePoint> SomePoints(int count) {
 }
 
 TEST(CurveDrawing, BothPicturesAreWhole) {
-  const CurveLabels labels{"ppo2 on a <world> & more", "mean 1", "episode reward", "an episode", "mean of 100"};
+  const CurveLabels labels{500.0, "ppo2 on a <world> & more", "mean 1", "episode reward", "an episode", "mean of 100"};
   for (const int count : {0, 1, 50, 4097}) {
     const TestFolder folder;
     ASSERT_TRUE(DrawCurve(folder.File("curve"), labels, SomePoints(count)).ok());
