@@ -54,7 +54,15 @@ bool IsUrl(const std::string& world) { return world.find("://") != std::string::
 Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies) {
   const Result<const worlds::World*> row = worlds::FindWorld(world);
   if (!row.ok()) return row.status();
-  return std::unique_ptr<WorldLink>(std::make_unique<LocalLink>((*row)->create(copies)));
+  return MakeLocalLink((*row)->create(copies));
+}
+
+std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env) { return std::make_unique<LocalLink>(std::move(env)); }
+
+Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transport, const EnvClientOptions& options) {
+  Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(transport), options);
+  if (!client.ok()) return client.status();
+  return std::unique_ptr<WorldLink>(std::make_unique<EngineLink>(std::move(*client)));
 }
 
 Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options, const std::function<void(const std::string&)>& say) {
@@ -66,11 +74,7 @@ Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options, c
     const std::atomic<bool>* stop = options.client.stop;
     if (stop != nullptr && stop->load()) return Status{StatusCode::kCancelled, "stopped while waiting for an engine at " + options.url};
     Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, 2.0);
-    if (transport.ok()) {
-      Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options.client);
-      if (!client.ok()) return client.status();
-      return std::unique_ptr<WorldLink>(std::make_unique<EngineLink>(std::move(*client)));
-    }
+    if (transport.ok()) return OpenEngine(std::move(*transport), options.client);
     if (transport.status().code() != StatusCode::kUnavailable) return transport.status();
     const double waited = Now() - start;
     if (waited >= options.connect_timeout_s) {

@@ -35,6 +35,11 @@ bool IsUrl(const std::string& world);
 /// `copies` of a built-in world.
 Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies);
 
+/// A world of the caller's own.
+std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env);
+/// A session with an engine that is connected already.
+Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transport, const EnvClientOptions& options);
+
 /// How an engine is reached.
 struct EngineOptions {
   std::string url;                   ///< "tcp://host:port"
