@@ -49,7 +49,9 @@ class MeanReturn {
       sum = 0.0;
     }
   }
-  double mean() const { return episodes_ > 0 ? total_ / static_cast<double>(episodes_) : std::numeric_limits<double>::quiet_NaN(); }
+  double mean() const {
+    return episodes_ > 0 ? total_ / static_cast<double>(episodes_) : std::numeric_limits<double>::quiet_NaN();
+  }
 
  private:
   std::vector<double> sums_;  // [slots] of the episode under way
@@ -61,7 +63,8 @@ void ActOnce(std::vector<Actor>& actors, std::span<Batch> batches, Rng& rng) {
   for (std::size_t b = 0; b < actors.size(); ++b) {
     actors[b].buffer.Advance();
     batches[b] = actors[b].buffer.batch();
-    actors[b].policy.Act(batches[b].observations, batches[b].action_masks, batches[b].rows(), ActionMode::kDeterministic, rng, batches[b].actions);
+    actors[b].policy.Act(batches[b].observations, batches[b].action_masks, batches[b].rows(),
+                         ActionMode::kDeterministic, rng, batches[b].actions);
   }
 }
 
@@ -71,7 +74,8 @@ Result<RunSummary> ActForEngine(const RunConfig& config, WorldLink& link, const 
   const std::string& name = config.name.empty() ? link.request().model_name : config.name;
   if (name.empty()) {
     return Status{StatusCode::kInvalidArgument,
-                  "the engine asks for training of length 0 and names no model to act with; set a length or a model name there, or give --steps"};
+                  "the engine asks for training of length 0 and names no model to act with; set a length or a model "
+                  "name there, or give --steps"};
   }
   const Result<std::string> path = FindModel(name, config.directory);
   if (!path.ok()) return path.status();

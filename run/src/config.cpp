@@ -40,7 +40,8 @@ Status SetHyperparameter(std::string_view name, std::string_view text, RunConfig
   if (row == nullptr) return UnknownKey(name, table);
   learn::HyperparameterSet checked(table);
   CONSAC_RETURN_IF_ERROR(checked.Set(name, text));
-  std::erase_if(config->hyperparameters, [row](const auto& given) { return given.first == row->name || given.first == row->alias; });
+  std::erase_if(config->hyperparameters,
+                [row](const auto& given) { return given.first == row->name || given.first == row->alias; });
   config->hyperparameters.emplace_back(row->name, std::string(text));
   return Status::Ok();
 }
@@ -133,7 +134,8 @@ std::vector<Setting> ResolvedHyperparameters(const RunConfig& config) {
 }
 
 void AppendLine(std::string_view indent, const Setting& setting, std::string* out) {
-  std::string line = std::string(indent) + setting.name + ": " + (setting.quoted ? Quoted(setting.value) : setting.value);
+  std::string line =
+      std::string(indent) + setting.name + ": " + (setting.quoted ? Quoted(setting.value) : setting.value);
   if (!setting.meaning.empty()) {
     line.resize(std::max<std::size_t>(line.size() + 2, 40), ' ');
     line += "# " + setting.meaning;
@@ -182,7 +184,8 @@ std::string WriteYaml(const RunConfig& config) {
 
 std::vector<ConfigField> ConfigFields() {
   std::vector<ConfigField> rows;
-  for (const Field& field : Fields()) rows.push_back({field.name, FieldType(field), FieldText(field, RunConfig{}), field.meaning});
+  for (const Field& field : Fields())
+    rows.push_back({field.name, FieldType(field), FieldText(field, RunConfig{}), field.meaning});
   return rows;
 }
 

@@ -13,7 +13,9 @@ namespace {
 constexpr double kMost = 9.0e18;                    // of a 64-bit whole number
 constexpr double kExactWhole = 9007199254740992.0;  // 2^53: whole numbers a double holds exactly
 
-Status CheckAlgorithm(std::string_view value) { return learn::FindAlgorithm(value).status(); }
+Status CheckAlgorithm(std::string_view value) {
+  return learn::FindAlgorithm(value).status();
+}
 
 Status CheckWorld(std::string_view value) {
   if (value.starts_with("tcp://")) return Endpoint::Parse(value).status();
@@ -22,25 +24,30 @@ Status CheckWorld(std::string_view value) {
 
 // `name`, `directory`, `resume`, `force` and `forever` belong to one start of a run, not to the run: flags only.
 constexpr Field kFields[] = {
-    {"world", &RunConfig::world, 0, 0, OnResume::kMustStay, CheckWorld, "a built-in world, or tcp://host:port of an engine"},
+    {"world", &RunConfig::world, 0, 0, OnResume::kMustStay, CheckWorld,
+     "a built-in world, or tcp://host:port of an engine"},
     {"algorithm", &RunConfig::algorithm, 0, 0, OnResume::kMustStay, CheckAlgorithm, "which algorithm learns"},
     {"steps", &RunConfig::steps, -1, kMost, OnResume::kMayChange, nullptr,
      "agent steps to train; -1: what the engine says, else 100000"},
     {"seed", &RunConfig::seed, 0, kMost, OnResume::kMustStay, nullptr, "of every random number"},
     {"envs", &RunConfig::envs, 1, 1e6, OnResume::kMustStay, nullptr, "copies of a built-in world"},
-    {"threads", &RunConfig::threads, 1, 1024, OnResume::kMayChange, nullptr, "cores to learn on; never changes the result"},
+    {"threads", &RunConfig::threads, 1, 1024, OnResume::kMayChange, nullptr,
+     "cores to learn on; never changes the result"},
     {"checkpoint_every_s", &RunConfig::checkpoint_every_s, 0, kMost, OnResume::kMayChange, nullptr,
      "seconds between checkpoints; 0: not by time"},
     {"checkpoint_every_updates", &RunConfig::checkpoint_every_updates, 0, kMost, OnResume::kMayChange, nullptr,
      "updates between checkpoints; 0: not by updates"},
-    {"keep_checkpoints", &RunConfig::keep_checkpoints, 1, kMost, OnResume::kMayChange, nullptr, "older ones are deleted"},
+    {"keep_checkpoints", &RunConfig::keep_checkpoints, 1, kMost, OnResume::kMayChange, nullptr,
+     "older ones are deleted"},
     {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr, "updates between tables"},
     {"table", &RunConfig::table, 0, 0, OnResume::kMayChange, nullptr, "print the table of each update"},
-    {"progress", &RunConfig::progress, 0, 0, OnResume::kMayChange, nullptr, "show a progress bar, or lines where there is no terminal"},
+    {"progress", &RunConfig::progress, 0, 0, OnResume::kMayChange, nullptr,
+     "show a progress bar, or lines where there is no terminal"},
     {"tensorboard", &RunConfig::tensorboard, 0, 0, OnResume::kMayChange, nullptr, "write TensorBoard events"},
     {"connect_timeout_s", &RunConfig::connect_timeout_s, 0, 1e9, OnResume::kMayChange, nullptr,
      "keep trying to reach an engine for so many seconds"},
-    {"deadline_s", &RunConfig::deadline_s, 0, 1e9, OnResume::kMayChange, nullptr, "longest silence of an engine, seconds"},
+    {"deadline_s", &RunConfig::deadline_s, 0, 1e9, OnResume::kMayChange, nullptr,
+     "longest silence of an engine, seconds"},
     {"quiet_s", &RunConfig::quiet_s, 0, 1e3, OnResume::kMayChange, nullptr,
      "text protocol 1: a message without terminator ends after this silence, seconds"},
     {"answer_done", &RunConfig::answer_done, 0, 0, OnResume::kMayChange, nullptr,
@@ -48,16 +55,20 @@ constexpr Field kFields[] = {
 };
 
 Status Unusable(const Field& field, std::string_view text, const std::string& expected) {
-  return {StatusCode::kInvalidArgument, std::string(field.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
+  return {StatusCode::kInvalidArgument,
+          std::string(field.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
 }
 
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+bool IsDigit(char c) {
+  return c >= '0' && c <= '9';
+}
 
 /// "1_000_000" as "1000000"; an underscore that does not stand between digits stays, and spoils the number.
 std::string WithoutSeparators(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool separator = text[i] == '_' && i > 0 && i + 1 < text.size() && IsDigit(text[i - 1]) && IsDigit(text[i + 1]);
+    const bool separator =
+        text[i] == '_' && i > 0 && i + 1 < text.size() && IsDigit(text[i - 1]) && IsDigit(text[i + 1]);
     if (!separator) out += text[i];
   }
   return out;
@@ -75,13 +86,15 @@ bool ParseWhole(std::string_view text, std::int64_t* value) {
 
 std::string RangeText(const Field& field) {
   const auto text = [](double limit) { return std::to_string(static_cast<std::int64_t>(limit)); };  // limits are whole
-  return field.high >= kMost ? " of at least " + text(field.low) : " from " + text(field.low) + " to " + text(field.high);
+  return field.high >= kMost ? " of at least " + text(field.low)
+                             : " from " + text(field.low) + " to " + text(field.high);
 }
 
 template <class Whole>
 Status SetWhole(const Field& field, std::string_view text, Whole* value) {
   std::int64_t parsed = 0;
-  const bool fits = ParseWhole(text, &parsed) && static_cast<double>(parsed) >= field.low && static_cast<double>(parsed) <= field.high;
+  const bool fits = ParseWhole(text, &parsed) && static_cast<double>(parsed) >= field.low &&
+                    static_cast<double>(parsed) <= field.high;
   if (!fits) return Unusable(field, text, "a whole number" + RangeText(field));
   *value = static_cast<Whole>(parsed);
   return Status::Ok();
@@ -136,7 +149,9 @@ struct TypeNamer {
 
 }  // namespace
 
-std::span<const Field> Fields() { return kFields; }
+std::span<const Field> Fields() {
+  return kFields;
+}
 
 const Field* FindField(std::string_view name) {
   for (const Field& field : kFields) {

@@ -1,6 +1,6 @@
 #pragma once
-// The one table of RunConfig's fields that configure a run: reading, writing, --set, help, documents and "did you mean" come from it.
-// Private to run.
+// The one table of RunConfig's fields that configure a run: reading, writing, --set, help, documents and "did you mean"
+// come from it. Private to run.
 
 #include <span>
 #include <string>
@@ -20,12 +20,12 @@ enum class OnResume : std::uint8_t { kMayChange, kMustStay };
 
 /// One row.
 struct Field {
-  const char* name;      ///< key in YAML and --set
-  FieldMember member;    ///< where the value lives
-  double low, high;      ///< legal numbers
-  OnResume on_resume;    ///< kMustStay: the result depends on it
+  const char* name;                         ///< key in YAML and --set
+  FieldMember member;                       ///< where the value lives
+  double low, high;                         ///< legal numbers
+  OnResume on_resume;                       ///< kMustStay: the result depends on it
   Status (*check)(std::string_view value);  ///< of a text, or null
-  const char* meaning;   ///< one line
+  const char* meaning;                      ///< one line
 };
 
 /// Every row, in the order in which they are written.

@@ -12,7 +12,8 @@ namespace consac::run {
 /// Sums of the episodes under way.
 class EpisodeSums {
  public:
-  explicit EpisodeSums(std::int32_t slots) : rewards_(static_cast<std::size_t>(slots)), lengths_(static_cast<std::size_t>(slots)) {}
+  explicit EpisodeSums(std::int32_t slots)
+      : rewards_(static_cast<std::size_t>(slots)), lengths_(static_cast<std::size_t>(slots)) {}
 
   /// Adds one step; tells the report of episodes that ended.
   void Add(const Batch& batch, std::int64_t steps, Report& report) {
@@ -35,8 +36,8 @@ class EpisodeSums {
   }
 
  private:
-  std::vector<double> rewards_;          // [slots] of the episode under way
-  std::vector<std::int64_t> lengths_;    // [slots] of the episode under way
+  std::vector<double> rewards_;        // [slots] of the episode under way
+  std::vector<std::int64_t> lengths_;  // [slots] of the episode under way
 };
 
 }  // namespace consac::run

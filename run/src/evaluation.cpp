@@ -17,7 +17,8 @@ constexpr std::int64_t kMostCopies = 16;
 /// Source: Stable Baselines3, evaluate_policy.
 class Returns {
  public:
-  Returns(std::int64_t episodes, std::int64_t slots) : sums_(static_cast<std::size_t>(slots)), lengths_(sums_.size()), left_(sums_.size()) {
+  Returns(std::int64_t episodes, std::int64_t slots)
+      : sums_(static_cast<std::size_t>(slots)), lengths_(sums_.size()), left_(sums_.size()) {
     for (std::int64_t i = 0; i < episodes; ++i) ++left_[static_cast<std::size_t>(i % slots)];
   }
 
@@ -37,7 +38,9 @@ class Returns {
       lengths_[i] = 0;
     }
   }
-  bool complete() const { return std::all_of(left_.begin(), left_.end(), [](std::int64_t left) { return left == 0; }); }
+  bool complete() const {
+    return std::all_of(left_.begin(), left_.end(), [](std::int64_t left) { return left == 0; });
+  }
 
   EvaluateSummary Summary() const {
     EvaluateSummary summary;
@@ -45,7 +48,8 @@ class Returns {
     if (returns_.empty()) return summary;
     const auto n = static_cast<double>(returns_.size());
     for (const double value : returns_) summary.mean_reward += value / n;
-    for (const double value : returns_) summary.std_reward += (value - summary.mean_reward) * (value - summary.mean_reward) / n;
+    for (const double value : returns_)
+      summary.std_reward += (value - summary.mean_reward) * (value - summary.mean_reward) / n;
     summary.std_reward = std::sqrt(summary.std_reward);
     summary.min_reward = *std::min_element(returns_.begin(), returns_.end());
     summary.max_reward = *std::max_element(returns_.begin(), returns_.end());
@@ -54,9 +58,9 @@ class Returns {
   }
 
  private:
-  std::vector<double> sums_;             // [slots] of the episode under way
-  std::vector<std::int64_t> lengths_;    // [slots]
-  std::vector<std::int64_t> left_;       // [slots] episodes still wanted
+  std::vector<double> sums_;           // [slots] of the episode under way
+  std::vector<std::int64_t> lengths_;  // [slots]
+  std::vector<std::int64_t> left_;     // [slots] episodes still wanted
   std::vector<double> returns_;
   double steps_ = 0.0;
 };
@@ -67,8 +71,10 @@ std::string TrainedWorld(const Policy& policy) {
   return training.is_object() ? training.value("world", std::string()) : std::string();
 }
 
-Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, const std::string& world, const std::atomic<bool>& stop) {
-  if (!IsUrl(world)) return MakeLocalLink(world, static_cast<std::int32_t>(std::clamp(options.episodes, std::int64_t{1}, kMostCopies)));
+Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, const std::string& world,
+                                             const std::atomic<bool>& stop) {
+  if (!IsUrl(world))
+    return MakeLocalLink(world, static_cast<std::int32_t>(std::clamp(options.episodes, std::int64_t{1}, kMostCopies)));
   EngineOptions engine;
   engine.url = world;
   engine.connect_timeout_s = options.connect_timeout_s;
@@ -80,13 +86,16 @@ Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, con
 }  // namespace
 
 Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop) {
-  if (options.episodes < 1) return Status{StatusCode::kInvalidArgument, "an evaluation needs at least 1 episode, not " + std::to_string(options.episodes)};
+  if (options.episodes < 1)
+    return Status{StatusCode::kInvalidArgument,
+                  "an evaluation needs at least 1 episode, not " + std::to_string(options.episodes)};
   const Result<std::string> path = FindModel(options.model, options.directory);
   if (!path.ok()) return path.status();
   Result<Policy> policy = Policy::Load(*path, kMostCopies);
   if (!policy.ok()) return policy.status();
   const std::string world = options.world.empty() ? TrainedWorld(*policy) : options.world;
-  if (world.empty()) return Status{StatusCode::kInvalidArgument, "'" + *path + "' does not say which world it is for; name one"};
+  if (world.empty())
+    return Status{StatusCode::kInvalidArgument, "'" + *path + "' does not say which world it is for; name one"};
   Result<std::unique_ptr<WorldLink>> link = OpenWorld(options, world, stop);
   if (!link.ok()) return link.status();
   const BehaviourSpec& behaviour = (*link)->spec().behaviours[0];
@@ -100,9 +109,11 @@ Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atom
   while (!returns.complete() && !stop.load(std::memory_order_relaxed)) {
     buffer.Advance();
     Batch& batch = buffer.batch();
-    policy->Act(batch.observations, batch.action_masks, batch.rows(), options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample, rng, batch.actions);
+    policy->Act(batch.observations, batch.action_masks, batch.rows(),
+                options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample, rng, batch.actions);
     const Status status = (*link)->Step({&batch, 1}, MoreSteps::kYes);
-    if (!status.ok() && status.code() == StatusCode::kUnavailable && returns.Summary().episodes > 0) break;  // the engine has seen enough
+    if (!status.ok() && status.code() == StatusCode::kUnavailable && returns.Summary().episodes > 0)
+      break;  // the engine has seen enough
     if (!status.ok()) return status;
     returns.Add(batch, limit);
   }

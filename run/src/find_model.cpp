@@ -26,12 +26,14 @@ std::vector<std::string> RunsWithModels(const std::string& directory) {
 Result<std::string> FindModel(const std::string& model, const std::string& directory) {
   std::error_code ignored;
   if (fs::is_regular_file(model, ignored)) return model;
-  for (const std::string& path : {model + "/model.consac", directory + "/" + model + "/model.consac", directory + "/" + model + ".consac"}) {
+  for (const std::string& path :
+       {model + "/model.consac", directory + "/" + model + "/model.consac", directory + "/" + model + ".consac"}) {
     if (fs::is_regular_file(path, ignored)) return path;
   }
   const std::vector<std::string> names = RunsWithModels(directory);
   const std::vector<std::string_view> known(names.begin(), names.end());
-  return Status{StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" + directory + "')" + Suggestion(model, known)};
+  return Status{StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" +
+                                           directory + "')" + Suggestion(model, known)};
 }
 
 }  // namespace consac::run

@@ -10,8 +10,8 @@
 namespace consac::run {
 namespace {
 
-constexpr double kRetryPause = 0.2;   // s between attempts to connect
-constexpr double kSayEvery = 3.0;     // s between lines about it
+constexpr double kRetryPause = 0.2;  // s between attempts to connect
+constexpr double kSayEvery = 3.0;    // s between lines about it
 
 class LocalLink final : public WorldLink {
  public:
@@ -26,7 +26,9 @@ class LocalLink final : public WorldLink {
     return Status::Ok();
   }
   void Visit(Archive& archive) override { env_->Visit(archive); }
-  std::string description() const override { return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots); }
+  std::string description() const override {
+    return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots);
+  }
 
  private:
   std::unique_ptr<VectorEnv> env_;
@@ -49,7 +51,9 @@ class EngineLink final : public WorldLink {
 
 }  // namespace
 
-bool IsUrl(const std::string& world) { return world.find("://") != std::string::npos; }
+bool IsUrl(const std::string& world) {
+  return world.find("://") != std::string::npos;
+}
 
 Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies) {
   const Result<const worlds::World*> row = worlds::FindWorld(world);
@@ -57,7 +61,9 @@ Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::
   return MakeLocalLink((*row)->create(copies));
 }
 
-std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env) { return std::make_unique<LocalLink>(std::move(env)); }
+std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env) {
+  return std::make_unique<LocalLink>(std::move(env));
+}
 
 Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transport, const EnvClientOptions& options) {
   Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(transport), options);
@@ -65,23 +71,27 @@ Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transpo
   return std::unique_ptr<WorldLink>(std::make_unique<EngineLink>(std::move(*client)));
 }
 
-Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options, const std::function<void(const std::string&)>& say) {
+Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options,
+                                                 const std::function<void(const std::string&)>& say) {
   const Result<Endpoint> endpoint = Endpoint::Parse(options.url);
   if (!endpoint.ok()) return endpoint.status();
   const double start = Now();
   double next_line = start + 1.0;
   while (true) {
     const std::atomic<bool>* stop = options.client.stop;
-    if (stop != nullptr && stop->load()) return Status{StatusCode::kCancelled, "stopped while waiting for an engine at " + options.url};
+    if (stop != nullptr && stop->load())
+      return Status{StatusCode::kCancelled, "stopped while waiting for an engine at " + options.url};
     Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, 2.0);
     if (transport.ok()) return OpenEngine(std::move(*transport), options.client);
     if (transport.status().code() != StatusCode::kUnavailable) return transport.status();
     const double waited = Now() - start;
     if (waited >= options.connect_timeout_s) {
-      return Status{StatusCode::kUnavailable, fmt::format("{} (tried for {:.0f} s; --connect-timeout changes that)", transport.status().message(), waited)};
+      return Status{StatusCode::kUnavailable, fmt::format("{} (tried for {:.0f} s; --connect-timeout changes that)",
+                                                          transport.status().message(), waited)};
     }
     if (Now() >= next_line) {
-      say(fmt::format("waiting for an engine at {} ({:.0f} of {:.0f} s)", options.url, waited, options.connect_timeout_s));
+      say(fmt::format("waiting for an engine at {} ({:.0f} of {:.0f} s)", options.url, waited,
+                      options.connect_timeout_s));
       next_line = Now() + kSayEvery;
     }
     std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));

@@ -42,11 +42,12 @@ Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transpo
 
 /// How an engine is reached.
 struct EngineOptions {
-  std::string url;                   ///< "tcp://host:port"
-  double connect_timeout_s = 60.0;   ///< keep trying for so long
-  EnvClientOptions client;           ///< deadlines
+  std::string url;                  ///< "tcp://host:port"
+  double connect_timeout_s = 60.0;  ///< keep trying for so long
+  EnvClientOptions client;          ///< deadlines
 };
 /// Connects, retrying while nobody listens; `say` hears about it every few seconds.
-Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options, const std::function<void(const std::string&)>& say);
+Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options,
+                                                 const std::function<void(const std::string&)>& say);
 
 }  // namespace consac::run

@@ -11,8 +11,9 @@ namespace consac::run {
 namespace {
 
 Status MustStay(std::string_view name, const std::string& began, const std::string& asked) {
-  return {StatusCode::kInvalidArgument, "the run began with " + std::string(name) + " = " + Quote(began) + " and cannot go on with " +
-                                            Quote(asked) + "; leave it out, or start another run"};
+  return {StatusCode::kInvalidArgument, "the run began with " + std::string(name) + " = " + Quote(began) +
+                                            " and cannot go on with " + Quote(asked) +
+                                            "; leave it out, or start another run"};
 }
 
 Status MergeField(const Field& field, const RunConfig& asked, RunConfig* config) {
@@ -39,7 +40,8 @@ Status CheckHyperparameters(const RunConfig& asked, const RunConfig& config) {
 }  // namespace
 
 Result<RunConfig> ResumedConfig(const RunConfig& asked) {
-  if (asked.name.empty()) return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
+  if (asked.name.empty())
+    return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
   const std::string folder = asked.directory + "/" + asked.name;
   std::error_code ignored;
   if (!std::filesystem::exists(folder + "/config.yaml", ignored)) {

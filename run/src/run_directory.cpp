@@ -24,7 +24,8 @@ Status CheckName(const std::string& name) {
     return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
   });
   if (plain && name.size() <= 128) return Status::Ok();
-  return {StatusCode::kInvalidArgument, "run name " + Quote(name) + " cannot be a folder; use letters, digits, '_', '-' and '.'"};
+  return {StatusCode::kInvalidArgument,
+          "run name " + Quote(name) + " cannot be a folder; use letters, digits, '_', '-' and '.'"};
 }
 
 bool HoldsRun(const std::string& path) {
@@ -35,7 +36,8 @@ bool HoldsRun(const std::string& path) {
 // Only what a run writes; whatever else somebody put there stays.
 void RemoveRun(const std::string& path) {
   std::error_code ignored;
-  for (const char* name : {"config.yaml", "model.consac", "checkpoints", "progress.csv", "monitor.csv", "tensorboard", "curve.svg", "curve.png"}) {
+  for (const char* name : {"config.yaml", "model.consac", "checkpoints", "progress.csv", "monitor.csv", "tensorboard",
+                           "curve.svg", "curve.png"}) {
     fs::remove_all(path + "/" + name, ignored);
   }
 }
@@ -52,12 +54,15 @@ void RemoveHalfWritten(const std::string& folder) {
 
 }  // namespace
 
-Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name, ExistingRun existing) {
+Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name,
+                                                         ExistingRun existing) {
   CONSAC_RETURN_IF_ERROR(CheckName(name));
   const std::string path = directory + "/" + name;
   const bool exists = HoldsRun(path);
   if (exists && existing == ExistingRun::kRefuse) {
-    return Status{StatusCode::kAlreadyExists, "run '" + path + "' exists; go on with it by --resume, overwrite it by --force, or choose another --name"};
+    return Status{
+        StatusCode::kAlreadyExists,
+        "run '" + path + "' exists; go on with it by --resume, overwrite it by --force, or choose another --name"};
   }
   if (!exists && existing == ExistingRun::kResume) {
     return Status{StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
@@ -69,7 +74,8 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   if (lock < 0) return Status{StatusCode::kUnavailable, "cannot write in '" + path + "': " + std::strerror(errno)};
   if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
     close(lock);
-    return Status{StatusCode::kFailedPrecondition, "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
+    return Status{StatusCode::kFailedPrecondition,
+                  "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
   }
   RemoveHalfWritten(path);
   RemoveHalfWritten(path + "/checkpoints");
@@ -80,12 +86,15 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   return std::unique_ptr<RunDirectory>(new RunDirectory(path, lock));
 }
 
-RunDirectory::~RunDirectory() { close(lock_); }
+RunDirectory::~RunDirectory() {
+  close(lock_);
+}
 
 std::vector<std::string> RunDirectory::Checkpoints() const {
   std::vector<std::string> found;
   std::error_code error;
-  for (fs::directory_iterator entry(path_ + "/checkpoints", error), end; !error && entry != end; entry.increment(error)) {
+  for (fs::directory_iterator entry(path_ + "/checkpoints", error), end; !error && entry != end;
+       entry.increment(error)) {
     const std::string file = entry->path().string();
     if (file.ends_with(".consac")) found.push_back(file);
   }
@@ -93,7 +102,8 @@ std::vector<std::string> RunDirectory::Checkpoints() const {
   return found;
 }
 
-Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description, std::int64_t keep) const {
+Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
+                                    std::int64_t keep) const {
   ModelFile file;
   file.spec_json = description;
   file.PutState(state);
@@ -115,8 +125,9 @@ Result<StateMap> RunDirectory::LoadCheckpoint() const {
     Log(LogLevel::kWarning, "passing over a checkpoint: " + file.status().message());
   }
   if (all.empty()) return Status{StatusCode::kNotFound, "run '" + path_ + "' has no checkpoint yet"};
-  return Status{StatusCode::kDataLoss, "none of the " + std::to_string(all.size()) + " checkpoints of run '" + path_ +
-                                           "' is whole; train it again with --force, or take its model.consac as it is"};
+  return Status{StatusCode::kDataLoss,
+                "none of the " + std::to_string(all.size()) + " checkpoints of run '" + path_ +
+                    "' is whole; train it again with --force, or take its model.consac as it is"};
 }
 
 }  // namespace consac::run

@@ -21,18 +21,21 @@ std::string DefaultName(const RunConfig& config, const WorldLink& link) {
 std::string UnusedName(const RunConfig& config) {
   std::error_code ignored;
   std::string name = config.name;
-  for (int i = 2; std::filesystem::exists(config.directory + "/" + name + "/config.yaml", ignored); ++i) name = fmt::format("{}_{}", config.name, i);
+  for (int i = 2; std::filesystem::exists(config.directory + "/" + name + "/config.yaml", ignored); ++i)
+    name = fmt::format("{}_{}", config.name, i);
   return name;
 }
 
 }  // namespace
 
-Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<WorldLink> link, const std::atomic<bool>& stop) {
+Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<WorldLink> link,
+                              const std::atomic<bool>& stop) {
   const SessionRequest request = link->request();
   const bool engine = IsUrl(config.world);
   if (engine && request.training_length == 0 && length == Length::kOfEngine) return ActForEngine(config, *link, stop);
   if (config.steps < 0) config.steps = engine ? request.training_length : kDefaultSteps;
-  if (config.name.empty()) config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, *link);
+  if (config.name.empty())
+    config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, *link);
   if (config.forever && request.model_name.empty() && !config.force && !config.resume) config.name = UnusedName(config);
   if (!engine) config.steps = std::max<std::int64_t>(config.steps, 1);
   const std::string where = link->description();
@@ -40,19 +43,24 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<W
   Training training(config, length, stop);
   CONSAC_RETURN_IF_ERROR(training.Start(std::move(link)));
   if (config.table || config.progress) {
-    training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm, where, training.config().steps,
-                                       config.seed, nn::InstructionSet(), config.directory, config.name));
+    training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm,
+                                       where, training.config().steps, config.seed, nn::InstructionSet(),
+                                       config.directory, config.name));
   }
   const double start = Now();
   const Status looped = training.Loop();
   Result<RunSummary> summary = training.Finish(Now() - start);
   if (!summary.ok()) return summary;
   if (!looped.ok() && looped.code() != StatusCode::kCancelled) {
-    return Status{looped.code(), fmt::format("{}; {} of {} steps are missing, what was learned is saved in '{}' (go on with --resume --name {})",
-                                             looped.message(), training.config().steps - summary->steps, training.config().steps, summary->directory, config.name)};
+    return Status{
+        looped.code(),
+        fmt::format("{}; {} of {} steps are missing, what was learned is saved in '{}' (go on with --resume --name {})",
+                    looped.message(), training.config().steps - summary->steps, training.config().steps,
+                    summary->directory, config.name)};
   }
   if (!summary->interrupted && (config.table || config.progress)) {
-    training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, model {}", summary->steps, summary->seconds, summary->model_path));
+    training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, model {}", summary->steps,
+                                       summary->seconds, summary->model_path));
   }
   return summary;
 }

@@ -21,10 +21,12 @@ void Say(const std::string& line) {
 
 /// Waits `seconds`, or until `stop`.
 void Pause(double seconds, const std::atomic<bool>& stop) {
-  for (const double end = Now() + seconds; Now() < end && !stop.load();) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  for (const double end = Now() + seconds; Now() < end && !stop.load();)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-/// One session with an engine, or one after another until `stop`: then what breaks a session is said and the next awaited.
+/// One session with an engine, or one after another until `stop`: then what breaks a session is said and the next
+/// awaited.
 Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
   EngineOptions options;
   options.url = config.world;
@@ -37,13 +39,16 @@ Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std
   do {
     Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, Say);
     const bool nobody = !link.ok() && link.status().code() == StatusCode::kUnavailable;
-    if (link.ok()) last = RunSession(config, length, std::move(*link), stop);
-    else last = link.status();
+    if (link.ok())
+      last = RunSession(config, length, std::move(*link), stop);
+    else
+      last = link.status();
     if (last.ok() || !config.forever || stop.load()) continue;
     if (!nobody) Say("error: " + last.status().message());
     Pause(kAfterFailure, stop);
   } while (config.forever && !stop.load());
-  const bool stopped = stop.load() && (config.forever || (!last.ok() && last.status().code() == StatusCode::kCancelled));
+  const bool stopped =
+      stop.load() && (config.forever || (!last.ok() && last.status().code() == StatusCode::kCancelled));
   if (!stopped || (last.ok() && last->interrupted)) return last;
   RunSummary summary;
   summary.interrupted = true;
@@ -60,7 +65,9 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     config = std::move(*resumed);
   }
   if (!IsUrl(config.world)) {
-    if (config.world.empty()) return Status{StatusCode::kInvalidArgument, "nothing to train on; name a world (consac list worlds) or tcp://host:port"};
+    if (config.world.empty())
+      return Status{StatusCode::kInvalidArgument,
+                    "nothing to train on; name a world (consac list worlds) or tcp://host:port"};
     Result<std::unique_ptr<WorldLink>> link = MakeLocalLink(config.world, config.envs);
     if (!link.ok()) return link.status();
     return RunSession(std::move(config), Length::kOfCaller, std::move(*link), stop);

@@ -63,7 +63,8 @@ Status Training::OpenReport(bool resumed) {
   options.algorithm = config_.algorithm;
   options.style = algorithm_->log_style;
   options.total_steps = config_.steps;
-  options.slots = pupils_[0].first.batch().slots.empty() ? 1 : static_cast<std::int32_t>(pupils_[0].first.batch().rows());
+  options.slots =
+      pupils_[0].first.batch().slots.empty() ? 1 : static_cast<std::int32_t>(pupils_[0].first.batch().rows());
   options.log_interval = config_.log_interval;
   options.console_table = config_.table;
   options.progress = config_.progress;
@@ -98,15 +99,16 @@ Status Training::Restore() {
   if (kernels != state->end()) {
     const std::string then(reinterpret_cast<const char*>(kernels->second.bytes.data()), kernels->second.bytes.size());
     if (then != nn::InstructionSet()) {
-      Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " + std::string(nn::InstructionSet()) +
-                                  "; results will differ in the last digits");
+      Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " +
+                                  std::string(nn::InstructionSet()) + "; results will differ in the last digits");
     }
   }
   restored_ = true;
   CONSAC_RETURN_IF_ERROR(OpenReport(true));
   StateReader reader(*state);
   Visit(reader);
-  if (!reader.status().ok()) return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
+  if (!reader.status().ok())
+    return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
   for (std::size_t i = 0; i < pupils_.size(); ++i) {
     pupils_[i].learner->SetTotalSteps(ShareOfSteps(link_->spec().behaviours[i]));
     pupils_[i].reported_updates = pupils_[i].learner->updates();
@@ -123,13 +125,17 @@ Status Training::WriteConfig() const {
 Status Training::Start(std::unique_ptr<WorldLink> link) {
   link_ = std::move(link);
   CONSAC_RETURN_IF_ERROR(MakePupils());
-  const ExistingRun existing = config_.resume ? ExistingRun::kResume : config_.force ? ExistingRun::kOverwrite : ExistingRun::kRefuse;
+  const ExistingRun existing = config_.resume  ? ExistingRun::kResume
+                               : config_.force ? ExistingRun::kOverwrite
+                                               : ExistingRun::kRefuse;
   Result<std::unique_ptr<RunDirectory>> directory = RunDirectory::Open(config_.directory, config_.name, existing);
   if (!directory.ok()) return directory.status();
   directory_ = std::move(*directory);
   CONSAC_RETURN_IF_ERROR(WriteConfig());
-  if (config_.resume) CONSAC_RETURN_IF_ERROR(Restore());
-  else CONSAC_RETURN_IF_ERROR(OpenReport(false));
+  if (config_.resume)
+    CONSAC_RETURN_IF_ERROR(Restore());
+  else
+    CONSAC_RETURN_IF_ERROR(OpenReport(false));
 
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
@@ -206,11 +212,14 @@ Status Training::Checkpoint() {
   writer("steps", at);
   writer("instruction_set", instruction_set);
   Visit(writer);
-  const Status status = writer.status().ok() ? directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints) : writer.status();
+  const Status status = writer.status().ok()
+                            ? directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints)
+                            : writer.status();
   checkpoint_time_ = Now();
   checkpoint_updates_ = pupils_[0].learner->updates();
   if (!status.ok() && !save_failed_) {
-    report_->Line("error: a checkpoint could not be saved: " + status.message() + "; training goes on, the last good one stays");
+    report_->Line("error: a checkpoint could not be saved: " + status.message() +
+                  "; training goes on, the last good one stays");
   }
   save_failed_ = !status.ok();
   return status;

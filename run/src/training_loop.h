@@ -20,7 +20,7 @@ namespace consac::run {
 /// What is learned for one behaviour.
 struct Pupil {
   std::unique_ptr<learn::Learner> learner;
-  BatchBuffer first;      // where first observations arrive
+  BatchBuffer first;  // where first observations arrive
   EpisodeSums episodes;
   std::int64_t reported_updates = 0;
 };

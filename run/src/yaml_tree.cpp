@@ -29,20 +29,25 @@ class TreeBuilder final : public YAML::EventHandler {
     RefuseAnchor(mark, anchor);
     Add(mark, YamlNode::Kind::kNull, "");
   }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { throw Unwanted{Line(mark), "references (*name) are not used here"}; }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    throw Unwanted{Line(mark), "references (*name) are not used here"};
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
     RefuseAnchor(mark, anchor);
     RefuseTag(mark, tag);
     const bool null = tag == "?" && (value.empty() || value == "~" || value == "null");
     Add(mark, null ? YamlNode::Kind::kNull : YamlNode::Kind::kScalar, value);
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
     RefuseAnchor(mark, anchor);
     RefuseTag(mark, tag);
     Open(mark, YamlNode::Kind::kSequence);
   }
   void OnSequenceEnd() override { Close(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
     RefuseAnchor(mark, anchor);
     RefuseTag(mark, tag);
     Open(mark, YamlNode::Kind::kMap);
@@ -62,7 +67,8 @@ class TreeBuilder final : public YAML::EventHandler {
     if (anchor != 0) throw Unwanted{Line(mark), "anchors (&name) are not used here"};
   }
   static void RefuseTag(const YAML::Mark& mark, const std::string& tag) {
-    if (!tag.empty() && tag != "?" && tag != "!") throw Unwanted{Line(mark), "tags (" + Quote(tag) + ") are not used here"};
+    if (!tag.empty() && tag != "?" && tag != "!")
+      throw Unwanted{Line(mark), "tags (" + Quote(tag) + ") are not used here"};
   }
 
   void Count(const YAML::Mark& mark) {
@@ -71,7 +77,8 @@ class TreeBuilder final : public YAML::EventHandler {
 
   void Open(const YAML::Mark& mark, YamlNode::Kind kind) {
     Count(mark);
-    if (levels_.size() >= kMaxYamlDepth) throw Unwanted{Line(mark), "nested deeper than " + std::to_string(kMaxYamlDepth)};
+    if (levels_.size() >= kMaxYamlDepth)
+      throw Unwanted{Line(mark), "nested deeper than " + std::to_string(kMaxYamlDepth)};
     if (InKeyPosition()) throw Unwanted{Line(mark), "a key must be a name"};
     Level level;
     level.node.kind = kind;
@@ -107,7 +114,8 @@ class TreeBuilder final : public YAML::EventHandler {
     if (kind != YamlNode::Kind::kScalar) throw Unwanted{Line(mark), "a key must be a name"};
     for (const YamlNode& sibling : level.node.children) {
       if (sibling.key == text) {
-        throw Unwanted{Line(mark), "key " + Quote(text) + " stands twice; first on line " + std::to_string(sibling.line)};
+        throw Unwanted{Line(mark),
+                       "key " + Quote(text) + " stands twice; first on line " + std::to_string(sibling.line)};
       }
     }
     level.key = text;
@@ -141,14 +149,16 @@ Status At(std::string_view origin, int line, const std::string& what) {
 
 Result<YamlNode> ParseYaml(std::string_view text, std::string_view origin) {
   if (text.size() > kMaxYamlBytes) {
-    return At(origin, 1, std::to_string(text.size()) + " bytes of YAML; at most " + std::to_string(kMaxYamlBytes) + " are read");
+    return At(origin, 1,
+              std::to_string(text.size()) + " bytes of YAML; at most " + std::to_string(kMaxYamlBytes) + " are read");
   }
   try {
     std::istringstream stream{std::string(text)};
     YAML::Parser parser(stream);
     TreeBuilder builder, second;
     (void)parser.HandleNextDocument(builder);
-    if (parser.HandleNextDocument(second)) return At(origin, second.root.line, "a second document; one file is one configuration");
+    if (parser.HandleNextDocument(second))
+      return At(origin, second.root.line, "a second document; one file is one configuration");
     return std::move(builder.root);
   } catch (const Unwanted& unwanted) {
     return At(origin, unwanted.line, unwanted.what);
@@ -161,10 +171,13 @@ Result<YamlNode> ParseYaml(std::string_view text, std::string_view origin) {
 
 std::string FlowText(const YamlNode& node) {
   switch (node.kind) {
-    case YamlNode::Kind::kNull: return "none";
-    case YamlNode::Kind::kScalar: return node.text;
+    case YamlNode::Kind::kNull:
+      return "none";
+    case YamlNode::Kind::kScalar:
+      return node.text;
     case YamlNode::Kind::kSequence:
-    case YamlNode::Kind::kMap: break;
+    case YamlNode::Kind::kMap:
+      break;
   }
   const bool map = node.kind == YamlNode::Kind::kMap;
   std::string out = map ? "{" : "[";

@@ -42,7 +42,8 @@ std::string SettingError(std::string_view assignment) {
 std::string Hyperparameter(const RunConfig& config, std::string_view name) {
   const learn::Algorithm* algorithm = *learn::FindAlgorithm(config.algorithm);
   learn::HyperparameterSet values(algorithm->hyperparameters);
-  for (const learn::Hyperparameter& row : values.table()) EXPECT_TRUE(values.Set(row.name, row.default_value).ok()) << row.name;
+  for (const learn::Hyperparameter& row : values.table())
+    EXPECT_TRUE(values.Set(row.name, row.default_value).ok()) << row.name;
   for (const auto& [given, text] : config.hyperparameters) EXPECT_TRUE(values.Set(given, text).ok()) << given;
   return values.Text(name);
 }
@@ -99,7 +100,8 @@ TEST(Config, TheOtherGenerationsNamesAreAliases) {
 }
 
 TEST(Config, ListsAndMapsReachTheHyperparameterAsWritten) {
-  EXPECT_EQ(Hyperparameter(Read("net_arch: [128, {pi: [64], vf: [32, 16]}]\n"), "net_arch"), "[128, {pi: [64], vf: [32, 16]}]");
+  EXPECT_EQ(Hyperparameter(Read("net_arch: [128, {pi: [64], vf: [32, 16]}]\n"), "net_arch"),
+            "[128, {pi: [64], vf: [32, 16]}]");
   EXPECT_EQ(Hyperparameter(Read("net_arch: \"[dict(pi=[8], vf=[8])]\"\n"), "net_arch"), "[dict(pi=[8], vf=[8])]");
   EXPECT_EQ(Hyperparameter(Read("target_kl: ~\n"), "target_kl"), "none");
 }
@@ -109,7 +111,8 @@ TEST(Config, AnUnknownKeyNamesTheNearestOfFieldsAndHyperparameters) {
   EXPECT_EQ(ErrorOf("\n\ngama: 0.9\n"), "test.yaml:3: unknown key 'gama' (did you mean 'gamma'?)");
   EXPECT_EQ(ErrorOf("hyperparameters:\n  gamma: 0.9\n  lerning_rate: 1\n"),
             "test.yaml:3: unknown key 'lerning_rate' (did you mean 'learning_rate'?)");
-  EXPECT_EQ(ErrorOf("hyperparameter: {gamma: 1}\n"), "test.yaml:1: unknown key 'hyperparameter' (did you mean 'hyperparameters'?)");
+  EXPECT_EQ(ErrorOf("hyperparameter: {gamma: 1}\n"),
+            "test.yaml:1: unknown key 'hyperparameter' (did you mean 'hyperparameters'?)");
   EXPECT_THAT(ErrorOf("algorithm: ppo\nnoptepoch: 1\n"), HasSubstr("did you mean 'noptepochs'"));
 }
 
@@ -197,8 +200,11 @@ TEST(Config, TextsSurviveQuotesAndControlCharacters) {
   const Result<YamlNode> tree = ParseYaml(WriteYaml(config), "written");
   ASSERT_TRUE(tree.ok()) << tree.status().message();
   for (const YamlNode& node : tree->children) {
-    if (node.key == "algorithm") EXPECT_EQ(node.text, config.algorithm);
-    if (node.key == "hyperparameters") EXPECT_EQ(node.children[0].text, "a # b: c");
+    if (node.key == "algorithm") {
+      EXPECT_EQ(node.text, config.algorithm);
+    } else if (node.key == "hyperparameters") {
+      EXPECT_EQ(node.children[0].text, "a # b: c");
+    }
   }
 }
 
@@ -218,7 +224,8 @@ TEST(Config, TheDocumentListsEveryField) {
   const std::string document((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   for (const ConfigField& field : ConfigFields()) {
     EXPECT_THAT(document, HasSubstr("| `" + field.name + "` | " + field.type + " | " +
-                                    (field.default_value.empty() ? "" : "`" + field.default_value + "`") + " | " + field.meaning + " |"));
+                                    (field.default_value.empty() ? "" : "`" + field.default_value + "`") + " | " +
+                                    field.meaning + " |"));
   }
 }
 

@@ -35,7 +35,8 @@ RunConfig Nameless(const std::string& directory, const std::string& url) {
 class ScriptedEngine {
  public:
   enum class End { kClose, kStaySilent };
-  ScriptedEngine(std::vector<std::string> messages, End end) : listener_(*ListenTcp({"127.0.0.1", 0})), messages_(std::move(messages)), end_(end) {
+  ScriptedEngine(std::vector<std::string> messages, End end)
+      : listener_(*ListenTcp({"127.0.0.1", 0})), messages_(std::move(messages)), end_(end) {
     thread_ = std::thread([this] { Serve(); });
   }
   ~ScriptedEngine() {
@@ -160,7 +161,8 @@ TEST(Engine, AnEngineThatComesLateIsFound) {
     auto server = EnvServer::Create(*world, std::move(*late), options);
     if (server.ok()) (void)(*server)->ServeSession(over);
   });
-  const Result<RunSummary> summary = Train(EngineRun(scratch.path(), "tcp://127.0.0.1:" + std::to_string(port)), kNeverStop);
+  const Result<RunSummary> summary =
+      Train(EngineRun(scratch.path(), "tcp://127.0.0.1:" + std::to_string(port)), kNeverStop);
   over = true;
   engine.join();
   ASSERT_TRUE(summary.ok()) << summary.status().message();
@@ -169,10 +171,12 @@ TEST(Engine, AnEngineThatComesLateIsFound) {
 
 TEST(Engine, ThatClosesEarlyLosesNothingAndIsToldHowManyStepsAreMissing) {
   consac::testing::ScratchFolder scratch("early");
-  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0", "12,30#1#0"}, ScriptedEngine::End::kClose);
+  ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0", "12,30#1#0"},
+                        ScriptedEngine::End::kClose);
   const Status status = FailureWith(EngineRun(scratch.path(), engine.url()));
   EXPECT_EQ(status.code(), StatusCode::kUnavailable);
-  EXPECT_THAT(status.message(), AllOf(HasSubstr("998 of 1000 steps are missing"), HasSubstr(scratch.path() + "/engine"), HasSubstr("--resume")));
+  EXPECT_THAT(status.message(), AllOf(HasSubstr("998 of 1000 steps are missing"), HasSubstr(scratch.path() + "/engine"),
+                                      HasSubstr("--resume")));
   EXPECT_TRUE(Policy::Load(scratch.path() + "/engine/model.consac").ok());
 }
 
@@ -266,11 +270,13 @@ TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
   }
   {
     ScriptedEngine engine({"D#3#0#B#3#0,0,0,40,40,40#0#walker", "10,30,1"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(), AllOf(HasSubstr("observation"), HasSubstr("Box")));
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(),
+                AllOf(HasSubstr("observation"), HasSubstr("Box")));
   }
   {
     ScriptedEngine engine({"D#4#0#B#2#0,0,40,40#0#walker", "10,30"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(), AllOf(HasSubstr("action"), HasSubstr("Discrete")));
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(),
+                AllOf(HasSubstr("action"), HasSubstr("Discrete")));
   }
 }
 

@@ -27,11 +27,15 @@ bool TrainThenKill(const RunConfig& config, std::chrono::microseconds life) {
   kill(child, SIGKILL);
   int status = 0;
   waitpid(child, &status, 0);
-  if (WIFEXITED(status)) EXPECT_EQ(WEXITSTATUS(status), 0) << "the child failed by itself";
+  if (WIFEXITED(status)) {
+    EXPECT_EQ(WEXITSTATUS(status), 0) << "the child failed by itself";
+  }
   return WIFEXITED(status);
 }
 
-bool RunExists(const RunConfig& config) { return std::filesystem::exists(config.directory + "/" + config.name + "/config.yaml"); }
+bool RunExists(const RunConfig& config) {
+  return std::filesystem::exists(config.directory + "/" + config.name + "/config.yaml");
+}
 
 TEST(Kill, AtAnyMomentLosesNothing) {
   testing::ScratchFolder scratch("kill");
@@ -62,7 +66,8 @@ TEST(Kill, AtAnyMomentLosesNothing) {
     ASSERT_EQ(summary->weights_hash, whole->weights_hash) << "run " << runs << " after " << kills << " kills in all";
   }
   RecordProperty("kills", kills);
-  std::printf("%d kills over %d runs, all ended in weights %016llx\n", kills, runs, static_cast<unsigned long long>(whole->weights_hash));
+  std::printf("%d kills over %d runs, all ended in weights %016llx\n", kills, runs,
+              static_cast<unsigned long long>(whole->weights_hash));
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ namespace {
 /// Two kinds of agents in one world: three walk the road, two balance poles.
 class TwoWorlds final : public VectorEnv {
  public:
-  TwoWorlds() : road_((*worlds::FindWorld("road-v0"))->create(3)), poles_((*worlds::FindWorld("cartpole-v1"))->create(2)) {
+  TwoWorlds()
+      : road_((*worlds::FindWorld("road-v0"))->create(3)), poles_((*worlds::FindWorld("cartpole-v1"))->create(2)) {
     spec_.id = "two-v0";
     spec_.behaviours = {road_->spec().behaviours[0], poles_->spec().behaviours[0]};
     spec_.behaviours[0].name = "walker";
@@ -47,7 +48,8 @@ RunConfig TwoRun(const std::string& directory, const std::string& name, std::int
 }
 
 RunSummary TrainTwo(const RunConfig& config) {
-  const Result<RunSummary> summary = RunSession(config, Length::kOfCaller, MakeLocalLink(std::make_unique<TwoWorlds>()), kNeverStop);
+  const Result<RunSummary> summary =
+      RunSession(config, Length::kOfCaller, MakeLocalLink(std::make_unique<TwoWorlds>()), kNeverStop);
   EXPECT_TRUE(summary.ok()) << summary.status().message();
   return summary.ok() ? *summary : RunSummary{};
 }

@@ -18,7 +18,8 @@ TEST(ThreadPool, EveryBlockOfEveryJobRunsOnce) {
     const Executor executor = pool.executor();
     for (std::int64_t job = 0; job < 2000; ++job) {
       std::vector<int> ran(static_cast<std::size_t>(job % 37), 0);
-      executor.ForEach(static_cast<std::int64_t>(ran.size()), [&](std::int64_t block) { ++ran[static_cast<std::size_t>(block)]; });
+      executor.ForEach(static_cast<std::int64_t>(ran.size()),
+                       [&](std::int64_t block) { ++ran[static_cast<std::size_t>(block)]; });
       for (const int times : ran) ASSERT_EQ(times, 1) << threads << " threads, job " << job;
     }
   }

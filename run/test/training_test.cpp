@@ -24,7 +24,8 @@ RunSummary TrainOk(const RunConfig& config) {
 
 std::vector<std::string> CheckpointsOf(const std::string& run) {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(run + "/checkpoints")) names.push_back(entry.path().filename().string());
+  for (const auto& entry : fs::directory_iterator(run + "/checkpoints"))
+    names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -38,7 +39,8 @@ TEST(Training, WritesARunAndSaysWhatItCameTo) {
   EXPECT_FALSE(summary.interrupted);
   EXPECT_FALSE(summary.acted_only);
   EXPECT_NE(summary.weights_hash, 0u);
-  for (const char* file : {"config.yaml", "model.consac", "progress.csv", "monitor.csv", "curve.svg", "curve.png", "checkpoints/step_000000004096.consac"}) {
+  for (const char* file : {"config.yaml", "model.consac", "progress.csv", "monitor.csv", "curve.svg", "curve.png",
+                           "checkpoints/step_000000004096.consac"}) {
     EXPECT_TRUE(fs::exists(summary.directory + "/" + file)) << file;
   }
   EXPECT_TRUE(Policy::Load(summary.model_path).ok());
@@ -135,7 +137,8 @@ TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
     EXPECT_FALSE(summary.ok());
     return summary.status().message();
   };
-  EXPECT_THAT(error([](RunConfig& c) { c.seed = 8; }), HasSubstr("the run began with seed = '3' and cannot go on with '8'"));
+  EXPECT_THAT(error([](RunConfig& c) { c.seed = 8; }),
+              HasSubstr("the run began with seed = '3' and cannot go on with '8'"));
   EXPECT_THAT(error([](RunConfig& c) { c.envs = 4; }), HasSubstr("envs"));
   EXPECT_THAT(error([](RunConfig& c) { c.world = "cartpole-v1"; }), HasSubstr("world"));
   EXPECT_THAT(error([](RunConfig& c) { c.algorithm = "ppo"; }), HasSubstr("algorithm"));
@@ -170,8 +173,10 @@ TEST(Training, ADamagedCheckpointIsPassedOver) {
   const RunSummary summary = TrainOk(config);
   const std::vector<std::string> all = CheckpointsOf(summary.directory);
   ASSERT_EQ(all.size(), 3u);
-  fs::resize_file(summary.directory + "/checkpoints/" + all[2], 100);                                  // cut
-  std::fstream(summary.directory + "/checkpoints/" + all[1], std::ios::in | std::ios::out).seekp(-5, std::ios::end).put('X');  // one byte
+  fs::resize_file(summary.directory + "/checkpoints/" + all[2], 100);  // cut
+  std::fstream(summary.directory + "/checkpoints/" + all[1], std::ios::in | std::ios::out)
+      .seekp(-5, std::ios::end)
+      .put('X');  // one byte
   config.resume = true;
   config.keep_checkpoints = 1;
   EXPECT_EQ(TrainOk(config).weights_hash, expected);
@@ -185,7 +190,8 @@ TEST(Training, CheckpointsThatAreAllDamagedAreAnError) {
   RunConfig config = SmallRun(scratch.path());
   config.steps = 128;
   const RunSummary summary = TrainOk(config);
-  for (const std::string& name : CheckpointsOf(summary.directory)) fs::resize_file(summary.directory + "/checkpoints/" + name, 10);
+  for (const std::string& name : CheckpointsOf(summary.directory))
+    fs::resize_file(summary.directory + "/checkpoints/" + name, 10);
   config.resume = true;
   const Result<RunSummary> resumed = Train(config, kNeverStop);
   ASSERT_FALSE(resumed.ok()) << "what was learned must not be thrown away silently";
@@ -216,7 +222,8 @@ TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
   for (int attempt = 0; attempt < 10000; ++attempt) {
     std::atomic<bool> stop{false};
     std::thread ctrl_c([&stop, attempt] {
-      std::this_thread::sleep_for(std::chrono::microseconds(attempt < 3 ? 0 : 5000 + 1700 * (attempt % 7) + 500 * attempt));
+      std::this_thread::sleep_for(
+          std::chrono::microseconds(attempt < 3 ? 0 : 5000 + 1700 * (attempt % 7) + 500 * attempt));
       stop = true;
     });
     const Result<RunSummary> summary = Train(config, stop);

@@ -14,29 +14,29 @@ namespace consac::run {
 
 /// A training run. Unset numbers are -1 where the engine or the algorithm has a say.
 struct RunConfig {
-  std::string world;                   ///< "road-v0" or "tcp://host:port"
-  std::string algorithm = "ppo2";      ///< a row of learn::Algorithms()
-  std::string name;                    ///< runs/NAME; "": made from world, algorithm and seed
-  std::string directory = "runs";      ///< where runs live
-  std::int64_t steps = -1;             ///< agent steps; -1: what the engine says, else 100000
-  std::uint64_t seed = 0;              ///< of everything
-  std::int32_t envs = 1;               ///< copies of a built-in world
-  std::int32_t threads = 1;            ///< cores to learn on; never changes the result
+  std::string world;               ///< "road-v0" or "tcp://host:port"
+  std::string algorithm = "ppo2";  ///< a row of learn::Algorithms()
+  std::string name;                ///< runs/NAME; "": made from world, algorithm and seed
+  std::string directory = "runs";  ///< where runs live
+  std::int64_t steps = -1;         ///< agent steps; -1: what the engine says, else 100000
+  std::uint64_t seed = 0;          ///< of everything
+  std::int32_t envs = 1;           ///< copies of a built-in world
+  std::int32_t threads = 1;        ///< cores to learn on; never changes the result
   std::vector<std::pair<std::string, std::string>> hyperparameters;  ///< name, value as given
   std::int64_t checkpoint_every_s = 10;       ///< seconds between checkpoints; 0: only at the end and on Ctrl-C
   std::int64_t checkpoint_every_updates = 0;  ///< updates between checkpoints; 0: by time
-  std::int64_t keep_checkpoints = 3;   ///< older ones are deleted
-  std::int64_t log_interval = 1;       ///< updates between console tables
-  bool table = true;                   ///< console table
-  bool progress = true;                ///< progress bar or lines
-  bool tensorboard = true;             ///< event files
-  double connect_timeout_s = 60.0;     ///< keep trying to reach an engine for so long
-  double deadline_s = 60.0;            ///< longest silence of an engine
-  double quiet_s = 0.002;              ///< text protocol 1 without terminators
-  bool answer_done = false;            ///< text protocol 1: answer an episode's last observation
-  bool resume = false;                 ///< go on with runs/NAME
-  bool force = false;                  ///< overwrite runs/NAME
-  bool forever = false;                ///< serve one session of the engine after another
+  std::int64_t keep_checkpoints = 3;          ///< older ones are deleted
+  std::int64_t log_interval = 1;              ///< updates between console tables
+  bool table = true;                          ///< console table
+  bool progress = true;                       ///< progress bar or lines
+  bool tensorboard = true;                    ///< event files
+  double connect_timeout_s = 60.0;            ///< keep trying to reach an engine for so long
+  double deadline_s = 60.0;                   ///< longest silence of an engine
+  double quiet_s = 0.002;                     ///< text protocol 1 without terminators
+  bool answer_done = false;                   ///< text protocol 1: answer an episode's last observation
+  bool resume = false;                        ///< go on with runs/NAME
+  bool force = false;                         ///< overwrite runs/NAME
+  bool forever = false;                       ///< serve one session of the engine after another
 };
 
 /// Reads YAML text over `config`: fields of RunConfig, hyperparameters of its algorithm below `hyperparameters:` or
@@ -57,8 +57,8 @@ struct ConfigField {
   std::string default_value;  ///< as text
   std::string meaning;        ///< one line
 };
-/// Every field that a file or --set may give, in the order in which they are written. Name, directory, resume, force and
-/// forever are not among them: they belong to one start of a run.
+/// Every field that a file or --set may give, in the order in which they are written. Name, directory, resume, force
+/// and forever are not among them: they belong to one start of a run.
 std::vector<ConfigField> ConfigFields();
 
 }  // namespace consac::run

@@ -19,7 +19,8 @@ class RunDirectory {
  public:
   /// Makes or opens directory/name. kAlreadyExists names --resume and --force; kNotFound when there is nothing to
   /// resume; kFailedPrecondition when another process trains it.
-  static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name, ExistingRun existing);
+  static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name,
+                                                    ExistingRun existing);
   ~RunDirectory();
   RunDirectory(const RunDirectory&) = delete;
   RunDirectory& operator=(const RunDirectory&) = delete;
@@ -29,7 +30,8 @@ class RunDirectory {
   /// A file in it.
   std::string File(const std::string& name) const { return path_ + "/" + name; }
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
-  Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description, std::int64_t keep) const;
+  Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
+                        std::int64_t keep) const;
   /// The newest checkpoint that is whole; damaged ones are passed over with a warning. kNotFound when there is
   /// none, kDataLoss when there are some and none is whole.
   Result<StateMap> LoadCheckpoint() const;

@@ -30,7 +30,7 @@ class ThreadPool {
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::atomic<std::uint64_t> job_{0};       // rises with every job
+  std::atomic<std::uint64_t> job_{0};  // rises with every job
   std::atomic<std::int64_t> next_{0}, busy_{0};
   std::int64_t count_ = 0;
   void (*task_)(void*, std::int64_t) = nullptr;

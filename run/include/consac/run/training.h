@@ -13,15 +13,15 @@ namespace consac::run {
 
 /// What a run came to.
 struct RunSummary {
-  std::string directory;                 ///< runs/NAME
-  std::string model_path;                ///< runs/NAME/model.consac
-  std::int64_t steps = 0;                ///< agent steps trained in total
-  std::int64_t updates = 0;              ///< rounds of learning in total
-  double seconds = 0.0;                  ///< wall time of this call
-  double mean_episode_reward = 0.0;      ///< over the last 100 episodes; NaN without one
-  std::uint64_t weights_hash = 0;        ///< StateHasher of the learner's parameters: equal runs, equal hashes
-  bool interrupted = false;              ///< stopped by `stop`; everything is saved
-  bool acted_only = false;               ///< the engine asked for a model to act, nothing was learned
+  std::string directory;             ///< runs/NAME
+  std::string model_path;            ///< runs/NAME/model.consac
+  std::int64_t steps = 0;            ///< agent steps trained in total
+  std::int64_t updates = 0;          ///< rounds of learning in total
+  double seconds = 0.0;              ///< wall time of this call
+  double mean_episode_reward = 0.0;  ///< over the last 100 episodes; NaN without one
+  std::uint64_t weights_hash = 0;    ///< StateHasher of the learner's parameters: equal runs, equal hashes
+  bool interrupted = false;          ///< stopped by `stop`; everything is saved
+  bool acted_only = false;           ///< the engine asked for a model to act, nothing was learned
 };
 
 /// Trains (or, where an engine asks for it, acts) as `config` says; returns early, saved, once `stop` is set.
@@ -30,25 +30,25 @@ Result<RunSummary> Train(const RunConfig& config, const std::atomic<bool>& stop)
 
 /// How a model is judged.
 struct EvaluateOptions {
-  std::string model;                    ///< path of a .consac file, or a run's name
-  std::string world;                    ///< "road-v0" or "tcp://host:port"; "": the world it was trained on
-  std::string directory = "runs";       ///< where run names are looked up
-  std::int64_t episodes = 100;          ///< to average over
-  std::uint64_t seed = 1000;            ///< of the worlds
-  bool deterministic = true;            ///< the mode, or a sample
+  std::string model;                      ///< path of a .consac file, or a run's name
+  std::string world;                      ///< "road-v0" or "tcp://host:port"; "": the world it was trained on
+  std::string directory = "runs";         ///< where run names are looked up
+  std::int64_t episodes = 100;            ///< to average over
+  std::uint64_t seed = 1000;              ///< of the worlds
+  bool deterministic = true;              ///< the mode, or a sample
   std::int64_t max_episode_steps = 1000;  ///< an episode of a world without a time limit of its own counts after these
-  double connect_timeout_s = 60.0;      ///< keep trying to reach an engine for so long
-  double deadline_s = 60.0;             ///< longest silence of an engine
+  double connect_timeout_s = 60.0;        ///< keep trying to reach an engine for so long
+  double deadline_s = 60.0;               ///< longest silence of an engine
 };
 
 /// The verdict.
 struct EvaluateSummary {
-  std::int64_t episodes = 0;            ///< that were finished
-  double mean_reward = 0.0;             ///< of their returns
-  double std_reward = 0.0;              ///< population standard deviation
-  double min_reward = 0.0;              ///< worst
-  double max_reward = 0.0;              ///< best
-  double mean_length = 0.0;             ///< steps
+  std::int64_t episodes = 0;  ///< that were finished
+  double mean_reward = 0.0;   ///< of their returns
+  double std_reward = 0.0;    ///< population standard deviation
+  double min_reward = 0.0;    ///< worst
+  double max_reward = 0.0;    ///< best
+  double mean_length = 0.0;   ///< steps
 };
 
 /// Mean return over episodes. Source: Stable Baselines, evaluate_policy.
