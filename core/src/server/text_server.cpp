@@ -16,6 +16,9 @@ using text1::Terminator;
 
 constexpr double kIdleWait = 0.1;          // s between looks at the stop flag and at further trainers
 constexpr double kWriteTimeout = 10.0;     // s that a trainer may take no data
+// Without terminators a setup that arrives together with the first observation cannot be told apart from it, and a
+// trainer that has just connected may be slow to read: so this once the pause is long.
+constexpr double kSetupPause = 0.05;       // s
 constexpr std::string_view kBusyLine = "busy: another trainer is connected to this engine; try again when it has left\n";
 
 class TextServer final : public EnvServer {
@@ -117,7 +120,8 @@ class TextServer final : public EnvServer {
   /// The next thing to send; without terminators it must keep its distance from the message before.
   void Schedule(Phase phase) {
     phase_ = phase;
-    not_before_ = options_.terminator == Terminator::kNone ? Now() + options_.quiet_s : 0.0;
+    const double pause = phase == Phase::kSendFirst ? std::max(options_.quiet_s, kSetupPause) : options_.quiet_s;
+    not_before_ = options_.terminator == Terminator::kNone ? Now() + pause : 0.0;
   }
 
   /// Waits at most `timeout_s` for what is due and does it. False when there was nothing to do.

@@ -22,7 +22,7 @@ TEST(Setup, TheThesisExample) {
 
 TEST(Setup, WritesWhatItReads) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Setup setup;
+  text1::Setup setup;
   setup.action_space = *Space::Box({-2, -0.1}, {2, 0.1}, {2});
   setup.observation_space = *Space::Box({-kInfinity, 0}, {kInfinity, 1}, {2});
   setup.training_length = 0;
@@ -89,7 +89,7 @@ TEST(Observation, WhatDoesNotFitIsQuoted) {
   } cases[] = {
       {"1,2", StatusCode::kProtocol, "reward#done"},      {"1,2#3", StatusCode::kProtocol, "reward#done"},   {"1#0#0", StatusCode::kProtocol, "1 numbers"},
       {"1,2,3#0#0", StatusCode::kProtocol, "3 numbers"},  {"1,x#0#0", StatusCode::kProtocol, "'x'"},         {"1,nan#0#0", StatusCode::kNonFinite, "'nan'"},
-      {"1,2#inf#0", StatusCode::kNonFinite, "'inf'"},     {"1,1.#INF#0#0", StatusCode::kProtocol, "1.#INF"}, {"1,2#0#2", StatusCode::kProtocol, "'2'"},
+      {"1,2#inf#0", StatusCode::kNonFinite, "'inf'"},     {"1,1.#INF#0#0", StatusCode::kNonFinite, "1.#INF"}, {"1,2#0#2", StatusCode::kProtocol, "'2'"},
       {"1,2#0#", StatusCode::kProtocol, "''"},            {"1,2##0", StatusCode::kProtocol, "''"},           {"1,2#0#0#0", StatusCode::kProtocol, "'0#0'"},
   };
   for (const auto& entry : cases) {

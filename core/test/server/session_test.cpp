@@ -110,8 +110,12 @@ void WholeSession(EnvClient& client, int steps) {
     EXPECT_EQ(batch.truncated[0], 0);
     const auto* next = reinterpret_cast<const float*>(batch.next_observations);
     const auto* last = reinterpret_cast<const float*>(batch.final_observations);
-    if (i % 3 == 0) EXPECT_EQ(last[1], 3.0f);
-    if (i != steps || i % 3 != 0) EXPECT_EQ(next[1], static_cast<float>(i % 3));
+    if (i % 3 == 0) {
+      EXPECT_EQ(last[1], 3.0f);
+    }
+    if (i != steps || i % 3 != 0) {
+      EXPECT_EQ(next[1], static_cast<float>(i % 3));
+    }
   }
   client.Close();
 }

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "algo/head_gradient.h"
+#include "algo/ppo_loss.h"
 #include "consac/base/text.h"
 #include "consac/learn/buffer/rollout.h"
 #include "consac/learn/grad/backpropagation.h"
@@ -389,8 +390,7 @@ void Ppo::Gather(const LossBlock& block) {
   }
 }
 
-// L = mean max(-A rho, -A clip(rho)) - ent_coef mean H + vf_coef L_V, differentiated by hand: with rho =
-// exp(nlp_old - nlp), d rho / d nlp = -rho, so the unclipped branch has d L / d nlp = A rho and the clipped one 0.
+// L = mean max(-A rho, -A clip(rho)) - ent_coef mean H + vf_coef L_V, row by row (ppo_loss.h) and through the head.
 void Ppo::Loss(const LossBlock& block) {
   const auto first = static_cast<std::size_t>(block.first_row), rows = static_cast<std::size_t>(block.rows);
   HeadGradient& head = heads_[static_cast<std::size_t>(block.index)];
@@ -401,31 +401,20 @@ void Ppo::Loss(const LossBlock& block) {
   for (std::size_t r = 0; r < rows; ++r) ratio[r] = mb_neglogp_[first + r] - head.neglogp()[r];
   nn::Exp(std::span<const float>(ratio, rows), std::span<float>(ratio, rows));
 
-  LossSums sums;
+  const PpoLossForm form{clip_range_, clip_range_vf_, ppo_.vf_coef, ppo_.halved_value_loss, ppo_.squared_kl};
   const float inverse = 1.0f / static_cast<float>(minibatch_rows_);
-  const float low = 1.0f - clip_range_, high = 1.0f + clip_range_;
-  const float value_scale = ppo_.vf_coef * inverse * (ppo_.halved_value_loss ? 1.0f : 2.0f);
+  LossSums sums;
   for (std::size_t r = 0; r < rows; ++r) {
-    const float advantage = mb_advantages_[first + r], rho = ratio[r];
-    const float plain = -advantage * rho, clipped = -advantage * std::clamp(rho, low, high);
-    sums.policy += std::max(plain, clipped);
-    d_neglogp[r] = plain >= clipped ? advantage * rho * inverse : 0.0f;
-    d_entropy[r] = -ppo_.ent_coef * inverse;
+    const std::size_t i = first + r;
+    const PpoLossTerms terms = PpoLossOf(form, {mb_advantages_[i], mb_returns_[i], mb_values_[i], mb_neglogp_[i], block.outputs[1][r], head.neglogp()[r], ratio[r]});
+    sums.policy += terms.policy;
+    sums.value += terms.value;
     sums.entropy += head.entropy()[r];
-    const float moved = head.neglogp()[r] - mb_neglogp_[first + r];
-    sums.kl += ppo_.squared_kl ? 0.5f * moved * moved : rho - 1.0f + moved;
-    sums.clipped += std::fabs(rho - 1.0f) > clip_range_ ? 1.0 : 0.0;
-
-    const float target = mb_returns_[first + r], old_value = mb_values_[first + r], value = block.outputs[1][r];
-    const float change = value - old_value, error = value - target;
-    const bool clips = clip_range_vf_ >= 0.0f;
-    const float clipped_error = clips ? old_value + std::clamp(change, -clip_range_vf_, clip_range_vf_) - target : error;
-    const bool inside = !clips || std::fabs(change) <= clip_range_vf_;
-    // SB2 takes the larger of both squared errors; SB3 the clipped one alone.
-    const bool use_plain = !clips || (ppo_.halved_value_loss && error * error >= clipped_error * clipped_error);
-    const float chosen = use_plain ? error : clipped_error;
-    sums.value += (ppo_.halved_value_loss ? 0.5f : 1.0f) * chosen * chosen;
-    block.output_gradients[1][r] = use_plain || inside ? value_scale * chosen : 0.0f;
+    sums.kl += terms.kl;
+    sums.clipped += terms.clipped;
+    d_neglogp[r] = terms.d_neglogp * inverse;
+    d_entropy[r] = -ppo_.ent_coef * inverse;
+    block.output_gradients[1][r] = terms.d_value * inverse;
   }
   head.Backward(std::span<const float>(d_neglogp, rows), std::span<const float>(d_entropy, rows), block.output_gradients[0],
                 block.extra_gradient.data());

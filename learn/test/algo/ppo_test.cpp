@@ -1,0 +1,247 @@
+// PPO as a whole: it learns trivial tasks with every kind of action, one seed is one result whatever the threads and
+// wherever it is saved, and part of the slots may step alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "learn/test/algo/identity_env.h"
+#include "consac/env/buffer.h"
+#include "consac/learn/algo/learner.h"
+
+namespace consac::learn {
+namespace {
+
+using Settings = std::vector<std::pair<const char*, const char*>>;
+
+struct Setting {
+  std::string algorithm = "ppo2";
+  Settings values;
+  std::int64_t steps = 20000;
+  std::uint64_t seed = 1;
+  Executor executor = {};
+};
+
+std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& setting) {
+  const Algorithm* algorithm = *FindAlgorithm(setting.algorithm);
+  HyperparameterSet values(algorithm->hyperparameters);
+  for (const auto& [name, text] : setting.values) EXPECT_TRUE(values.Set(name, text).ok()) << name;
+  LearnerOptions options;
+  options.behaviour = env.spec().behaviours[0];
+  options.seed = setting.seed;
+  options.total_steps = setting.steps;
+  options.executor = setting.executor;
+  auto learner = algorithm->create(options, values);
+  EXPECT_TRUE(learner.ok()) << learner.status().message();
+  return learner.ok() ? std::move(*learner) : nullptr;
+}
+
+void Begin(VectorEnv& env, Learner& learner, BatchBuffer& first) {
+  env.Reset(1, {&first.batch(), 1});
+  learner.Begin(first.batch());
+}
+
+/// One vector step; returns the rewards' sum.
+double Step(VectorEnv& env, Learner& learner, std::span<const std::int32_t> slots, std::int64_t budget = INT64_MAX) {
+  Batch batch = learner.Stage(slots);
+  learner.Act(batch);
+  env.Step({&batch, 1});
+  double sum = 0;
+  for (std::int64_t i = 0; i < batch.rows(); ++i) sum += batch.rewards[i];
+  learner.Record(batch);
+  while (learner.Learn({budget})) {
+  }
+  return sum;
+}
+
+/// Trains, then returns the mean reward of a step of the model taken deterministically.
+double TrainedReward(const Space& space, std::int32_t copies, const Setting& setting) {
+  IdentityEnv env(space, copies);
+  const std::unique_ptr<Learner> learner = Make(env, setting);
+  BatchBuffer first(env.spec().behaviours[0]);
+  Begin(env, *learner, first);
+  while (learner->steps() < setting.steps) Step(env, *learner, first.batch().slots);
+  Result<Policy> policy = Policy::Create(learner->Snapshot(), copies);
+  EXPECT_TRUE(policy.ok()) << policy.status().message();
+  BatchBuffer buffer(env.spec().behaviours[0]);
+  Rng rng(3, 3);
+  env.Reset(9, {&buffer.batch(), 1});
+  double sum = 0;
+  constexpr int kSteps = 500;
+  for (int i = 0; i < kSteps; ++i) {
+    buffer.Advance();
+    Batch& batch = buffer.batch();
+    policy->Act(batch.observations, nullptr, batch.rows(), ActionMode::kDeterministic, rng, batch.actions);
+    env.Step({&batch, 1});
+    for (std::int64_t r = 0; r < batch.rows(); ++r) sum += batch.rewards[r];
+  }
+  return sum / (kSteps * copies);
+}
+
+// Stable Baselines' own learning test and its settings: 90 of 100.
+TEST(Ppo2, LearnsTheIdentityOfTenStates) {
+  EXPECT_GE(TrainedReward(*Space::Discrete(10), 1, {"ppo2", {{"learning_rate", "1.5e-3"}, {"lam", "0.8"}}, 20000}), 0.9);
+}
+
+TEST(Ppo, LearnsTheIdentityOfEveryKindOfAction) {
+  const Settings values = {{"n_steps", "64"}, {"gamma", "0.4"}, {"learning_rate", "2e-3"}, {"n_epochs", "4"}};
+  EXPECT_GE(TrainedReward(*Space::Discrete(4), 4, {"ppo", values, 6000}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::MultiDiscrete({3, 2}), 4, {"ppo", values, 12000}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::MultiBinary(3), 4, {"ppo", values, 12000}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"ppo", values, 20000}), 0.8);
+  EXPECT_GE(TrainedReward(*Space::Dict({{"a", *Space::Discrete(2)}, {"b", *Space::Discrete(3, 5)}}), 4, {"ppo", values, 12000}), 0.9);
+}
+
+/// Blocks on real threads, started for each job.
+Executor Threads(int& count) {
+  return {[](void* user, std::int64_t blocks, void (*task)(void*, std::int64_t), void* context) {
+            const int threads = *static_cast<int*>(user);
+            std::vector<std::thread> workers;
+            for (int t = 0; t < threads; ++t) {
+              workers.emplace_back([=] {
+                for (std::int64_t b = t; b < blocks; b += threads) task(context, b);
+              });
+            }
+            for (std::thread& worker : workers) worker.join();
+          },
+          &count};
+}
+
+std::uint64_t WeightsAfter(const Setting& setting) {
+  IdentityEnv env(*Space::Box(-1, 1, {3}), 8);
+  const std::unique_ptr<Learner> learner = Make(env, setting);
+  BatchBuffer first(env.spec().behaviours[0]);
+  Begin(env, *learner, first);
+  while (learner->steps() < setting.steps) Step(env, *learner, first.batch().slots);
+  return HashState(*learner);
+}
+
+TEST(Ppo, OneSeedIsOneResultWithAnyNumberOfThreads) {
+  Setting setting{"ppo", {{"n_steps", "256"}, {"batch_size", "1024"}, {"n_epochs", "3"}, {"norm_obs", "true"}, {"norm_reward", "true"}}, 8192, 7};
+  const std::uint64_t alone = WeightsAfter(setting);
+  EXPECT_EQ(alone, WeightsAfter(setting));
+  for (int threads : {2, 5}) {
+    setting.executor = Threads(threads);
+    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
+  }
+  setting.executor = {};
+  setting.seed = 8;
+  EXPECT_NE(WeightsAfter(setting), alone);
+}
+
+// Saved in the middle of a rollout, between two gradient steps, and with normalisation: the copy ends in the same state.
+TEST(Ppo2, ARestoredLearnerGoesOnToTheSameBits) {
+  const Setting setting{"ppo2", {{"n_steps", "64"}, {"norm_obs", "true"}, {"norm_reward", "true"}, {"learning_rate", "lin_1e-3"}}, 4096, 3};
+  const Space space = *Space::Box(-1, 1, {2});
+  for (const int cut : {5, 63, 64, 100}) {
+    IdentityEnv env(space, 4), other_env(space, 4);
+    const std::unique_ptr<Learner> learner = Make(env, setting), other = Make(other_env, setting);
+    BatchBuffer first(env.spec().behaviours[0]);
+    Begin(env, *learner, first);
+    for (int i = 0; i < cut; ++i) Step(env, *learner, first.batch().slots, 1);
+    StateWriter writer;
+    writer("learner", *learner);
+    writer("env", env);
+    ASSERT_TRUE(writer.status().ok()) << writer.status().message();
+    StateReader reader(writer.fields());
+    reader("learner", *other);
+    reader("env", other_env);
+    ASSERT_TRUE(reader.status().ok()) << reader.status().message();
+    for (int i = 0; i < 200; ++i) {
+      Step(env, *learner, first.batch().slots);
+      Step(other_env, *other, first.batch().slots, 1);
+    }
+    EXPECT_EQ(HashState(*learner), HashState(*other)) << cut;
+    EXPECT_GE(learner->updates(), 3);
+  }
+}
+
+TEST(Ppo, ABudgetBoundsTheWorkOfOneCall) {
+  IdentityEnv env(*Space::Discrete(3), 2);
+  const std::unique_ptr<Learner> learner = Make(env, {"ppo", {{"n_steps", "64"}, {"batch_size", "32"}, {"n_epochs", "2"}}, 1000});
+  BatchBuffer first(env.spec().behaviours[0]);
+  Begin(env, *learner, first);
+  EXPECT_FALSE(learner->Learn({}));
+  for (int i = 0; i < 64; ++i) {
+    Batch batch = learner->Stage(first.batch().slots);
+    learner->Act(batch);
+    env.Step({&batch, 1});
+    learner->Record(batch);
+  }
+  ASSERT_TRUE(learner->LearningDue());
+  int calls = 1;
+  while (learner->Learn({1})) ++calls;
+  EXPECT_EQ(calls, 8);  // 128 rows, 4 minibatches, 2 epochs
+  EXPECT_FALSE(learner->LearningDue());
+  EXPECT_EQ(learner->updates(), 1);
+}
+
+TEST(Ppo, SlotsMayStepAloneAndBeginAgain) {
+  IdentityEnv env(*Space::Discrete(3), 4);
+  const std::unique_ptr<Learner> learner = Make(env, {"ppo2", {{"n_steps", "16"}}, 1000});
+  BatchBuffer first(env.spec().behaviours[0]), world(env.spec().behaviours[0]);
+  Begin(env, *learner, first);
+  Rng rng(1, 1);
+  for (int i = 0; i < 400; ++i) {
+    std::vector<std::int32_t> slots;
+    for (std::int32_t slot = 0; slot < 4; ++slot) {
+      if (rng.Below(2) == 0) slots.push_back(slot);
+    }
+    if (slots.empty()) continue;
+    Batch batch = learner->Stage(slots);
+    learner->Act(batch);
+    for (std::size_t r = 0; r < slots.size(); ++r) {
+      const std::int32_t seen = reinterpret_cast<std::int32_t*>(batch.observations)[r], done = reinterpret_cast<std::int32_t*>(batch.actions)[r];
+      batch.rewards[r] = seen == done ? 1.0f : 0.0f;
+      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
+      batch.truncated[r] = 0;
+      reinterpret_cast<std::int32_t*>(batch.next_observations)[r] = static_cast<std::int32_t>(rng.Below(3));
+    }
+    learner->Record(batch);
+    while (learner->Learn({})) {
+    }
+    if (i % 50 == 0) learner->Begin(first.batch());
+  }
+  EXPECT_GT(learner->updates(), 5);
+  const PolicyData snapshot = learner->Snapshot();
+  for (const float parameter : snapshot.parameters) ASSERT_TRUE(std::isfinite(parameter));
+}
+
+TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
+  IdentityEnv env(*Space::Discrete(3), 3);
+  const Algorithm* algorithm = *FindAlgorithm("ppo2");
+  LearnerOptions options;
+  options.behaviour = env.spec().behaviours[0];
+  HyperparameterSet values(algorithm->hyperparameters);
+  ASSERT_TRUE(values.Set("n_steps", "5").ok());
+  const Status status = algorithm->create(options, values).status();
+  EXPECT_NE(status.message().find("nminibatches"), std::string::npos) << status.message();
+  ASSERT_TRUE(values.Set("n_steps", "4").ok());
+  ASSERT_TRUE(values.Set("net_arch", "[64, dict(pi=[x])]").ok());
+  EXPECT_NE(algorithm->create(options, values).status().message().find("net_arch"), std::string::npos);
+}
+
+TEST(Ppo2, ReportsEveryKeyOfStableBaselines) {
+  IdentityEnv env(*Space::Discrete(3), 2);
+  const std::unique_ptr<Learner> learner = Make(env, {"ppo2", {{"n_steps", "16"}}, 1000});
+  BatchBuffer first(env.spec().behaviours[0]);
+  Begin(env, *learner, first);
+  while (learner->updates() == 0) Step(env, *learner, first.batch().slots);
+  std::vector<std::string> keys, tags;
+  for (const Metric& metric : learner->metrics()) {
+    if (!metric.table_key.empty()) keys.emplace_back(metric.table_key);
+    if (!metric.tensorboard_tag.empty()) tags.emplace_back(metric.tensorboard_tag);
+  }
+  for (const char* key : {"approxkl", "clipfrac", "explained_variance", "policy_entropy", "policy_loss", "value_loss"}) {
+    EXPECT_NE(std::find(keys.begin(), keys.end(), key), keys.end()) << key;
+  }
+  for (const char* tag : {"loss/entropy_loss", "loss/policy_gradient_loss", "loss/value_function_loss", "loss/approximate_kullback-leibler", "loss/clip_factor", "loss/loss",
+                          "input_info/discounted_rewards", "input_info/learning_rate", "input_info/advantage", "input_info/clip_range", "input_info/clip_range_vf",
+                          "input_info/old_neglog_action_probability", "input_info/old_value_pred"}) {
+    EXPECT_NE(std::find(tags.begin(), tags.end(), tag), tags.end()) << tag;
+  }
+}
+
+}  // namespace
+}  // namespace consac::learn

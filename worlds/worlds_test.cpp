@@ -1,0 +1,190 @@
+// Every row of the table of worlds: legal observations, exact state, one seed one trajectory, golden hashes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "consac/env/buffer.h"
+#include "worlds/registry.h"
+#include "worlds/road/road.h"
+
+namespace consac::worlds {
+namespace {
+
+/// Steps with random actions and hashes all that is seen; checks every observation on the way.
+std::uint64_t Walk(VectorEnv& env, std::uint64_t seed, int steps) {
+  const BehaviourSpec& behaviour = env.spec().behaviours[0];
+  BatchBuffer buffer(behaviour);
+  Rng rng(seed, 99);
+  StateHasher hasher;
+  env.Reset(seed, {&buffer.batch(), 1});
+  for (int t = 0; t < steps; ++t) {
+    buffer.Advance();
+    Batch& batch = buffer.batch();
+    for (std::int64_t r = 0; r < batch.rows(); ++r) SampleRow(behaviour.action_layout, rng, batch.actions + static_cast<std::size_t>(r) * behaviour.action_layout.row_bytes);
+    env.Step({&batch, 1});
+    for (std::int64_t r = 0; r < batch.rows(); ++r) {
+      const std::size_t at = static_cast<std::size_t>(r) * behaviour.observation_layout.row_bytes;
+      EXPECT_TRUE(CheckRow(behaviour.observation_layout, batch.next_observations + at).ok()) << CheckRow(behaviour.observation_layout, batch.next_observations + at).message();
+      if ((batch.terminated[r] | batch.truncated[r]) != 0) {
+        EXPECT_FALSE(batch.terminated[r] != 0 && batch.truncated[r] != 0);
+      }
+    }
+    // Rounded, because libm's last digit differs between machines.
+    for (std::int64_t i = 0; i < batch.rows() * behaviour.observation_layout.feature_count; ++i) {
+      auto rounded = static_cast<std::int64_t>(std::nearbyint(1e3 * static_cast<double>(reinterpret_cast<float*>(batch.next_observations)[i])));
+      hasher("o", rounded);
+    }
+    hasher("terminated", std::span<std::uint8_t>(batch.terminated, static_cast<std::size_t>(batch.rows())));
+  }
+  return hasher.hash();
+}
+
+class EveryWorld : public ::testing::TestWithParam<const World*> {};
+std::vector<const World*> Rows() {
+  std::vector<const World*> rows;
+  for (const World& world : Worlds()) rows.push_back(&world);
+  return rows;
+}
+INSTANTIATE_TEST_SUITE_P(Table, EveryWorld, ::testing::ValuesIn(Rows()), [](const auto& row) {
+  std::string name = row.param->id;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  return name;
+});
+
+TEST_P(EveryWorld, OneSeedIsOneTrajectory) {
+  const auto a = GetParam()->create(3), b = GetParam()->create(3);
+  EXPECT_EQ(a->spec().id, GetParam()->id);
+  EXPECT_EQ(Walk(*a, 5, 700), Walk(*b, 5, 700));
+  EXPECT_NE(Walk(*a, 5, 700), Walk(*b, 6, 700));
+}
+
+TEST_P(EveryWorld, RestoredStateGoesOnTheSameWay) {
+  const auto env = GetParam()->create(2), other = GetParam()->create(2);
+  Walk(*env, 1, 137);
+  StateWriter writer;
+  env->Visit(writer);
+  StateReader reader(writer.fields());
+  other->Visit(reader);
+  ASSERT_TRUE(reader.status().ok());
+  const BehaviourSpec& behaviour = env->spec().behaviours[0];
+  BatchBuffer a(behaviour), b(behaviour);
+  std::memset(a.batch().actions, 0, 2 * behaviour.action_layout.row_bytes);
+  std::memset(b.batch().actions, 0, 2 * behaviour.action_layout.row_bytes);
+  for (int t = 0; t < 300; ++t) {
+    env->Step({&a.batch(), 1});
+    other->Step({&b.batch(), 1});
+    ASSERT_EQ(std::memcmp(a.batch().next_observations, b.batch().next_observations, 2 * behaviour.observation_layout.row_bytes), 0);
+  }
+}
+
+TEST_P(EveryWorld, TimeLimitTruncatesAndNeverTerminates) {
+  const auto env = GetParam()->create(1);
+  if (env->spec().max_episode_steps == 0) {
+    EXPECT_STREQ(GetParam()->id, "road-v0");  // the thesis' road has none
+    return;
+  }
+  const BehaviourSpec& behaviour = env->spec().behaviours[0];
+  BatchBuffer buffer(behaviour);
+  env->Reset(1, {&buffer.batch(), 1});
+  std::memset(buffer.batch().actions, 0, behaviour.action_layout.row_bytes);
+  for (std::int64_t t = 1, length = 1; t <= 3000; ++t, ++length) {
+    env->Step({&buffer.batch(), 1});
+    if (buffer.batch().truncated[0] != 0) {
+      EXPECT_EQ(length, env->spec().max_episode_steps);
+    }
+    EXPECT_LE(length, env->spec().max_episode_steps);
+    if ((buffer.batch().truncated[0] | buffer.batch().terminated[0]) != 0) length = 0;
+  }
+}
+
+// Raise a world's version when one of these must change.
+TEST(Worlds, GoldenTrajectoryHashes) {
+  const std::map<std::string, std::uint64_t> golden = {
+      {"road-v0", 12673650006737874259ull},
+      {"cartpole-v1", 10676226672455534339ull},
+      {"pendulum-v1", 8113930788242261144ull},
+      {"point-v0", 440896369733862936ull},
+      {"maze-v0", 17803285359404816906ull},
+      {"reach3-v0", 17971848976946913692ull},
+  };
+  for (const World& world : Worlds()) {
+    const auto env = world.create(2);
+    const std::uint64_t hash = Walk(*env, 42, 150);
+    const auto expected = golden.find(world.id);
+    EXPECT_EQ(hash, expected == golden.end() ? 0 : expected->second) << "{\"" << world.id << "\", " << hash << "ull},";
+  }
+}
+
+TEST(Worlds, UnknownOnesFindTheirNearest) {
+  EXPECT_NE(FindWorld("road-v1").status().message().find("'road-v0'"), std::string::npos);
+  EXPECT_NE(FindWorld("cartpole").status().message().find("'cartpole-v1'"), std::string::npos);
+}
+
+TEST(Worlds, SuggestedSettingsAreReadPerAlgorithm) {
+  const World& road = **FindWorld("road-v0");
+  EXPECT_FALSE(SuggestedSettings(road, "ppo2").empty());
+  EXPECT_TRUE(SuggestedSettings(road, "sac").empty());
+  World made = road;
+  made.suggested = "ppo2: a=1  b=x ; ppo: c=[1,2]";
+  EXPECT_EQ(SuggestedSettings(made, "ppo2"), (std::vector<std::pair<std::string, std::string>>{{"a", "1"}, {"b", "x"}}));
+  EXPECT_EQ(SuggestedSettings(made, "ppo"), (std::vector<std::pair<std::string, std::string>>{{"c", "[1,2]"}}));
+}
+
+// ---- the road, rule by rule
+
+struct RoadWalk {
+  Road road;
+  Rng rng{3, 3};
+  float seen[2] = {};
+  StepResult Step(std::int32_t action) { return road.Step(&action, rng, seen); }
+};
+
+TEST(Road, StartsAtTenAndPaysForStepsThatComeNearer) {
+  RoadWalk walk;
+  walk.road.Reset(walk.rng, walk.seen);
+  EXPECT_EQ(walk.seen[0], 10.0f);
+  EXPECT_NE(walk.seen[1], 10.0f);
+  for (int i = 0; i < 500; ++i) {
+    const int actor = walk.road.actor(), coin = walk.road.coin();
+    const int action = i % 3;
+    const bool nearer = std::abs(coin - (actor + action - 1)) < std::abs(coin - actor);
+    const StepResult result = walk.Step(action);
+    EXPECT_EQ(result.reward, nearer ? 1.0f : 0.0f);
+    if (result.terminated) walk.road.Reset(walk.rng, walk.seen);
+  }
+}
+
+TEST(Road, LeavingEndsTheEpisodeAndBothGetNewPlaces) {
+  RoadWalk walk;
+  walk.road.Reset(walk.rng, walk.seen);
+  StepResult result;
+  int steps = 0;
+  for (; !result.terminated && steps < 100; ++steps) result = walk.Step(0);
+  EXPECT_EQ(steps, 11);  // from 10 over 0 to -1
+  EXPECT_EQ(walk.seen[0], 0.0f);
+  std::map<int, int> places;
+  for (int i = 0; i < 2000; ++i) {
+    walk.road.Reset(walk.rng, walk.seen);
+    ++places[walk.road.actor()];
+    ASSERT_NE(walk.road.actor(), walk.road.coin());
+  }
+  EXPECT_EQ(places.size(), 41u);
+}
+
+TEST(Road, TheCoinMovesOnArrivalAndAfterFiftySteps) {
+  RoadWalk walk;
+  walk.road.Reset(walk.rng, walk.seen);
+  const int coin = walk.road.coin();
+  for (int i = 0; i < 49; ++i) walk.Step(1);
+  EXPECT_EQ(walk.road.coin(), coin);
+  walk.Step(1);
+  const int moved = walk.road.coin();
+  while (walk.road.actor() != moved && walk.road.coin() == moved) walk.Step(moved > walk.road.actor() ? 2 : 0);
+  EXPECT_EQ(walk.road.actor(), moved);
+  EXPECT_NE(walk.road.coin(), moved);
+}
+
+}  // namespace
+}  // namespace consac::worlds
