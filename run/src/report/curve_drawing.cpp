@@ -202,4 +202,7 @@ Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libfontconfig\n";
 }
+extern "C" const char* __lsan_default_options() {
+  return "print_suppressions=0";
+}
 #endif
