@@ -62,8 +62,12 @@ Figure UpdateFigure(const BenchContext& context, std::int64_t rows) {
   return {seconds * 1e6, "us", fmt::format("{:.0f}% of the peak", 100.0 * share)};
 }
 
-Figure Update64(const BenchContext& context) { return UpdateFigure(context, 64); }
-Figure Update2048(const BenchContext& context) { return UpdateFigure(context, 2048); }
+Figure Update64(const BenchContext& context) {
+  return UpdateFigure(context, 64);
+}
+Figure Update2048(const BenchContext& context) {
+  return UpdateFigure(context, 2048);
+}
 
 Figure TwoCores(const BenchContext&) {
   bench::PpoUpdate one(64, 2048), two(64, 2048);
@@ -71,7 +75,8 @@ Figure TwoCores(const BenchContext&) {
   const double alone = bench::BestSeconds([&] { one.Run(); }, options);
   run::ThreadPool pool(2);
   const double shared = bench::BestSeconds([&] { two.Run(pool.executor()); }, options);
-  return {alone / shared, "x", fmt::format("{:.0f} us on one core, {:.0f} on two, minibatch 2048", alone * 1e6, shared * 1e6)};
+  return {alone / shared, "x",
+          fmt::format("{:.0f} us on one core, {:.0f} on two, minibatch 2048", alone * 1e6, shared * 1e6)};
 }
 
 Figure OneAction(const BenchContext&) {
@@ -85,7 +90,8 @@ Figure OneAction(const BenchContext&) {
   std::int32_t action = 0;
   Rng rng(1, 1);
   const double seconds = bench::BestSeconds([&] {
-    policy->Act(reinterpret_cast<const std::byte*>(observation), nullptr, 1, ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(&action));
+    policy->Act(reinterpret_cast<const std::byte*>(observation), nullptr, 1, ActionMode::kDeterministic, rng,
+                reinterpret_cast<std::byte*>(&action));
   });
   return {seconds * 1e6, "us", "64x64 tanh actor with its head, batch 1, no allocation"};
 }
@@ -131,7 +137,9 @@ double TrainingFlops(double inputs, double outputs, double epochs) {
 Figure TrainingFigure(const BenchContext& context, const Job& job, double inputs, double outputs, double epochs) {
   const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
   const double rate = static_cast<double>(job.steps) / seconds;
-  return {rate / 1e3, "k steps/s", fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s", 100.0 * rate * TrainingFlops(inputs, outputs, epochs) / context.peak, seconds)};
+  return {rate / 1e3, "k steps/s",
+          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
+                      100.0 * rate * TrainingFlops(inputs, outputs, epochs) / context.peak, seconds)};
 }
 
 Figure CartPoleDefaults(const BenchContext& context) {
@@ -139,13 +147,24 @@ Figure CartPoleDefaults(const BenchContext& context) {
 }
 
 Figure CartPoleEight(const BenchContext& context) {
-  return TrainingFigure(context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4, 2, 4);
+  return TrainingFigure(
+      context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4, 2,
+      4);
 }
 
 // The settings of the strongest native peer's own Pendulum benchmark.
 Figure PendulumPpo(const BenchContext& context) {
-  const Job job{"pendulum-v1", "ppo", 4, 307200,
-                {{"n_steps", "1024"}, {"batch_size", "256"}, {"n_epochs", "2"}, {"gamma", "0.9"}, {"learning_rate", "1e-3"}, {"activation_fn", "relu"}, {"norm_obs", "true"}}};
+  const Job job{"pendulum-v1",
+                "ppo",
+                4,
+                307200,
+                {{"n_steps", "1024"},
+                 {"batch_size", "256"},
+                 {"n_epochs", "2"},
+                 {"gamma", "0.9"},
+                 {"learning_rate", "1e-3"},
+                 {"activation_fn", "relu"},
+                 {"norm_obs", "true"}}};
   const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
   return {seconds, "s", "307,200 steps, 4 worlds x 1024, batch 256, 2 epochs, 64x64 ReLU"};
 }
@@ -223,7 +242,8 @@ double StepRate(int count) {
   for (int i = 0; i < count; ++i) {
     buffer.Advance();
     *reinterpret_cast<std::int32_t*>(buffer.batch().actions) = 1;
-    if (!(*client)->Step({&buffer.batch(), 1}, i + 1 == count ? MoreSteps::kLast : MoreSteps::kYes).ok()) return std::nan("");
+    if (!(*client)->Step({&buffer.batch(), 1}, i + 1 == count ? MoreSteps::kLast : MoreSteps::kYes).ok())
+      return std::nan("");
   }
   const double rate = count / (Now() - start);
   (*client)->Close();
@@ -241,7 +261,8 @@ Figure StepOverTcp(const BenchContext& context) {
     shares.push_back(rate / bare);
   }
   std::sort(shares.begin(), shares.end());
-  return {100.0 * shares[shares.size() / 2], "%", fmt::format("of a bare ping-pong of that size; about {:.0f} k steps/s", rate / 1e3)};
+  return {100.0 * shares[shares.size() / 2], "%",
+          fmt::format("of a bare ping-pong of that size; about {:.0f} k steps/s", rate / 1e3)};
 }
 
 /// One row of the table.
@@ -267,20 +288,28 @@ int Bench(const BenchFlags& flags) {
   std::vector<std::string_view> names;
   for (const BenchRow& row : kRows) names.emplace_back(row.name);
   if (!flags.only.empty() && std::find(names.begin(), names.end(), flags.only) == names.end()) {
-    return Fail("bench", {StatusCode::kInvalidArgument, "there is no row " + Quote(flags.only) + Suggestion(flags.only, names)});
+    return Fail("bench",
+                {StatusCode::kInvalidArgument, "there is no row " + Quote(flags.only) + Suggestion(flags.only, names)});
   }
   BenchContext context;
   context.repeats = flags.repeats;
   context.peak = nn::MeasurePeakFlops(0.5);
-  nlohmann::ordered_json json = {{"cpu", bench::CpuName()}, {"compiler", CompilerName()}, {"version", kVersion}, {"kernels", nn::InstructionSet()}, {"peak_gflops", context.peak / 1e9}, {"rows", nlohmann::json::array()}};
+  nlohmann::ordered_json json = {
+      {"cpu", bench::CpuName()},         {"compiler", CompilerName()},        {"version", kVersion},
+      {"kernels", nn::InstructionSet()}, {"peak_gflops", context.peak / 1e9}, {"rows", nlohmann::json::array()}};
   if (!flags.json) {
-    fmt::print("{}, {}, consac {}, {} kernels, peak of one core {:.1f} GFLOP/s\n\n", bench::CpuName(), CompilerName(), kVersion, nn::InstructionSet(), context.peak / 1e9);
+    fmt::print("{}, {}, consac {}, {} kernels, peak of one core {:.1f} GFLOP/s\n\n", bench::CpuName(), CompilerName(),
+               kVersion, nn::InstructionSet(), context.peak / 1e9);
     fmt::print("| what | figure | |\n|---|---|---|\n");
   }
   for (const BenchRow& row : kRows) {
     if (!flags.only.empty() && flags.only != row.name) continue;
     const Figure figure = row.measure(context);
-    json["rows"].push_back({{"name", row.name}, {"what", row.what}, {"value", figure.value}, {"unit", figure.unit}, {"note", figure.note}});
+    json["rows"].push_back({{"name", row.name},
+                            {"what", row.what},
+                            {"value", figure.value},
+                            {"unit", figure.unit},
+                            {"note", figure.note}});
     if (!flags.json) fmt::print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
     std::fflush(stdout);
   }
@@ -292,7 +321,8 @@ int Bench(const BenchFlags& flags) {
 
 Action AddBench(CLI::App& app) {
   const auto flags = std::make_shared<BenchFlags>();
-  app.add_option("--only", flags->only, "one row: update64, update2048, cores, action, cartpole, cartpole8, pendulum, thesis or step");
+  app.add_option("--only", flags->only,
+                 "one row: update64, update2048, cores, action, cartpole, cartpole8, pendulum, thesis or step");
   app.add_option("--repeats", flags->repeats, "repeats of a training; the median counts")->check(CLI::Range(1, 100));
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return Bench(*flags); };

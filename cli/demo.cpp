@@ -1,4 +1,5 @@
-// consac demo: an engine on a thread serves the road over TCP, the trainer learns it, the saved model walks to the coin.
+// consac demo: an engine on a thread serves the road over TCP, the trainer learns it, the saved model walks to the
+// coin.
 #include <fmt/format.h>
 
 #include <thread>
@@ -52,8 +53,10 @@ class Engine {
 Result<run::RunSummary> TrainOverTcp(const DemoFlags& flags, const worlds::World& world) {
   Engine engine;
   CONSAC_RETURN_IF_ERROR(engine.Open(world, flags));
-  fmt::print("1. An engine offers the thesis' road on {}: an actor, a coin, places 0 to 40.\n"
-             "2. The trainer connects and learns for {} steps with ppo2.\n\n", engine.url(), flags.steps);
+  fmt::print(
+      "1. An engine offers the thesis' road on {}: an actor, a coin, places 0 to 40.\n"
+      "2. The trainer connects and learns for {} steps with ppo2.\n\n",
+      engine.url(), flags.steps);
   run::RunConfig config;
   config.world = engine.url();
   config.directory = flags.directory;
@@ -85,10 +88,13 @@ int Demo(const DemoFlags& flags) {
   const Result<run::EvaluateSummary> verdict = run::Evaluate(evaluate, StopSignal());
   if (!verdict.ok()) return Fail("demo", verdict.status());
   const std::string& folder = summary->directory;
-  fmt::print("\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n"
-             "model           {}\nlearning curve  {}/curve.png (and .svg)\nTensorBoard     tensorboard --logdir {}/tensorboard\n"
-             "watch it again  consac play {}\nlook inside     consac inspect {}\n",
-             100.0 * verdict->mean_reward / verdict->mean_length, summary->model_path, folder, folder, summary->model_path, summary->model_path);
+  fmt::print(
+      "\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n"
+      "model           {}\nlearning curve  {}/curve.png (and .svg)\nTensorBoard     tensorboard --logdir "
+      "{}/tensorboard\n"
+      "watch it again  consac play {}\nlook inside     consac inspect {}\n",
+      100.0 * verdict->mean_reward / verdict->mean_length, summary->model_path, folder, folder, summary->model_path,
+      summary->model_path);
   return 0;
 }
 

@@ -21,7 +21,9 @@ struct DoctorFlags {
   double timeout = 3.0;
 };
 
-void Check(const char* what, const Status& status) { fmt::print("{:<20} {}\n", what, status.ok() ? "ok" : "FAILED: " + status.message()); }
+void Check(const char* what, const Status& status) {
+  fmt::print("{:<20} {}\n", what, status.ok() ? "ok" : "FAILED: " + status.message());
+}
 
 /// A round trip over a loopback port of our own.
 Status TestLoopback() {
@@ -31,13 +33,15 @@ Status TestLoopback() {
   if (!near_end.ok()) return near_end.status();
   Result<std::unique_ptr<Transport>> far_end = (*listener)->Accept(1.0);
   if (!far_end.ok()) return far_end.status();
-  if (*far_end == nullptr) return {StatusCode::kUnavailable, "a connection to this machine's own port was not accepted within 1 s"};
+  if (*far_end == nullptr)
+    return {StatusCode::kUnavailable, "a connection to this machine's own port was not accepted within 1 s"};
   const std::byte sent{42};
   std::byte got{0};
   CONSAC_RETURN_IF_ERROR((*near_end)->Write({&sent, 1}, 1.0));
   const Result<std::size_t> count = (*far_end)->Read({&got, 1}, 1.0);
   if (!count.ok()) return count.status();
-  return *count == 1 && got == sent ? Status::Ok() : Status{StatusCode::kUnavailable, "a byte sent over loopback did not arrive"};
+  return *count == 1 && got == sent ? Status::Ok()
+                                    : Status{StatusCode::kUnavailable, "a byte sent over loopback did not arrive"};
 }
 
 Status TestDisk(const std::string& directory) {
@@ -62,8 +66,11 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   if (!client.ok()) return Fail("doctor", client.status());
   const BehaviourSpec& behaviour = (*client)->spec().behaviours[0];
   const SessionRequest& request = (*client)->request();
-  fmt::print("endpoint             {}\nobservation          {}\naction               {}\ntraining length      {}\nmodel name           {}\n", (*client)->description(),
-             behaviour.observation_space.ToString(), behaviour.action_space.ToString(), request.training_length, request.model_name.empty() ? "none given" : request.model_name);
+  fmt::print(
+      "endpoint             {}\nobservation          {}\naction               {}\ntraining length      {}\nmodel name  "
+      "         {}\n",
+      (*client)->description(), behaviour.observation_space.ToString(), behaviour.action_space.ToString(),
+      request.training_length, request.model_name.empty() ? "none given" : request.model_name);
   BatchBuffer buffer(behaviour);
   Status status = (*client)->Reset({&buffer.batch(), 1});
   if (!status.ok()) return Fail("doctor", status);
@@ -77,16 +84,23 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   }
   (*client)->Close();
   if (!status.ok()) return Fail("doctor", status);
-  fmt::print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n", (Now() - start) / kSteps * 1e6, kSteps);
+  fmt::print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n",
+             (Now() - start) / kSteps * 1e6, kSteps);
   return 0;
 }
 
 int Doctor(const DoctorFlags& flags) {
   if (!flags.url.empty()) return ExamineEndpoint(flags);
-  fmt::print("consac               {}\nprocessor            {}\ncores                {}\ncompiler             {}\nkernels              {} ({} floats a register)\n", kVersion, bench::CpuName(),
-             std::thread::hardware_concurrency(), CompilerName(), nn::InstructionSet(), nn::VectorLanes());
+  fmt::print(
+      "consac               {}\nprocessor            {}\ncores                {}\ncompiler             {}\nkernels     "
+      "         {} ({} floats a register)\n",
+      kVersion, bench::CpuName(), std::thread::hardware_concurrency(), CompilerName(), nn::InstructionSet(),
+      nn::VectorLanes());
   const double peak = nn::MeasurePeakFlops(0.3), reached = MeasureDenseFlops(0.3);
-  fmt::print("peak, one core       {:.1f} GFLOP/s (fused multiply-add in these registers)\ndense layer 64x64    {:.1f} GFLOP/s, {:.0f}% of the peak\n", peak / 1e9, reached / 1e9, 100.0 * reached / peak);
+  fmt::print(
+      "peak, one core       {:.1f} GFLOP/s (fused multiply-add in these registers)\ndense layer 64x64    {:.1f} "
+      "GFLOP/s, {:.0f}% of the peak\n",
+      peak / 1e9, reached / 1e9, 100.0 * reached / peak);
   const Status loopback = TestLoopback(), disk = TestDisk(flags.directory);
   Check("loopback TCP", loopback);
   Check("writing runs", disk);

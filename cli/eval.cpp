@@ -27,8 +27,9 @@ int Eval(EvalFlags& flags) {
                                        {"mean_length", summary->mean_length}})
                            .dump());
   } else {
-    fmt::print("{} episodes: mean reward {:.4g} +- {:.3g} (from {:.4g} to {:.4g}), mean length {:.1f}\n", summary->episodes, summary->mean_reward,
-               summary->std_reward, summary->min_reward, summary->max_reward, summary->mean_length);
+    fmt::print("{} episodes: mean reward {:.4g} +- {:.3g} (from {:.4g} to {:.4g}), mean length {:.1f}\n",
+               summary->episodes, summary->mean_reward, summary->std_reward, summary->min_reward, summary->max_reward,
+               summary->mean_length);
   }
   return StopSignal().load() ? 130 : 0;
 }
@@ -38,10 +39,13 @@ int Eval(EvalFlags& flags) {
 Action AddEval(CLI::App& app) {
   const auto flags = std::make_shared<EvalFlags>();
   app.add_option("model", flags->options.model, "a .consac file or a run's name")->required();
-  app.add_option("world", flags->options.world, "a built-in world or tcp://host:port; the world it was trained on unless given");
+  app.add_option("world", flags->options.world,
+                 "a built-in world or tcp://host:port; the world it was trained on unless given");
   app.add_option("--dir", flags->options.directory, "folder of the runs");
   app.add_option("--episodes", flags->options.episodes, "episodes to average over")->check(CLI::PositiveNumber);
-  app.add_option("--max-episode-steps", flags->options.max_episode_steps, "steps after which an episode of an endless world counts")->check(CLI::PositiveNumber);
+  app.add_option("--max-episode-steps", flags->options.max_episode_steps,
+                 "steps after which an episode of an endless world counts")
+      ->check(CLI::PositiveNumber);
   app.add_option("--seed", flags->options.seed, "seed of the worlds");
   app.add_option("--connect-timeout", flags->options.connect_timeout_s, "seconds to keep trying to reach an engine");
   app.add_option("--deadline", flags->options.deadline_s, "seconds of an engine's silence that end the session");

@@ -23,12 +23,14 @@ std::string ShapeOf(const Tensor& tensor) {
 
 void PrintPolicy(const Policy& policy) {
   const PolicyData& data = policy.data();
-  fmt::print("behaviour    {}\nobservation  {}\naction       {}\nnormaliser   {}\nparameters   {}\nself-test    reproduced\n", data.behaviour,
-             data.observation_space.ToString(), data.action_space.ToString(), data.normaliser.active() ? "running mean and deviation" : "none",
-             data.parameters.size() + data.log_std.size());
+  fmt::print(
+      "behaviour    {}\nobservation  {}\naction       {}\nnormaliser   {}\nparameters   {}\nself-test    reproduced\n",
+      data.behaviour, data.observation_space.ToString(), data.action_space.ToString(),
+      data.normaliser.active() ? "running mean and deviation" : "none", data.parameters.size() + data.log_std.size());
   fmt::print("network\n");
   for (const nn::Block& block : data.network.blocks) {
-    fmt::print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size, nn::NameOf(block.activation), block.input);
+    fmt::print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size,
+               nn::NameOf(block.activation), block.input);
   }
   const nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
   fmt::print("training     {}\n", training.dump(2));
@@ -36,7 +38,8 @@ void PrintPolicy(const Policy& policy) {
 
 void PrintTensors(const ModelFile& file) {
   fmt::print("tensors\n");
-  for (const auto& [name, tensor] : file.tensors) fmt::print("  {:<40} {:<5} {}\n", name, NameOf(tensor.dtype), ShapeOf(tensor));
+  for (const auto& [name, tensor] : file.tensors)
+    fmt::print("  {:<40} {:<5} {}\n", name, NameOf(tensor.dtype), ShapeOf(tensor));
 }
 
 int Inspect(const InspectFlags& flags) {
@@ -48,7 +51,8 @@ int Inspect(const InspectFlags& flags) {
   const std::string kind = spec.is_object() ? spec.value("kind", std::string("?")) : "?";
   if (flags.json) {
     nlohmann::json tensors = nlohmann::json::object();
-    for (const auto& [name, tensor] : file->tensors) tensors[name] = {{"dtype", NameOf(tensor.dtype)}, {"shape", tensor.shape}};
+    for (const auto& [name, tensor] : file->tensors)
+      tensors[name] = {{"dtype", NameOf(tensor.dtype)}, {"shape", tensor.shape}};
     fmt::print("{}\n", nlohmann::json({{"path", *path}, {"spec", spec}, {"tensors", tensors}}).dump(2));
     return 0;
   }

@@ -21,12 +21,18 @@ using Rows = nlohmann::ordered_json;
 
 std::string_view TypeName(learn::ParameterType type) {
   switch (type) {
-    case learn::ParameterType::kReal: return "number";
-    case learn::ParameterType::kInteger: return "whole number";
-    case learn::ParameterType::kBoolean: return "true/false";
-    case learn::ParameterType::kSchedule: return "number or lin_";
-    case learn::ParameterType::kChoice: return "choice";
-    case learn::ParameterType::kText: return "text";
+    case learn::ParameterType::kReal:
+      return "number";
+    case learn::ParameterType::kInteger:
+      return "whole number";
+    case learn::ParameterType::kBoolean:
+      return "true/false";
+    case learn::ParameterType::kSchedule:
+      return "number or lin_";
+    case learn::ParameterType::kChoice:
+      return "choice";
+    case learn::ParameterType::kText:
+      return "text";
   }
   return "";
 }
@@ -34,7 +40,9 @@ std::string_view TypeName(learn::ParameterType type) {
 std::string RangeOf(const learn::Hyperparameter& row) {
   if (row.type == learn::ParameterType::kChoice) return row.choices;
   if (row.type == learn::ParameterType::kBoolean || row.type == learn::ParameterType::kText) return "";
-  const auto side = [](double bound) { return std::isinf(bound) ? std::string(bound < 0 ? "-inf" : "inf") : NumberText(bound); };
+  const auto side = [](double bound) {
+    return std::isinf(bound) ? std::string(bound < 0 ? "-inf" : "inf") : NumberText(bound);
+  };
   return side(row.low) + " to " + side(row.high) + (row.choices[0] != '\0' ? std::string(", ") + row.choices : "");
 }
 
@@ -54,14 +62,21 @@ Rows WorldRows() {
 
 Rows AlgorithmRows() {
   Rows rows = Rows::array();
-  for (const learn::Algorithm& algorithm : learn::Algorithms()) rows.push_back({{"algorithm", algorithm.name}, {"what", algorithm.description}});
+  for (const learn::Algorithm& algorithm : learn::Algorithms())
+    rows.push_back({{"algorithm", algorithm.name}, {"what", algorithm.description}});
   return rows;
 }
 
 Rows HyperparameterRows(const learn::Algorithm& algorithm) {
   Rows rows = Rows::array();
   for (const learn::Hyperparameter& row : algorithm.hyperparameters) {
-    rows.push_back({{"name", row.name}, {"alias", row.alias}, {"type", TypeName(row.type)}, {"default", row.default_value}, {"range", RangeOf(row)}, {"meaning", row.meaning}, {"source", row.source}});
+    rows.push_back({{"name", row.name},
+                    {"alias", row.alias},
+                    {"type", TypeName(row.type)},
+                    {"default", row.default_value},
+                    {"range", RangeOf(row)},
+                    {"meaning", row.meaning},
+                    {"source", row.source}});
   }
   return rows;
 }
@@ -71,7 +86,8 @@ Rows PolicyRows() {
   Rows rows = Rows::array();
   for (const learn::Algorithm& algorithm : learn::Algorithms()) {
     for (const learn::Hyperparameter& row : algorithm.hyperparameters) {
-      if (std::string_view(row.name) == "policy") rows.push_back({{"algorithm", algorithm.name}, {"policies", row.choices}, {"meaning", row.meaning}});
+      if (std::string_view(row.name) == "policy")
+        rows.push_back({{"algorithm", algorithm.name}, {"policies", row.choices}, {"meaning", row.meaning}});
     }
   }
   return rows;
@@ -105,18 +121,25 @@ void PrintRows(const Rows& rows) {
 int List(const ListFlags& flags) {
   constexpr std::string_view kKinds[] = {"worlds", "algorithms", "policies", "hyperparameters"};
   Rows rows;
-  if (flags.what == "worlds") rows = WorldRows();
-  else if (flags.what == "algorithms") rows = AlgorithmRows();
-  else if (flags.what == "policies") rows = PolicyRows();
+  if (flags.what == "worlds")
+    rows = WorldRows();
+  else if (flags.what == "algorithms")
+    rows = AlgorithmRows();
+  else if (flags.what == "policies")
+    rows = PolicyRows();
   else if (flags.what == "hyperparameters") {
-    const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(flags.algorithm.empty() ? "ppo2" : flags.algorithm);
+    const Result<const learn::Algorithm*> algorithm =
+        learn::FindAlgorithm(flags.algorithm.empty() ? "ppo2" : flags.algorithm);
     if (!algorithm.ok()) return Fail("list", algorithm.status());
     rows = HyperparameterRows(**algorithm);
   } else {
-    return Fail("list", {StatusCode::kInvalidArgument, "there is no list " + Quote(flags.what) + Suggestion(flags.what, kKinds)});
+    return Fail("list", {StatusCode::kInvalidArgument,
+                         "there is no list " + Quote(flags.what) + Suggestion(flags.what, kKinds)});
   }
-  if (flags.json) fmt::print("{}\n", rows.dump(2));
-  else PrintRows(rows);
+  if (flags.json)
+    fmt::print("{}\n", rows.dump(2));
+  else
+    PrintRows(rows);
   return 0;
 }
 

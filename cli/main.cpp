@@ -18,15 +18,19 @@ constexpr Verb kVerbs[] = {
     {"serve", "be the engine: offer a built-in world on a port",
      "consac serve road-v0 --port 5005\nconsac serve cartpole-v1 --port 0 --port-file port.txt --rate 60", AddServe},
     {"train", "learn a built-in world, or the world of an engine",
-     "consac train cartpole-v1 --envs 8 --steps 100000\nconsac train tcp://127.0.0.1:5005 --name walker --set learning_rate=1e-3\n"
+     "consac train cartpole-v1 --envs 8 --steps 100000\nconsac train tcp://127.0.0.1:5005 --name walker --set "
+     "learning_rate=1e-3\n"
      "consac train --resume --name walker",
      AddTrain},
-    {"eval", "mean reward of a model over episodes", "consac eval walker\nconsac eval runs/walker/model.consac road-v0 --episodes 20 --json", AddEval},
+    {"eval", "mean reward of a model over episodes",
+     "consac eval walker\nconsac eval runs/walker/model.consac road-v0 --episodes 20 --json", AddEval},
     {"play", "watch a model, step by step", "consac play walker road-v0 --steps 40", AddPlay},
-    {"list", "worlds, algorithms, policies, hyperparameters", "consac list worlds\nconsac list hyperparameters ppo2 --json", AddList},
+    {"list", "worlds, algorithms, policies, hyperparameters",
+     "consac list worlds\nconsac list hyperparameters ppo2 --json", AddList},
     {"inspect", "what is inside a model or checkpoint", "consac inspect runs/walker/model.consac", AddInspect},
     {"bench", "speed on this machine, as a table", "consac bench\nconsac bench --only cartpole --json", AddBench},
-    {"doctor", "what this machine can do, and what is wrong with an endpoint", "consac doctor\nconsac doctor tcp://127.0.0.1:5005", AddDoctor},
+    {"doctor", "what this machine can do, and what is wrong with an endpoint",
+     "consac doctor\nconsac doctor tcp://127.0.0.1:5005", AddDoctor},
 };
 
 std::atomic<bool> stop_flag{false};
@@ -39,19 +43,26 @@ extern "C" void OnStopSignal(int) {
 
 int ExitCode(const Status& status) {
   switch (status.code()) {
-    case StatusCode::kOk: return 0;
+    case StatusCode::kOk:
+      return 0;
     case StatusCode::kInvalidArgument:
     case StatusCode::kNotFound:
     case StatusCode::kAlreadyExists:
-    case StatusCode::kFailedPrecondition: return 2;
+    case StatusCode::kFailedPrecondition:
+      return 2;
     case StatusCode::kProtocol:
     case StatusCode::kUnavailable:
-    case StatusCode::kDeadlineExceeded: return 3;
+    case StatusCode::kDeadlineExceeded:
+      return 3;
     case StatusCode::kDataLoss:
-    case StatusCode::kResourceExhausted: return 6;
-    case StatusCode::kNonFinite: return 7;
-    case StatusCode::kCancelled: return 130;
-    case StatusCode::kInternal: return 1;
+    case StatusCode::kResourceExhausted:
+      return 6;
+    case StatusCode::kNonFinite:
+      return 7;
+    case StatusCode::kCancelled:
+      return 130;
+    case StatusCode::kInternal:
+      return 1;
   }
   return 1;
 }
@@ -91,11 +102,13 @@ int Main(int argc, char** argv) {
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const Verb& verb : kVerbs) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.summary);
-    sub->footer(std::string("Examples:\n") + verb.examples + "\n\nExit codes: 0 ok, 1 internal, 2 usage, 3 peer, 6 file, 7 not a finite number, 130 interrupted.");
+    sub->footer(std::string("Examples:\n") + verb.examples +
+                "\n\nExit codes: 0 ok, 1 internal, 2 usage, 3 peer, 6 file, 7 not a finite number, 130 interrupted.");
     actions.emplace_back(sub, verb.add(*sub));
   }
   const auto is_verb = [&](const auto& entry) { return entry.first->get_name() == argv[1]; };
-  if (argc > 1 && argv[1][0] != '-' && std::none_of(actions.begin(), actions.end(), is_verb)) return UnknownVerb(argv[1]);
+  if (argc > 1 && argv[1][0] != '-' && std::none_of(actions.begin(), actions.end(), is_verb))
+    return UnknownVerb(argv[1]);
   const std::string verb = argc > 1 && argv[1][0] != '-' ? " " + std::string(argv[1]) : "";
   try {
     app.parse(argc, argv);
@@ -114,6 +127,7 @@ int Main(int argc, char** argv) {
 }  // namespace consac::cli
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
+  std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training
   return consac::cli::Main(argc, argv);
 }

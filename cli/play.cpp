@@ -20,7 +20,8 @@ std::string RowText(const Layout& layout, const std::byte* row) {
   std::string out;
   std::int64_t count = 0;
   for (const Leaf& leaf : layout.leaves) {
-    for (std::int64_t i = 0; i < leaf.count; ++i, ++count) out += (count > 0 ? ", " : "") + fmt::format("{:.4g}", ReadElement(leaf, row, i));
+    for (std::int64_t i = 0; i < leaf.count; ++i, ++count)
+      out += (count > 0 ? ", " : "") + fmt::format("{:.4g}", ReadElement(leaf, row, i));
   }
   return count > 1 ? "[" + out + "]" : out;
 }
@@ -36,9 +37,14 @@ int Play(const PlayFlags& flags) {
   Result<Policy> policy = Policy::Load(*path);
   if (!policy.ok()) return Fail("play", policy.status());
   const nlohmann::json training = nlohmann::json::parse(policy->data().training_json, nullptr, false);
-  const std::string id = !flags.world.empty() ? flags.world : training.is_object() ? training.value("world", std::string()) : std::string();
+  const std::string id = !flags.world.empty()   ? flags.world
+                         : training.is_object() ? training.value("world", std::string())
+                                                : std::string();
   const Result<const worlds::World*> world = worlds::FindWorld(id);
-  if (!world.ok()) return Fail("play", {world.status().code(), world.status().message() + "; play needs a built-in world (an engine plays with consac train and a model name)"});
+  if (!world.ok())
+    return Fail("play", {world.status().code(),
+                         world.status().message() +
+                             "; play needs a built-in world (an engine plays with consac train and a model name)"});
   const Status status = Walk(*policy, **world, flags.walk, StopSignal());
   if (!status.ok()) return Fail("play", status);
   return StopSignal().load() ? 130 : 0;
@@ -59,10 +65,12 @@ Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& optio
     const std::string picture = world.describe != nullptr ? "  " + world.describe(*env, 0) : "";
     buffer.Advance();
     Batch& batch = buffer.batch();
-    policy.Act(batch.observations, batch.action_masks, 1, options.stochastic ? ActionMode::kSample : ActionMode::kDeterministic, rng, batch.actions);
+    policy.Act(batch.observations, batch.action_masks, 1,
+               options.stochastic ? ActionMode::kSample : ActionMode::kDeterministic, rng, batch.actions);
     env->Step({&batch, 1});
     total += batch.rewards[0];
-    fmt::print("{:4}  observation {:<12} action {:<4} reward {:<6.4g}{}\n", step, RowText(behaviour.observation_layout, batch.observations),
+    fmt::print("{:4}  observation {:<12} action {:<4} reward {:<6.4g}{}\n", step,
+               RowText(behaviour.observation_layout, batch.observations),
                RowText(behaviour.action_layout, batch.actions), batch.rewards[0], picture);
     if ((batch.terminated[0] | batch.truncated[0]) != 0) {
       fmt::print("episode over: return {:.4g}, {}\n", total, batch.terminated[0] != 0 ? "terminated" : "truncated");

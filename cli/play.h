@@ -12,11 +12,11 @@ namespace consac::cli {
 
 /// How long and how fast.
 struct WalkOptions {
-  std::int64_t steps = 100;     ///< at most
-  std::int64_t episodes = 1;    ///< at most
-  std::uint64_t seed = 1000;    ///< of the world
-  double delay_s = 0.0;         ///< between steps
-  bool stochastic = false;      ///< draw actions instead of taking the most likely
+  std::int64_t steps = 100;   ///< at most
+  std::int64_t episodes = 1;  ///< at most
+  std::uint64_t seed = 1000;  ///< of the world
+  double delay_s = 0.0;       ///< between steps
+  bool stochastic = false;    ///< draw actions instead of taking the most likely
 };
 
 /// Prints the thesis' trajectory, a line per step: observation, action, reward. Ok at the end or when stopped.

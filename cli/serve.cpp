@@ -54,7 +54,8 @@ int Serve(const ServeFlags& flags) {
   for (std::int64_t session = 1; flags.sessions == 0 || session <= flags.sessions; ++session) {
     const Status status = (*server)->ServeSession(stop);
     if (status.code() == StatusCode::kCancelled) return 130;
-    fmt::print("session {}: {} steps{}\n", session, (*server)->session_steps(), status.ok() ? "" : "; " + status.message());
+    fmt::print("session {}: {} steps{}\n", session, (*server)->session_steps(),
+               status.ok() ? "" : "; " + status.message());
     std::fflush(stdout);
     if (!status.ok() && flags.sessions == session) return ExitCode(status);
   }
@@ -70,14 +71,17 @@ Action AddServe(CLI::App& app) {
   app.add_option("--port", flags->port, "port; 0 takes a free one")->check(CLI::Range(0, 65535));
   app.add_option("--port-file", flags->port_file, "write the port that is open to this file");
   app.add_option("--steps", flags->steps, "training length sent to the trainer")->check(CLI::NonNegativeNumber);
-  app.add_option("--model", flags->model, "model name sent to the trainer; without --steps it asks for that model to act");
+  app.add_option("--model", flags->model,
+                 "model name sent to the trainer; without --steps it asks for that model to act");
   app.add_option("--seed", flags->seed, "seed of the world; session k uses seed + k");
-  app.add_option("--rate", flags->rate, "steps per second, as an engine bound to its frames; 0: as fast as the trainer")->check(CLI::NonNegativeNumber);
+  app.add_option("--rate", flags->rate, "steps per second, as an engine bound to its frames; 0: as fast as the trainer")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--sessions", flags->sessions, "stop after so many sessions; 0: never")->check(CLI::NonNegativeNumber);
   app.add_option("--deadline", flags->deadline, "seconds of a trainer's silence that end its session");
   app.add_option("--quiet-time", flags->quiet_time, "seconds between messages without newline");
   app.add_flag("--no-newline", flags->no_newline, "end no message with a newline, as the thesis' engine");
-  app.add_flag("--wait-after-end", flags->wait_after_end, "wait for an answer to an episode's last observation, as some hand-made engines");
+  app.add_flag("--wait-after-end", flags->wait_after_end,
+               "wait for an answer to an episode's last observation, as some hand-made engines");
   return [flags] { return Serve(*flags); };
 }
 

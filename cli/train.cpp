@@ -18,7 +18,8 @@ struct TrainFlags {
   std::optional<std::int32_t> envs, threads;
   std::optional<double> connect_timeout, deadline, quiet_time;
   std::vector<std::string> settings;
-  bool resume = false, force = false, forever = false, answer_done = false, no_table = false, no_progress = false, no_tensorboard = false, json = false;
+  bool resume = false, force = false, forever = false, answer_done = false, no_table = false, no_progress = false,
+       no_tensorboard = false, json = false;
 };
 
 template <class T>
@@ -54,10 +55,13 @@ Result<run::RunConfig> Resolve(const TrainFlags& flags) {
 }
 
 void PrintJson(const run::RunSummary& summary) {
-  nlohmann::json json = {{"directory", summary.directory},     {"model", summary.model_path}, {"steps", summary.steps},
-                         {"updates", summary.updates},         {"seconds", summary.seconds},  {"interrupted", summary.interrupted},
-                         {"acted_only", summary.acted_only},   {"weights_hash", fmt::format("{:016x}", summary.weights_hash)}};
-  json["mean_episode_reward"] = std::isfinite(summary.mean_episode_reward) ? nlohmann::json(summary.mean_episode_reward) : nlohmann::json();
+  nlohmann::json json = {
+      {"directory", summary.directory},   {"model", summary.model_path},
+      {"steps", summary.steps},           {"updates", summary.updates},
+      {"seconds", summary.seconds},       {"interrupted", summary.interrupted},
+      {"acted_only", summary.acted_only}, {"weights_hash", fmt::format("{:016x}", summary.weights_hash)}};
+  json["mean_episode_reward"] =
+      std::isfinite(summary.mean_episode_reward) ? nlohmann::json(summary.mean_episode_reward) : nlohmann::json();
   fmt::print("{}\n", json.dump());
 }
 
@@ -69,7 +73,9 @@ int Train(const TrainFlags& flags) {
   if (flags.json) PrintJson(*summary);
   if (!summary->interrupted) return 0;
   if (!summary->directory.empty()) {
-    fmt::print(stderr, "consac train: interrupted after {} steps; everything is saved in {} (go on with --resume --name)\n", summary->steps, summary->directory);
+    fmt::print(stderr,
+               "consac train: interrupted after {} steps; everything is saved in {} (go on with --resume --name)\n",
+               summary->steps, summary->directory);
   }
   return 130;
 }
@@ -80,18 +86,22 @@ Action AddTrain(CLI::App& app) {
   const auto flags = std::make_shared<TrainFlags>();
   app.add_option("world", flags->world, "a built-in world (consac list worlds) or an engine at tcp://host:port");
   app.add_option("--algo", flags->algorithm, "algorithm (consac list algorithms); ppo2 unless given");
-  app.add_option("--steps", flags->steps, "agent steps; what the engine says, or 100000, unless given")->check(CLI::PositiveNumber);
+  app.add_option("--steps", flags->steps, "agent steps; what the engine says, or 100000, unless given")
+      ->check(CLI::PositiveNumber);
   app.add_option("--seed", flags->seed, "seed of everything");
   app.add_option("--envs", flags->envs, "copies of a built-in world")->check(CLI::Range(1, 1 << 20));
   app.add_option("--threads", flags->threads, "cores to learn on; never changes the result")->check(CLI::Range(1, 256));
-  app.add_option("--set", flags->settings, "key=value: a hyperparameter or a field of the configuration; may be repeated");
+  app.add_option("--set", flags->settings,
+                 "key=value: a hyperparameter or a field of the configuration; may be repeated");
   app.add_option("--config", flags->config_file, "YAML file (docs/configuration.md)");
   app.add_option("--name", flags->name, "name of the run: its folder is DIR/NAME");
   app.add_option("--dir", flags->directory, "folder of the runs; 'runs' unless given");
   app.add_flag("--resume", flags->resume, "go on with a run that was stopped");
   app.add_flag("--force", flags->force, "overwrite a run of that name");
-  app.add_flag("--forever", flags->forever, "serve one session of the engine after another, training or acting as it asks");
-  app.add_flag("--answer-done", flags->answer_done, "answer an episode's last observation, for engines that wait there");
+  app.add_flag("--forever", flags->forever,
+               "serve one session of the engine after another, training or acting as it asks");
+  app.add_flag("--answer-done", flags->answer_done,
+               "answer an episode's last observation, for engines that wait there");
   app.add_option("--connect-timeout", flags->connect_timeout, "seconds to keep trying to reach an engine");
   app.add_option("--deadline", flags->deadline, "seconds of an engine's silence that end the session");
   app.add_option("--quiet-time", flags->quiet_time, "seconds of silence that end a message without newline");

@@ -22,7 +22,8 @@ class ScratchFolder {
  public:
   /// Makes it.
   explicit ScratchFolder(const std::string& name)
-      : path_((std::filesystem::temp_directory_path() / ("consac_" + name + "_" + std::to_string(::getpid()))).string()) {
+      : path_(
+            (std::filesystem::temp_directory_path() / ("consac_" + name + "_" + std::to_string(::getpid()))).string()) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
@@ -40,7 +41,8 @@ class ScratchFolder {
 class ServedWorld {
  public:
   /// Opens a free port and waits for trainers, one session after another.
-  ServedWorld(const std::string& world, const EnvServerOptions& options) : env_((*worlds::FindWorld(world))->create(1)) {
+  ServedWorld(const std::string& world, const EnvServerOptions& options)
+      : env_((*worlds::FindWorld(world))->create(1)) {
     auto listener = ListenTcp({"127.0.0.1", 0});
     auto server = EnvServer::Create(*env_, std::move(*listener), options);
     server_ = std::move(*server);

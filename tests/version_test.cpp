@@ -3,4 +3,6 @@
 
 #include <gtest/gtest.h>
 
-TEST(Version, HeaderEqualsProject) { EXPECT_STREQ(consac::kVersion, CONSAC_VERSION); }
+TEST(Version, HeaderEqualsProject) {
+  EXPECT_STREQ(consac::kVersion, CONSAC_VERSION);
+}

@@ -40,7 +40,9 @@ int main() {
     std::istringstream line(text);
     std::string world;
     line >> world;
-    if (world == "cartpole-v1") Trace<consac::worlds::CartPole, 4>(line, 4);
-    else Trace<consac::worlds::Pendulum, 2>(line, 3);
+    if (world == "cartpole-v1")
+      Trace<consac::worlds::CartPole, 4>(line, 4);
+    else
+      Trace<consac::worlds::Pendulum, 2>(line, 3);
   }
 }

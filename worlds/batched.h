@@ -19,8 +19,8 @@ namespace consac::worlds {
 
 /// What one step of one copy came to.
 struct StepResult {
-  float reward = 0.0f;       ///< of this step
-  bool terminated = false;   ///< the episode ended in a terminal state
+  float reward = 0.0f;      ///< of this step
+  bool terminated = false;  ///< the episode ended in a terminal state
 };
 
 /// N copies of W. Copy i draws from stream "world", index i.

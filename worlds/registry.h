@@ -16,9 +16,9 @@ namespace consac::worlds {
 
 /// One row.
 struct World {
-  const char* id;            ///< "road-v0"; the version rises when results may change
-  const char* description;   ///< one line
-  const char* source;        ///< where it comes from
+  const char* id;           ///< "road-v0"; the version rises when results may change
+  const char* description;  ///< one line
+  const char* source;       ///< where it comes from
   /// `count` >= 1 copies that step as one batch. Every world's generators start at Reset.
   std::unique_ptr<VectorEnv> (*create)(std::int32_t count);
   /// "position 12, coin 30": one line about copy `index`, for `consac play`; null when the numbers say enough.

@@ -22,18 +22,22 @@ std::uint64_t Walk(VectorEnv& env, std::uint64_t seed, int steps) {
   for (int t = 0; t < steps; ++t) {
     buffer.Advance();
     Batch& batch = buffer.batch();
-    for (std::int64_t r = 0; r < batch.rows(); ++r) SampleRow(behaviour.action_layout, rng, batch.actions + static_cast<std::size_t>(r) * behaviour.action_layout.row_bytes);
+    for (std::int64_t r = 0; r < batch.rows(); ++r)
+      SampleRow(behaviour.action_layout, rng,
+                batch.actions + static_cast<std::size_t>(r) * behaviour.action_layout.row_bytes);
     env.Step({&batch, 1});
     for (std::int64_t r = 0; r < batch.rows(); ++r) {
       const std::size_t at = static_cast<std::size_t>(r) * behaviour.observation_layout.row_bytes;
-      EXPECT_TRUE(CheckRow(behaviour.observation_layout, batch.next_observations + at).ok()) << CheckRow(behaviour.observation_layout, batch.next_observations + at).message();
+      EXPECT_TRUE(CheckRow(behaviour.observation_layout, batch.next_observations + at).ok())
+          << CheckRow(behaviour.observation_layout, batch.next_observations + at).message();
       if ((batch.terminated[r] | batch.truncated[r]) != 0) {
         EXPECT_FALSE(batch.terminated[r] != 0 && batch.truncated[r] != 0);
       }
     }
     // Rounded, because libm's last digit differs between machines.
     for (std::int64_t i = 0; i < batch.rows() * behaviour.observation_layout.feature_count; ++i) {
-      auto rounded = static_cast<std::int64_t>(std::nearbyint(1e3 * static_cast<double>(reinterpret_cast<float*>(batch.next_observations)[i])));
+      auto rounded = static_cast<std::int64_t>(
+          std::nearbyint(1e3 * static_cast<double>(reinterpret_cast<float*>(batch.next_observations)[i])));
       hasher("o", rounded);
     }
     hasher("terminated", std::span<std::uint8_t>(batch.terminated, static_cast<std::size_t>(batch.rows())));
@@ -75,7 +79,9 @@ TEST_P(EveryWorld, RestoredStateGoesOnTheSameWay) {
   for (int t = 0; t < 300; ++t) {
     env->Step({&a.batch(), 1});
     other->Step({&b.batch(), 1});
-    ASSERT_EQ(std::memcmp(a.batch().next_observations, b.batch().next_observations, 2 * behaviour.observation_layout.row_bytes), 0);
+    ASSERT_EQ(std::memcmp(a.batch().next_observations, b.batch().next_observations,
+                          2 * behaviour.observation_layout.row_bytes),
+              0);
   }
 }
 
@@ -102,12 +108,9 @@ TEST_P(EveryWorld, TimeLimitTruncatesAndNeverTerminates) {
 // Raise a world's version when one of these must change.
 TEST(Worlds, GoldenTrajectoryHashes) {
   const std::map<std::string, std::uint64_t> golden = {
-      {"road-v0", 12673650006737874259ull},
-      {"cartpole-v1", 10676226672455534339ull},
-      {"pendulum-v1", 8113930788242261144ull},
-      {"point-v0", 440896369733862936ull},
-      {"maze-v0", 17803285359404816906ull},
-      {"reach3-v0", 17971848976946913692ull},
+      {"road-v0", 12673650006737874259ull},    {"cartpole-v1", 10676226672455534339ull},
+      {"pendulum-v1", 8113930788242261144ull}, {"point-v0", 440896369733862936ull},
+      {"maze-v0", 17803285359404816906ull},    {"reach3-v0", 17971848976946913692ull},
   };
   for (const World& world : Worlds()) {
     const auto env = world.create(2);
@@ -128,7 +131,8 @@ TEST(Worlds, SuggestedSettingsAreReadPerAlgorithm) {
   EXPECT_TRUE(SuggestedSettings(road, "sac").empty());
   World made = road;
   made.suggested = "ppo2: a=1  b=x ; ppo: c=[1,2]";
-  EXPECT_EQ(SuggestedSettings(made, "ppo2"), (std::vector<std::pair<std::string, std::string>>{{"a", "1"}, {"b", "x"}}));
+  EXPECT_EQ(SuggestedSettings(made, "ppo2"),
+            (std::vector<std::pair<std::string, std::string>>{{"a", "1"}, {"b", "x"}}));
   EXPECT_EQ(SuggestedSettings(made, "ppo"), (std::vector<std::pair<std::string, std::string>>{{"c", "[1,2]"}}));
 }
 

@@ -1,8 +1,9 @@
 // Lists what an installed CONSAC can learn with, and steps one of its worlds.
 #include <consac/env/buffer.h>
 #include <consac/learn/algo/learner.h>
-#include <cstdio>
 #include <worlds/registry.h>
+
+#include <cstdio>
 
 int main() {
   for (const consac::learn::Algorithm& algorithm : consac::learn::Algorithms()) std::printf("%s\n", algorithm.name);

@@ -46,8 +46,16 @@ const std::vector<Proof>& Proofs() {
   static const std::vector<Proof> proofs = {
       {"road over TCP, share of states with a step nearer", "road-v0", "ppo2", 20000, 1, true, true, {}, 0.99, 0.97},
       {"cartpole", "cartpole-v1", "ppo2", 100000, 8, false, true, {}, 475, 400},
-      {"pendulum", "pendulum-v1", "ppo", 300000, 4, false, false,
-       {"gamma=0.9", "learning_rate=1e-3", "n_steps=1024", "n_epochs=10"}, -250, -400},
+      {"pendulum",
+       "pendulum-v1",
+       "ppo",
+       300000,
+       4,
+       false,
+       false,
+       {"gamma=0.9", "learning_rate=1e-3", "n_steps=1024", "n_epochs=10"},
+       -250,
+       -400},
   };
   return proofs;
 }
@@ -142,9 +150,10 @@ bool Prove(const Proof& proof, std::ofstream& out) {
   std::sort(sorted.begin(), sorted.end());
   const bool holds = std::none_of(results.begin(), results.end(), [](double r) { return std::isnan(r); }) &&
                      sorted[kSeeds / 2] >= proof.median_at_least && sorted.front() >= proof.every_seed_at_least;
-  out << fmt::format("| {} | {} | {} | {} x {} | {} | {:.4g} | {:.4g} / {:.4g} | {:.2f} | {} |\n", proof.name, proof.world,
-                     proof.algorithm, proof.steps, proof.envs, seeds, sorted[kSeeds / 2], proof.median_at_least,
-                     proof.every_seed_at_least, total_seconds / kSeeds, holds ? "yes" : "**no**");
+  out << fmt::format("| {} | {} | {} | {} x {} | {} | {:.4g} | {:.4g} / {:.4g} | {:.2f} | {} |\n", proof.name,
+                     proof.world, proof.algorithm, proof.steps, proof.envs, seeds, sorted[kSeeds / 2],
+                     proof.median_at_least, proof.every_seed_at_least, total_seconds / kSeeds,
+                     holds ? "yes" : "**no**");
   out.flush();
   return holds;
 }
@@ -157,10 +166,13 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::ofstream out(argv[1]);
-  out << "# Learning proofs\n\nWritten by `make test-slow`. Five seeds (1 to 5) a row. Result: mean return over 100 deterministic\n"
-         "evaluation episodes; for the road the share of its 1,640 states in which the model steps nearer to the coin.\n"
+  out << "# Learning proofs\n\nWritten by `make test-slow`. Five seeds (1 to 5) a row. Result: mean return over 100 "
+         "deterministic\n"
+         "evaluation episodes; for the road the share of its 1,640 states in which the model steps nearer to the "
+         "coin.\n"
          "Settings: `tests/slow/learning_proofs.cpp` and the worlds' suggested ones.\n\n"
-         "| claim | world | algorithm | steps x worlds | seeds | median | needs median / every seed | s per run | holds |\n"
+         "| claim | world | algorithm | steps x worlds | seeds | median | needs median / every seed | s per run | "
+         "holds |\n"
          "|---|---|---|---|---|---|---|---|---|\n";
   bool all = true;
   for (const Proof& proof : Proofs()) {

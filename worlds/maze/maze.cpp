@@ -8,13 +8,7 @@ namespace {
 
 // '#' wall, '.' free, 'E' the exit.
 constexpr const char* kMap[Maze::kSize] = {
-    "...#...",
-    ".#.#.#.",
-    ".#...#.",
-    ".###.#.",
-    "...#.#.",
-    ".#.#.#.",
-    ".#...#E",
+    "...#...", ".#.#.#.", ".#...#.", ".###.#.", "...#.#.", ".#.#.#.", ".#...#E",
 };
 constexpr int kMoves[4][2] = {{-1, 0}, {0, 1}, {1, 0}, {0, -1}};
 
@@ -25,7 +19,8 @@ bool Open(int row, int column) {
 }  // namespace
 
 EnvSpec Maze::Spec(std::int32_t copies) {
-  return SimpleSpec("maze-v0", Space::Box(0, 1, {6}), Space::Discrete(4), copies, 100, std::numeric_limits<double>::quiet_NaN());
+  return SimpleSpec("maze-v0", Space::Box(0, 1, {6}), Space::Discrete(4), copies, 100,
+                    std::numeric_limits<double>::quiet_NaN());
 }
 
 void Maze::Observe(float* observation) const {

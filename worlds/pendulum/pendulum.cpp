@@ -9,8 +9,10 @@ namespace consac::worlds {
 namespace {
 
 constexpr double kHalfTurn = 3.141592653589793;
-constexpr double kMaxSpeed = 8.0, kMaxTorque = 2.0, kStep = 0.05;  // rad/s, N m, s
-constexpr double kG = 10.0, kMass = 1.0, kLength = 1.0;            // m/s^2, kg, m
+constexpr double kMaxSpeed = 8.0, kStep = 0.05;          // rad/s, s
+constexpr float kMaxTorque = 2.0f;                       // N m
+constexpr double kG = 10.0, kMass = 1.0, kLength = 1.0;  // m/s^2, kg, m
+constexpr float kPull = static_cast<float>(3.0 / (kMass * kLength * kLength));
 
 // Python's %: the result has the sign of the divisor.
 double WrappedAngle(double angle) {
@@ -38,10 +40,11 @@ void Pendulum::Reset(Rng& rng, float* observation) {
 }
 
 StepResult Pendulum::Step(const Action* action, Rng&, float* observation) {
-  const double torque = std::clamp(static_cast<double>(*action), -kMaxTorque, kMaxTorque);
+  // Gymnasium keeps the torque's own terms in float32, the action's type; the rest is float64.
+  const float torque = std::clamp(*action, -kMaxTorque, kMaxTorque);
   const double angle = WrappedAngle(angle_);
-  const double cost = angle * angle + 0.1 * (speed_ * speed_) + 0.001 * (torque * torque);
-  const double acceleration = 3.0 * kG / (2.0 * kLength) * std::sin(angle_) + 3.0 / (kMass * kLength * kLength) * torque;
+  const double cost = angle * angle + 0.1 * (speed_ * speed_) + static_cast<double>(0.001f * (torque * torque));
+  const double acceleration = 3.0 * kG / (2.0 * kLength) * std::sin(angle_) + static_cast<double>(kPull * torque);
   speed_ = std::clamp(speed_ + acceleration * kStep, -kMaxSpeed, kMaxSpeed);
   angle_ += speed_ * kStep;
   Observe(observation);

@@ -42,7 +42,8 @@ StepResult Point::Step(const Action* action, Rng&, float* observation) {
   double distance = 0.0, effort = 0.0;
   for (int axis = 0; axis < 2; ++axis) {
     const double push = std::clamp(static_cast<double>(action[axis]), -1.0, 1.0);
-    velocity_[axis] = std::clamp(velocity_[axis] + kTick * (kPush * push - kDrag * velocity_[axis]), -kFastest, kFastest);
+    velocity_[axis] =
+        std::clamp(velocity_[axis] + kTick * (kPush * push - kDrag * velocity_[axis]), -kFastest, kFastest);
     const double moved = position_[axis] + kTick * velocity_[axis];
     position_[axis] = std::clamp(moved, -kSide, kSide);
     if (position_[axis] != moved) velocity_[axis] = 0.0;  // the wall stops it

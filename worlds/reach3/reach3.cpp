@@ -9,9 +9,9 @@
 namespace consac::worlds {
 namespace {
 
-constexpr double kUpperArm = 0.5, kForearm = 0.5;                                 // m
-constexpr double kJointSpeed = 2.0, kArmTick = 0.05;                              // rad/s, s
-constexpr double kLowest[3] = {-2.0, -0.2, 0.1}, kHighest[3] = {2.0, 1.6, 2.6};   // rad
+constexpr double kUpperArm = 0.5, kForearm = 0.5;                                // m
+constexpr double kJointSpeed = 2.0, kArmTick = 0.05;                             // rad/s, s
+constexpr double kLowest[3] = {-2.0, -0.2, 0.1}, kHighest[3] = {2.0, 1.6, 2.6};  // rad
 
 // The hand's place: the base turns about z, shoulder and elbow lift in the arm's plane.
 void Forward(const double (&joints)[3], double (&hand)[3]) {
@@ -33,7 +33,8 @@ EnvSpec Reach3::Spec(std::int32_t copies) {
   std::fill(high.begin() + 9, high.end(), 2.0);
   std::vector<double> low = high;
   for (double& bound : low) bound = -bound;
-  return SimpleSpec("reach3-v0", Space::Box(low, high, {12}), Space::Box(-1, 1, {3}), copies, 100, std::numeric_limits<double>::quiet_NaN());
+  return SimpleSpec("reach3-v0", Space::Box(low, high, {12}), Space::Box(-1, 1, {3}), copies, 100,
+                    std::numeric_limits<double>::quiet_NaN());
 }
 
 void Reach3::Observe(float* observation) const {

@@ -10,10 +10,10 @@ class Road {
  public:
   using Action = std::int32_t;  ///< 0 left, 1 stay, 2 right
 
-  static constexpr int kFirst = 0;        ///< first place of the road
-  static constexpr int kLast = 40;        ///< last place
-  static constexpr int kStart = 10;       ///< where the actor first stands
-  static constexpr int kCoinMoves = 50;   ///< steps after which the coin moves by itself
+  static constexpr int kFirst = 0;       ///< first place of the road
+  static constexpr int kLast = 40;       ///< last place
+  static constexpr int kStart = 10;      ///< where the actor first stands
+  static constexpr int kCoinMoves = 50;  ///< steps after which the coin moves by itself
 
   /// What it offers: observation (actor, coin), three actions.
   static EnvSpec Spec(std::int32_t copies);

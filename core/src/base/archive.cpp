@@ -16,16 +16,20 @@ void StateWriter::OnField(std::string_view path, DType dtype, void* data, std::s
   const auto* first = static_cast<const std::byte*>(data);
   if (count > 0) field.bytes.assign(first, first + count * SizeOf(dtype));
   if (!fields_.emplace(std::string(path), std::move(field)).second) {
-    Fail({StatusCode::kInternal, "state field '" + std::string(path) + "' is listed twice; give each field its own name"});
+    Fail({StatusCode::kInternal,
+          "state field '" + std::string(path) + "' is listed twice; give each field its own name"});
   }
 }
 
-std::uint64_t StateWriter::OnCount(std::string_view, DType) { return 0; }
+std::uint64_t StateWriter::OnCount(std::string_view, DType) {
+  return 0;
+}
 
 void StateReader::OnField(std::string_view path, DType dtype, void* data, std::size_t count) {
   const auto found = fields_.find(path);
   if (found == fields_.end()) {
-    Fail({StatusCode::kDataLoss, "state has no field '" + std::string(path) + "'; it was written by another version or for another run"});
+    Fail({StatusCode::kDataLoss,
+          "state has no field '" + std::string(path) + "'; it was written by another version or for another run"});
     return;
   }
   const StateField& field = found->second;
@@ -42,7 +46,8 @@ void StateReader::OnField(std::string_view path, DType dtype, void* data, std::s
 std::uint64_t StateReader::OnCount(std::string_view path, DType dtype) {
   const auto found = fields_.find(path);
   if (found == fields_.end() || found->second.dtype != dtype) {
-    Fail({StatusCode::kDataLoss, "state has no field '" + std::string(path) + "' of type " + std::string(NameOf(dtype))});
+    Fail({StatusCode::kDataLoss,
+          "state has no field '" + std::string(path) + "' of type " + std::string(NameOf(dtype))});
     return 0;
   }
   return found->second.bytes.size() / SizeOf(dtype);
@@ -59,6 +64,8 @@ void StateHasher::OnField(std::string_view path, DType dtype, void* data, std::s
   if (count > 0) Mix(data, count * SizeOf(dtype));
 }
 
-std::uint64_t StateHasher::OnCount(std::string_view, DType) { return 0; }
+std::uint64_t StateHasher::OnCount(std::string_view, DType) {
+  return 0;
+}
 
 }  // namespace consac

@@ -91,7 +91,8 @@ Status WriteFileAtomically(const std::string& path, std::span<const std::byte> b
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return FileError("create", temporary, errno);
   errno = 0;
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size() && std::fflush(file) == 0 && SyncFile(file);
+  const bool written =
+      std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size() && std::fflush(file) == 0 && SyncFile(file);
   const int write_error = errno;
   const bool closed = std::fclose(file) == 0;
   if (!written || !closed) {

@@ -13,17 +13,23 @@ Hooks& InstalledHooks() {
 
 const char* LevelName(LogLevel level) {
   switch (level) {
-    case LogLevel::kDebug: return "debug";
-    case LogLevel::kInfo: return "info";
-    case LogLevel::kWarning: return "warning";
-    case LogLevel::kError: return "error";
+    case LogLevel::kDebug:
+      return "debug";
+    case LogLevel::kInfo:
+      return "info";
+    case LogLevel::kWarning:
+      return "warning";
+    case LogLevel::kError:
+      return "error";
   }
   return "log";
 }
 
 }  // namespace
 
-void SetHooks(const Hooks& hooks) { InstalledHooks() = hooks; }
+void SetHooks(const Hooks& hooks) {
+  InstalledHooks() = hooks;
+}
 
 void Log(LogLevel level, std::string_view line) {
   const Hooks& hooks = InstalledHooks();

@@ -1,9 +1,10 @@
 #include "consac/base/text.h"
 
+#include <fast_float/fast_float.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fast_float/fast_float.h>
 
 namespace consac {
 namespace {
@@ -42,16 +43,24 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::size_t FormatNumber(float value, std::span<char, 32> out) { return FormatShortest(value, out); }
-std::size_t FormatNumber(double value, std::span<char, 32> out) { return FormatShortest(value, out); }
+std::size_t FormatNumber(float value, std::span<char, 32> out) {
+  return FormatShortest(value, out);
+}
+std::size_t FormatNumber(double value, std::span<char, 32> out) {
+  return FormatShortest(value, out);
+}
 
 std::string NumberText(double value) {
   char buffer[32];
   return std::string(buffer, FormatNumber(value, std::span<char, 32>(buffer)));
 }
 
-bool ParseNumber(std::string_view text, float* value) { return ParseFinite(text, value); }
-bool ParseNumber(std::string_view text, double* value) { return ParseFinite(text, value); }
+bool ParseNumber(std::string_view text, float* value) {
+  return ParseFinite(text, value);
+}
+bool ParseNumber(std::string_view text, double* value) {
+  return ParseFinite(text, value);
+}
 
 bool ParseNumber(std::string_view text, std::int64_t* value) {
   std::int64_t parsed = 0;

@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::size_t kArenaAlignment = 64;
 
-std::size_t PaddedBytes(std::size_t bytes) { return (bytes + kArenaAlignment - 1) / kArenaAlignment * kArenaAlignment; }
+std::size_t PaddedBytes(std::size_t bytes) {
+  return (bytes + kArenaAlignment - 1) / kArenaAlignment * kArenaAlignment;
+}
 
 }  // namespace
 
@@ -19,7 +21,8 @@ BatchBuffer::BatchBuffer(const BehaviourSpec& behaviour) : slots_(static_cast<st
   const std::size_t rows = slots_.size();
   const std::size_t observations = PaddedBytes(rows * behaviour.observation_layout.row_bytes);
   const std::size_t actions = PaddedBytes(rows * behaviour.action_layout.row_bytes);
-  const std::size_t mask_row = behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0;
+  const std::size_t mask_row =
+      behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0;
   const std::size_t masks = PaddedBytes(rows * mask_row);
   const std::size_t rewards = PaddedBytes(rows * sizeof(float));
   const std::size_t flags = PaddedBytes(rows);

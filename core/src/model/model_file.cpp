@@ -23,7 +23,9 @@ constexpr int kDeepestHeader = 8;
 constexpr std::int64_t kFormatVersion = 1;
 constexpr std::string_view kStatePrefix = "state/";
 
-Status Damaged(std::string what) { return {StatusCode::kDataLoss, "not a usable model file: " + std::move(what)}; }
+Status Damaged(std::string what) {
+  return {StatusCode::kDataLoss, "not a usable model file: " + std::move(what)};
+}
 
 /// A tensor's place in the data buffer, as the header gives it.
 struct TensorEntry {
@@ -76,8 +78,8 @@ Result<TensorEntry> ReadEntry(const std::string& name, const Json& json) {
     return Damaged("tensor " + Quote(name) + " has no usable data_offsets");
   }
   if (entry.end - entry.begin != elements * SizeOf(entry.dtype)) {
-    return Damaged("tensor " + Quote(name) + " has " + std::to_string(entry.end - entry.begin) + " bytes, its shape needs " +
-                   std::to_string(elements * SizeOf(entry.dtype)));
+    return Damaged("tensor " + Quote(name) + " has " + std::to_string(entry.end - entry.begin) +
+                   " bytes, its shape needs " + std::to_string(elements * SizeOf(entry.dtype)));
   }
   return entry;
 }
@@ -90,7 +92,8 @@ Status CheckCoverage(std::vector<TensorEntry>& entries, std::uint64_t data_bytes
   std::uint64_t at = 0;
   for (const TensorEntry& entry : entries) {
     if (entry.begin != at) {
-      return Damaged("tensor " + Quote(entry.name) + " begins at byte " + std::to_string(entry.begin) + ", expected " + std::to_string(at));
+      return Damaged("tensor " + Quote(entry.name) + " begins at byte " + std::to_string(entry.begin) + ", expected " +
+                     std::to_string(at));
     }
     at = entry.end;
   }
@@ -124,7 +127,8 @@ Result<std::string> ReadMetadata(const Json& header, std::string* hash) {
   const auto text = [&](const char* key) -> std::string {
     return metadata.contains(key) && metadata[key].is_string() ? metadata[key].get<std::string>() : "";
   };
-  if (text("format") != "consac") return Damaged("a safetensors file of format " + Quote(text("format")) + ", not 'consac'");
+  if (text("format") != "consac")
+    return Damaged("a safetensors file of format " + Quote(text("format")) + ", not 'consac'");
   std::int64_t version = 0;
   if (!ParseNumber(text("consac.version"), &version) || version < 1) {
     return Damaged("its version " + Quote(text("consac.version")) + " is no number from 1");
@@ -154,9 +158,11 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   std::uint64_t header_bytes = 0;
   std::memcpy(&header_bytes, bytes.data(), kLengthBytes);
   if (header_bytes > kLargestHeader || header_bytes > bytes.size() - kLengthBytes) {
-    return Damaged("its header claims " + std::to_string(header_bytes) + " bytes of a file of " + std::to_string(bytes.size()));
+    return Damaged("its header claims " + std::to_string(header_bytes) + " bytes of a file of " +
+                   std::to_string(bytes.size()));
   }
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + kLengthBytes, static_cast<std::size_t>(header_bytes));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + kLengthBytes,
+                              static_cast<std::size_t>(header_bytes));
   const std::span<const std::byte> data = bytes.subspan(kLengthBytes + static_cast<std::size_t>(header_bytes));
   bool clean = false;
   const Json header = text.starts_with('{') ? ParseHeader(text, &clean) : Json(Json::value_t::discarded);
@@ -178,9 +184,10 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   CONSAC_RETURN_IF_ERROR(CheckCoverage(entries, data.size()));
   if (hash != HashOf(file.spec_json, data)) return Damaged("its SHA-256 does not match; the file is damaged");
   for (TensorEntry& entry : entries) {
-    const auto piece = data.subspan(static_cast<std::size_t>(entry.begin), static_cast<std::size_t>(entry.end - entry.begin));
-    file.tensors.emplace(std::move(entry.name),
-                         Tensor{entry.dtype, std::move(entry.shape), std::vector<std::byte>(piece.begin(), piece.end())});
+    const auto piece =
+        data.subspan(static_cast<std::size_t>(entry.begin), static_cast<std::size_t>(entry.end - entry.begin));
+    file.tensors.emplace(std::move(entry.name), Tensor{entry.dtype, std::move(entry.shape),
+                                                       std::vector<std::byte>(piece.begin(), piece.end())});
   }
   return file;
 }
@@ -217,7 +224,9 @@ std::vector<std::byte> ModelFile::Serialise() const {
   return out;
 }
 
-Status ModelFile::Save(const std::string& path) const { return WriteFileAtomically(path, Serialise()); }
+Status ModelFile::Save(const std::string& path) const {
+  return WriteFileAtomically(path, Serialise());
+}
 
 void ModelFile::PutState(const StateMap& state) {
   for (const auto& [path, field] : state) {

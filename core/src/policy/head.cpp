@@ -13,8 +13,8 @@ constexpr float kLogTwoPi = 1.8378770664093453f;
 
 /// A run of logits that is one categorical choice, with its part of the mask.
 struct Choice {
-  const float* logits;        // [n]
-  const std::uint8_t* mask;   // [n] or null
+  const float* logits;       // [n]
+  const std::uint8_t* mask;  // [n] or null
   std::int64_t n;
 
   float Logit(std::int64_t i) const { return mask == nullptr || mask[i] != 0 ? logits[i] : kMaskedLogit; }
@@ -87,10 +87,14 @@ void ForEachChoice(const Leaf& leaf, const float* head, const std::uint8_t* mask
   }
 }
 
-float Sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
+float Sigmoid(float x) {
+  return 1.0f / (1.0f + std::exp(-x));
+}
 
 // log(1 + exp(x)) without overflow.
-float Softplus(float x) { return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x))); }
+float Softplus(float x) {
+  return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x)));
+}
 
 // Masks of a bit are two bytes: 0 legal, 1 legal. A forced bit has a certain logit.
 float BitLogit(const float* head, const std::uint8_t* mask, std::int64_t i) {
@@ -169,7 +173,8 @@ float LeafEntropy(const Leaf& leaf, const LeafView& view) {
       entropy += p * Softplus(-logit) + (1.0f - p) * Softplus(logit);
     }
   } else {
-    ForEachChoice(leaf, view.head, view.mask, [&](const Choice& choice, std::int64_t) { entropy += ChoiceEntropy(choice); });
+    ForEachChoice(leaf, view.head, view.mask,
+                  [&](const Choice& choice, std::int64_t) { entropy += ChoiceEntropy(choice); });
   }
   return entropy;
 }
@@ -180,7 +185,9 @@ const std::uint8_t* MaskRow(const Layout& action, const std::uint8_t* masks, std
 
 }  // namespace
 
-std::int64_t HeadSize(const Layout& action) { return action.feature_count; }
+std::int64_t HeadSize(const Layout& action) {
+  return action.feature_count;
+}
 
 std::int64_t LogStdSize(const Layout& action) {
   std::int64_t size = 0;
@@ -197,8 +204,9 @@ std::int64_t RawActionSize(const Layout& action) {
 Status CheckHead(const Layout& action) {
   for (const Leaf& leaf : action.leaves) {
     if (leaf.space.kind() == SpaceKind::kBox && (leaf.dtype != DType::kF32 || leaf.space.shape().size() != 1)) {
-      return {StatusCode::kInvalidArgument, "the action " + leaf.space.ToString() + (leaf.name.empty() ? "" : " at '" + leaf.name + "'") +
-                                                " has no action head; a Box action must be one-dimensional and float32"};
+      return {StatusCode::kInvalidArgument,
+              "the action " + leaf.space.ToString() + (leaf.name.empty() ? "" : " at '" + leaf.name + "'") +
+                  " has no action head; a Box action must be one-dimensional and float32"};
     }
   }
   return Status::Ok();
@@ -210,10 +218,11 @@ void SelectActions(const Layout& action, const float* head, const float* log_std
   for (std::int64_t r = 0; r < rows; ++r) {
     float* raw_row = raw + r * raw_size;
     float log_p = 0.0f;
-    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r), [&](const Leaf& leaf, const LeafView& view) {
-      SelectLeaf(leaf, view, mode, rng, raw_row + view.raw_offset);
-      if (log_probability != nullptr) log_p += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
-    });
+    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
+                [&](const Leaf& leaf, const LeafView& view) {
+                  SelectLeaf(leaf, view, mode, rng, raw_row + view.raw_offset);
+                  if (log_probability != nullptr) log_p += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
+                });
     if (log_probability != nullptr) log_probability[r] = log_p;
   }
 }
@@ -242,14 +251,15 @@ void LogProbability(const Layout& action, const float* head, const float* log_st
   for (std::int64_t r = 0; r < rows; ++r) {
     out[r] = 0.0f;
     const float* raw_row = raw + r * raw_size;
-    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r), [&](const Leaf& leaf, const LeafView& view) {
-      out[r] += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
-    });
+    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
+                [&](const Leaf& leaf, const LeafView& view) {
+                  out[r] += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
+                });
   }
 }
 
-void Entropy(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks, std::int64_t rows,
-             float* out) {
+void Entropy(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
+             std::int64_t rows, float* out) {
   const std::int64_t head_size = HeadSize(action);
   for (std::int64_t r = 0; r < rows; ++r) {
     out[r] = 0.0f;

@@ -11,7 +11,9 @@ namespace {
 
 constexpr std::int64_t kSelfTestRows = 8;
 
-Status DoesNotFit(const std::string& what) { return {StatusCode::kInvalidArgument, what}; }
+Status DoesNotFit(const std::string& what) {
+  return {StatusCode::kInvalidArgument, what};
+}
 
 /// The first leaf in which two spaces differ, as a sentence; ok when they are equal.
 Status CompareSpaces(std::string_view role, const Space& model, const Space& world) {
@@ -25,9 +27,11 @@ Status CompareSpaces(std::string_view role, const Space& model, const Space& wor
     const std::string& path = mine != nullptr ? mine->name : theirs->name;
     return DoesNotFit("the model's " + std::string(role) + (path.empty() ? "" : " '" + path + "'") + " is " +
                       (mine != nullptr ? mine->space.ToString() : "absent") + ", the world's is " +
-                      (theirs != nullptr ? theirs->space.ToString() : "absent") + "; use a model trained for this world");
+                      (theirs != nullptr ? theirs->space.ToString() : "absent") +
+                      "; use a model trained for this world");
   }
-  return DoesNotFit("the model's " + std::string(role) + " is " + model.ToString() + ", the world's is " + world.ToString());
+  return DoesNotFit("the model's " + std::string(role) + " is " + model.ToString() + ", the world's is " +
+                    world.ToString());
 }
 
 }  // namespace
@@ -84,19 +88,22 @@ struct Policy::State {
     for (const SelfTestPair& pair : pairs) {
       const auto in = file.tensors.find(pair.in), out = file.tensors.find(pair.out);
       if (in == file.tensors.end() || out == file.tensors.end()) {
-        return {StatusCode::kDataLoss, "the model's self-test names tensors that the file lacks: " + Quote(pair.in) + ", " + Quote(pair.out)};
+        return {StatusCode::kDataLoss,
+                "the model's self-test names tensors that the file lacks: " + Quote(pair.in) + ", " + Quote(pair.out)};
       }
       const std::span<const float> questions = in->second.floats(), expected = out->second.floats();
       const auto rows = static_cast<std::int64_t>(questions.size()) / observation.feature_count;
-      const bool whole = rows >= 1 && rows <= max_rows && static_cast<std::int64_t>(questions.size()) == rows * observation.feature_count &&
+      const bool whole = rows >= 1 && rows <= max_rows &&
+                         static_cast<std::int64_t>(questions.size()) == rows * observation.feature_count &&
                          static_cast<std::int64_t>(expected.size()) == rows * HeadSize(action);
       if (!whole) return {StatusCode::kDataLoss, "the model's self-test " + Quote(pair.in) + " has an impossible size"};
       const std::vector<float> answers = Answers(questions);
       for (std::size_t i = 0; i < answers.size(); ++i) {
         const double error = std::fabs(static_cast<double>(answers[i]) - expected[i]);
         if (error <= pair.tolerance * (1.0 + std::fabs(expected[i]))) continue;
-        return {StatusCode::kDataLoss, "the model fails its own self-test: output " + std::to_string(i) + " of " + Quote(pair.out) + " is " +
-                                           NumberText(answers[i]) + ", the file says " + NumberText(expected[i]) + "; do not use it"};
+        return {StatusCode::kDataLoss, "the model fails its own self-test: output " + std::to_string(i) + " of " +
+                                           Quote(pair.out) + " is " + NumberText(answers[i]) + ", the file says " +
+                                           NumberText(expected[i]) + "; do not use it"};
       }
     }
     return Status::Ok();
@@ -116,17 +123,22 @@ Result<Policy> Policy::Create(PolicyData data, std::int64_t max_rows) {
   CONSAC_RETURN_IF_ERROR(CheckHead(action));
   const std::int64_t features = data.observation_space.flat_size();
   if (data.network.inputs.size() != 1 || data.network.inputs[0].size != features) {
-    return DoesNotFit("the policy's network must have one input of " + std::to_string(features) + " features for " + data.observation_space.ToString());
+    return DoesNotFit("the policy's network must have one input of " + std::to_string(features) + " features for " +
+                      data.observation_space.ToString());
   }
   if (data.network.outputs.empty() || network->output_size(0) != HeadSize(action)) {
-    return DoesNotFit("the policy's network must put out " + std::to_string(HeadSize(action)) + " numbers first, for " + data.action_space.ToString());
+    return DoesNotFit("the policy's network must put out " + std::to_string(HeadSize(action)) + " numbers first, for " +
+                      data.action_space.ToString());
   }
   if (static_cast<std::int64_t>(data.parameters.size()) != network->parameter_count() ||
       static_cast<std::int64_t>(data.log_std.size()) != LogStdSize(action)) {
-    return DoesNotFit("the policy has " + std::to_string(data.parameters.size()) + " parameters, its network needs " + std::to_string(network->parameter_count()));
+    return DoesNotFit("the policy has " + std::to_string(data.parameters.size()) + " parameters, its network needs " +
+                      std::to_string(network->parameter_count()));
   }
-  const bool finite = std::all_of(data.parameters.begin(), data.parameters.end(), [](float p) { return std::isfinite(p); });
-  if (!finite) return Status{StatusCode::kNonFinite, "the policy has a parameter that is NaN or infinite; do not use it"};
+  const bool finite =
+      std::all_of(data.parameters.begin(), data.parameters.end(), [](float p) { return std::isfinite(p); });
+  if (!finite)
+    return Status{StatusCode::kNonFinite, "the policy has a parameter that is NaN or infinite; do not use it"};
   return Policy(std::make_unique<State>(std::move(data), std::move(*network), max_rows));
 }
 
@@ -154,9 +166,15 @@ Result<Policy> Policy::FromFile(const ModelFile& file, std::int64_t max_rows) {
   return policy;
 }
 
-const PolicyData& Policy::data() const { return state_->data; }
-const Layout& Policy::observation_layout() const { return state_->observation; }
-const Layout& Policy::action_layout() const { return state_->action; }
+const PolicyData& Policy::data() const {
+  return state_->data;
+}
+const Layout& Policy::observation_layout() const {
+  return state_->observation;
+}
+const Layout& Policy::action_layout() const {
+  return state_->action;
+}
 
 Status Policy::Fits(const BehaviourSpec& behaviour) const {
   CONSAC_RETURN_IF_ERROR(CompareSpaces("observation", state_->data.observation_space, behaviour.observation_space));
@@ -181,7 +199,8 @@ ModelFile Policy::ToFile(std::uint64_t seed) const {
   const std::vector<float> answers = state_->Answers(questions);
   ModelFile file;
   WritePolicy(state_->data, {{"test/0/in", "test/0/out", 1e-5}}, &file);
-  file.tensors.insert_or_assign("test/0/in", Tensor::OfFloats(questions, {kSelfTestRows, state_->observation.feature_count}));
+  file.tensors.insert_or_assign("test/0/in",
+                                Tensor::OfFloats(questions, {kSelfTestRows, state_->observation.feature_count}));
   file.tensors.insert_or_assign("test/0/out", Tensor::OfFloats(answers, {kSelfTestRows, HeadSize(state_->action)}));
   return file;
 }

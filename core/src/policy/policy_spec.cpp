@@ -16,7 +16,9 @@ using SpecJson = nlohmann::json;
 
 constexpr std::string_view kKnownFeatures[] = {"dense", "categorical", "gaussian", "bernoulli"};
 
-Status BadSpec(const std::string& what) { return {StatusCode::kDataLoss, "the model's specification " + what}; }
+Status BadSpec(const std::string& what) {
+  return {StatusCode::kDataLoss, "the model's specification " + what};
+}
 
 const SpecJson& SpecField(const SpecJson& json, const char* name) {
   static const SpecJson kMissing;
@@ -32,9 +34,12 @@ std::string TextOf(const SpecJson& json, const char* name) {
 
 std::string_view HeadName(const Leaf& leaf) {
   switch (leaf.space.kind()) {
-    case SpaceKind::kBox: return "gaussian";
-    case SpaceKind::kMultiBinary: return "bernoulli";
-    default: return "categorical";
+    case SpaceKind::kBox:
+      return "gaussian";
+    case SpaceKind::kMultiBinary:
+      return "bernoulli";
+    default:
+      return "categorical";
   }
 }
 
@@ -86,7 +91,8 @@ Result<nn::NetworkSpec> GraphFromJson(const SpecJson& json) {
       return BadSpec("has a block " + Quote(block.name) + " of impossible size");
     }
     const Result<nn::Activation> activation = nn::ParseActivation(TextOf(entry, "act"));
-    if (!activation.ok()) return BadSpec("has a block " + Quote(block.name) + " with an " + activation.status().message());
+    if (!activation.ok())
+      return BadSpec("has a block " + Quote(block.name) + " with an " + activation.status().message());
     block.activation = *activation;
     network.blocks.push_back(std::move(block));
   }
@@ -166,12 +172,14 @@ void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selfte
   interface_json["heads"] = HeadsJson(Layout::Of(data.action_space));
   if (data.normaliser.active()) {
     const auto size = static_cast<std::int64_t>(data.normaliser.mean.size());
-    interface_json["normalise"] = {{"mean", "norm/obs/mean"}, {"scale", "norm/obs/scale"}, {"clip", data.normaliser.clip}};
+    interface_json["normalise"] = {
+        {"mean", "norm/obs/mean"}, {"scale", "norm/obs/scale"}, {"clip", data.normaliser.clip}};
     file->tensors.insert_or_assign("norm/obs/mean", Tensor::OfFloats(data.normaliser.mean, {size}));
     file->tensors.insert_or_assign("norm/obs/scale", Tensor::OfFloats(data.normaliser.scale, {size}));
   }
   SpecJson tests = SpecJson::array();
-  for (const SelfTestPair& pair : selftest) tests.push_back({{"in", pair.in}, {"out", pair.out}, {"tol", pair.tolerance}});
+  for (const SelfTestPair& pair : selftest)
+    tests.push_back({{"in", pair.in}, {"out", pair.out}, {"tol", pair.tolerance}});
   SpecJson training = SpecJson::parse(data.training_json, nullptr, false);
   const SpecJson spec = {{"kind", "policy"},
                          {"requires", RequiredFeatures(data)},
@@ -185,11 +193,13 @@ void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selfte
   const Result<nn::Network> network = nn::Network::Create(data.network);
   CONSAC_ASSERT(network.ok());
   for (const nn::Parameter& parameter : network->parameters()) {
-    const std::span<const float> values(data.parameters.data() + parameter.offset, static_cast<std::size_t>(parameter.count));
+    const std::span<const float> values(data.parameters.data() + parameter.offset,
+                                        static_cast<std::size_t>(parameter.count));
     file->tensors.insert_or_assign(parameter.name, Tensor::OfFloats(values, parameter.shape));
   }
   if (!data.log_std.empty()) {
-    file->tensors.insert_or_assign("pi/log_std", Tensor::OfFloats(data.log_std, {static_cast<std::int64_t>(data.log_std.size())}));
+    file->tensors.insert_or_assign("pi/log_std",
+                                   Tensor::OfFloats(data.log_std, {static_cast<std::int64_t>(data.log_std.size())}));
   }
 }
 
@@ -215,18 +225,21 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
 
   // Every parameter must be in the file before memory for all of them is taken.
   for (const nn::Parameter& parameter : network->parameters()) {
-    if (file.tensors.find(parameter.name) == file.tensors.end()) return BadSpec("names the tensor " + Quote(parameter.name) + ", which the file lacks");
+    if (file.tensors.find(parameter.name) == file.tensors.end())
+      return BadSpec("names the tensor " + Quote(parameter.name) + ", which the file lacks");
     if (file.tensors.find(parameter.name)->second.floats().size() != static_cast<std::size_t>(parameter.count)) {
       return BadSpec("gives the tensor " + Quote(parameter.name) + " another size than the file");
     }
   }
   data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
   for (const nn::Parameter& parameter : network->parameters()) {
-    CONSAC_RETURN_IF_ERROR(ReadFloats(file, parameter.name, static_cast<std::size_t>(parameter.count), data.parameters.data() + parameter.offset));
+    CONSAC_RETURN_IF_ERROR(ReadFloats(file, parameter.name, static_cast<std::size_t>(parameter.count),
+                                      data.parameters.data() + parameter.offset));
   }
   const Layout action_layout = Layout::Of(data.action_space);
   data.log_std.resize(static_cast<std::size_t>(LogStdSize(action_layout)));
-  if (!data.log_std.empty()) CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", data.log_std.size(), data.log_std.data()));
+  if (!data.log_std.empty())
+    CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", data.log_std.size(), data.log_std.data()));
   const auto features = static_cast<std::size_t>(data.observation_space.flat_size());
   CONSAC_RETURN_IF_ERROR(ReadNormaliser(file, SpecField(interface_json, "normalise"), features, &data.normaliser));
   CONSAC_RETURN_IF_ERROR(ReadSelfTest(SpecField(spec, "selftest"), selftest));

@@ -11,9 +11,9 @@ namespace consac {
 
 /// One stored question and answer: network input row(s) and the head's answer(s), by tensor name.
 struct SelfTestPair {
-  std::string in;          ///< tensor name, [rows, features]
-  std::string out;         ///< tensor name, [rows, head size]
-  double tolerance = 1e-5; ///< largest difference, relative to 1 + |answer|
+  std::string in;           ///< tensor name, [rows, features]
+  std::string out;          ///< tensor name, [rows, head size]
+  double tolerance = 1e-5;  ///< largest difference, relative to 1 + |answer|
 };
 
 /// Writes the specification and every tensor of `data` (not the self-test's tensors).

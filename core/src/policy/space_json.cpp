@@ -13,7 +13,9 @@ using SpaceJson = nlohmann::json;
 
 constexpr int kDeepestSpace = 16;
 
-Status BadSpace(const std::string& what) { return {StatusCode::kDataLoss, "a space in the model " + what}; }
+Status BadSpace(const std::string& what) {
+  return {StatusCode::kDataLoss, "a space in the model " + what};
+}
 
 SpaceJson BoundsToJson(const std::vector<double>& bounds) {
   SpaceJson out = SpaceJson::array();
@@ -51,7 +53,8 @@ Result<Space> BoxFromJson(const SpaceJson& json) {
   std::vector<double> low, high;
   DType dtype = DType::kF32;
   const SpaceJson& type = Field(json, "dtype");
-  if (!type.is_string() || !ParseDType(type.get_ref<const std::string&>(), &dtype)) return BadSpace("has no known dtype");
+  if (!type.is_string() || !ParseDType(type.get_ref<const std::string&>(), &dtype))
+    return BadSpace("has no known dtype");
   if (!IntegersFromJson(Field(json, "shape"), &shape) || !BoundsFromJson(Field(json, "low"), -kInfinity, &low) ||
       !BoundsFromJson(Field(json, "high"), kInfinity, &high)) {
     return BadSpace("is a box without shape, low or high");
@@ -70,8 +73,10 @@ Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth) {
     if (!space.ok()) return space.status();
     const SpaceJson& name = Field(child, "name");
     if (named && !name.is_string()) return BadSpace("has a child without a name");
-    if (named) named_children.emplace_back(name.get<std::string>(), std::move(*space));
-    else ordered.push_back(std::move(*space));
+    if (named)
+      named_children.emplace_back(name.get<std::string>(), std::move(*space));
+    else
+      ordered.push_back(std::move(*space));
   }
   return named ? Space::Dict(std::move(named_children)) : Space::Tuple(std::move(ordered));
 }
@@ -80,9 +85,12 @@ Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth) {
 
 nlohmann::json SpaceToJson(const Space& space) {
   switch (space.kind()) {
-    case SpaceKind::kDiscrete: return {{"type", "discrete"}, {"n", space.n()}, {"start", space.start()}};
-    case SpaceKind::kMultiDiscrete: return {{"type", "multi_discrete"}, {"nvec", space.nvec()}};
-    case SpaceKind::kMultiBinary: return {{"type", "multi_binary"}, {"n", space.n()}};
+    case SpaceKind::kDiscrete:
+      return {{"type", "discrete"}, {"n", space.n()}, {"start", space.start()}};
+    case SpaceKind::kMultiDiscrete:
+      return {{"type", "multi_discrete"}, {"nvec", space.nvec()}};
+    case SpaceKind::kMultiBinary:
+      return {{"type", "multi_binary"}, {"n", space.n()}};
     case SpaceKind::kBox:
       return {{"type", "box"},
               {"shape", space.shape()},
@@ -90,10 +98,12 @@ nlohmann::json SpaceToJson(const Space& space) {
               {"low", BoundsToJson(space.low())},
               {"high", BoundsToJson(space.high())}};
     case SpaceKind::kDict:
-    case SpaceKind::kTuple: break;
+    case SpaceKind::kTuple:
+      break;
   }
   SpaceJson children = SpaceJson::array();
-  for (const auto& [name, child] : space.children()) children.push_back({{"name", name}, {"space", SpaceToJson(child)}});
+  for (const auto& [name, child] : space.children())
+    children.push_back({{"name", name}, {"space", SpaceToJson(child)}});
   return {{"type", space.kind() == SpaceKind::kDict ? "dict" : "tuple"}, {"spaces", children}};
 }
 

@@ -10,7 +10,9 @@ namespace {
 constexpr std::size_t kFirstRoom = 16384;
 constexpr std::size_t kLeastRoom = 4096;
 
-bool IsTerminator(char c) { return c == '\n' || c == '\r' || c == '\0'; }
+bool IsTerminator(char c) {
+  return c == '\n' || c == '\r' || c == '\0';
+}
 
 }  // namespace
 
@@ -37,7 +39,8 @@ std::span<std::byte> Framer::Writable() {
 Status Framer::Commit(std::size_t count) {
   end_ += count;
   if (end_ - begin_ <= kMaxMessage) return Status::Ok();
-  return {StatusCode::kResourceExhausted, "a message is longer than " + std::to_string(kMaxMessage) + " bytes; text protocol 1 sends one line"};
+  return {StatusCode::kResourceExhausted,
+          "a message is longer than " + std::to_string(kMaxMessage) + " bytes; text protocol 1 sends one line"};
 }
 
 // What ends one message, or the newline that follows one which was complete without it.
@@ -73,6 +76,8 @@ std::string_view Framer::Quiet() {
   return Take(end_ - begin_);
 }
 
-std::string_view Framer::pending() const { return {buffer_.data() + begin_, end_ - begin_}; }
+std::string_view Framer::pending() const {
+  return {buffer_.data() + begin_, end_ - begin_};
+}
 
 }  // namespace consac::text1

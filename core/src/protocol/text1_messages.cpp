@@ -18,15 +18,18 @@ Status MessageError(std::string_view kind, std::string_view message, const std::
 bool LooksNonFinite(std::string_view text) {
   std::string lower;
   for (const char c : text.substr(0, 16)) lower += static_cast<char>(c | 0x20);
-  return lower.find("nan") != std::string::npos || lower.find("inf") != std::string::npos || lower.find("ind") != std::string::npos;
+  return lower.find("nan") != std::string::npos || lower.find("inf") != std::string::npos ||
+         lower.find("ind") != std::string::npos;
 }
 
 Status NumberError(std::string_view kind, std::string_view message, std::string_view text, std::size_t index) {
-  Status status = MessageError(kind, message, "number " + std::to_string(index + 1) + " is " + Quote(text) + ", expected a finite number");
+  Status status = MessageError(
+      kind, message, "number " + std::to_string(index + 1) + " is " + Quote(text) + ", expected a finite number");
   return LooksNonFinite(text) ? Status{StatusCode::kNonFinite, status.message()} : status;
 }
 
-Status ParseChoice(std::string_view kind, std::string_view message, std::string_view text, const Leaf& leaf, std::byte* row) {
+Status ParseChoice(std::string_view kind, std::string_view message, std::string_view text, const Leaf& leaf,
+                   std::byte* row) {
   std::int64_t choice = 0;
   if (!ParseNumber(text, &choice) || choice < 0 || choice >= leaf.space.n()) {
     return MessageError(kind, message, Quote(text) + " is no choice from 0 to " + std::to_string(leaf.space.n() - 1));
@@ -37,7 +40,8 @@ Status ParseChoice(std::string_view kind, std::string_view message, std::string_
 }
 
 /// Reads "n1,n2,..." into a one-leaf row.
-Status ParseRow(std::string_view kind, std::string_view message, std::string_view text, const Layout& layout, std::byte* row) {
+Status ParseRow(std::string_view kind, std::string_view message, std::string_view text, const Layout& layout,
+                std::byte* row) {
   const Leaf& leaf = layout.leaves[0];
   if (leaf.space.kind() == SpaceKind::kDiscrete) return ParseChoice(kind, message, text, leaf, row);
   auto* values = reinterpret_cast<float*>(row + leaf.offset);
@@ -52,7 +56,8 @@ Status ParseRow(std::string_view kind, std::string_view message, std::string_vie
     text.remove_prefix(comma + 1);
   }
   if (index == count) return Status::Ok();
-  return MessageError(kind, message, "it holds " + std::to_string(index) + " numbers, expected " + std::to_string(count));
+  return MessageError(kind, message,
+                      "it holds " + std::to_string(index) + " numbers, expected " + std::to_string(count));
 }
 
 char* PutText(const char* text, std::size_t length, char* at) {
@@ -86,7 +91,8 @@ std::size_t MaxText(const Layout& layout) {
   return static_cast<std::size_t>(layout.leaves[0].count) * (kLongestNumber + 1) + kLongestNumber + 8;
 }
 
-Status ParseObservation(std::string_view message, const Layout& observation, bool act_only, std::byte* row, float* reward, bool* done) {
+Status ParseObservation(std::string_view message, const Layout& observation, bool act_only, std::byte* row,
+                        float* reward, bool* done) {
   constexpr std::string_view kKind = "observation";
   const std::size_t first = message.find('#');
   *reward = 0.0f;
@@ -98,12 +104,14 @@ Status ParseObservation(std::string_view message, const Layout& observation, boo
   const std::size_t second = message.find('#', first + 1);
   if (second == std::string_view::npos) return MessageError(kKind, message, "expected o1,o2,...#reward#done");
   CONSAC_RETURN_IF_ERROR(ParseRow(kKind, message, message.substr(0, first), observation, row));
-  const std::string_view reward_text = message.substr(first + 1, second - first - 1), done_text = message.substr(second + 1);
+  const std::string_view reward_text = message.substr(first + 1, second - first - 1),
+                         done_text = message.substr(second + 1);
   if (!ParseNumber(reward_text, reward)) {
     const Status status = MessageError(kKind, message, "reward " + Quote(reward_text) + " is no finite number");
     return LooksNonFinite(reward_text) ? Status{StatusCode::kNonFinite, status.message()} : status;
   }
-  if (done_text != "0" && done_text != "1") return MessageError(kKind, message, "done " + Quote(done_text) + " is neither 0 nor 1");
+  if (done_text != "0" && done_text != "1")
+    return MessageError(kKind, message, "done " + Quote(done_text) + " is neither 0 nor 1");
   *done = done_text == "1";
   return Status::Ok();
 }
@@ -114,7 +122,8 @@ Status ParseAction(std::string_view message, const Layout& action, std::byte* ro
   return Status::Ok();
 }
 
-std::size_t EncodeObservation(const Layout& observation, const std::byte* row, float reward, bool done, Terminator terminator, std::span<char> out) {
+std::size_t EncodeObservation(const Layout& observation, const std::byte* row, float reward, bool done,
+                              Terminator terminator, std::span<char> out) {
   CONSAC_ASSERT(out.size() >= MaxText(observation));
   char* at = PutRow(observation, row, out.data());
   *at++ = '#';

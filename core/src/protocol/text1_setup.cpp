@@ -47,17 +47,21 @@ std::vector<std::string_view> SplitFields(std::string_view text, char separator)
 Result<Space> ParseSpace(std::string_view message, std::string_view role, std::span<const std::string_view> fields) {
   const std::string name(role);
   std::int64_t size = 0;
-  if (fields[0] != "D" && fields[0] != "B") return SetupError(message, name + " type " + Quote(fields[0]) + " is neither D (discrete) nor B (box)");
+  if (fields[0] != "D" && fields[0] != "B")
+    return SetupError(message, name + " type " + Quote(fields[0]) + " is neither D (discrete) nor B (box)");
   if (!ParseNumber(fields[1], &size) || size < 1 || size > kMaxSize) {
-    return SetupError(message, name + " size " + Quote(fields[1]) + " is no whole number from 1 to " + std::to_string(kMaxSize));
+    return SetupError(message,
+                      name + " size " + Quote(fields[1]) + " is no whole number from 1 to " + std::to_string(kMaxSize));
   }
   if (fields[0] == "D") {
-    if (fields[2] != "0" && !fields[2].empty()) return SetupError(message, name + " bounds " + Quote(fields[2]) + " of a discrete space must be 0");
+    if (fields[2] != "0" && !fields[2].empty())
+      return SetupError(message, name + " bounds " + Quote(fields[2]) + " of a discrete space must be 0");
     return Space::Discrete(size);
   }
   const std::vector<std::string_view> texts = SplitFields(fields[2], ',');
   if (static_cast<std::int64_t>(texts.size()) != 2 * size) {
-    return SetupError(message, name + " bounds need " + std::to_string(2 * size) + " numbers (lows, then highs), there are " + std::to_string(texts.size()));
+    return SetupError(message, name + " bounds need " + std::to_string(2 * size) +
+                                   " numbers (lows, then highs), there are " + std::to_string(texts.size()));
   }
   std::vector<double> bounds;
   for (const std::string_view text : texts) {
@@ -69,7 +73,9 @@ Result<Space> ParseSpace(std::string_view message, std::string_view role, std::s
   const auto middle = bounds.begin() + static_cast<std::ptrdiff_t>(size);
   for (std::int64_t i = 0; i < size; ++i) {
     const double low = bounds[static_cast<std::size_t>(i)], high = bounds[static_cast<std::size_t>(size + i)];
-    if (low > high) return SetupError(message, name + " has low " + NumberText(low) + " above high " + NumberText(high) + " at element " + std::to_string(i));
+    if (low > high)
+      return SetupError(message, name + " has low " + NumberText(low) + " above high " + NumberText(high) +
+                                     " at element " + std::to_string(i));
   }
   return Space::Box(std::vector<double>(bounds.begin(), middle), std::vector<double>(middle, bounds.end()), {size});
 }
@@ -78,18 +84,23 @@ Result<Space> ParseSpace(std::string_view message, std::string_view role, std::s
 
 Status CheckSpace(const Space& space, std::string_view role) {
   const bool discrete = space.kind() == SpaceKind::kDiscrete && space.start() == 0 && space.n() <= kMaxSize;
-  const bool box = space.kind() == SpaceKind::kBox && space.dtype() == DType::kF32 && space.shape().size() == 1 && space.flat_size() <= kMaxSize;
+  const bool box = space.kind() == SpaceKind::kBox && space.dtype() == DType::kF32 && space.shape().size() == 1 &&
+                   space.flat_size() <= kMaxSize;
   if (discrete || box) return Status::Ok();
-  return {StatusCode::kInvalidArgument, "text protocol 1 carries Discrete (from 0) and one-dimensional float32 Box only, up to " +
-                                            std::to_string(kMaxSize) + "; the " + std::string(role) + " space is " + space.ToString()};
+  return {StatusCode::kInvalidArgument,
+          "text protocol 1 carries Discrete (from 0) and one-dimensional float32 Box only, up to " +
+              std::to_string(kMaxSize) + "; the " + std::string(role) + " space is " + space.ToString()};
 }
 
 Status EncodeSetup(const Setup& setup, std::string* out) {
   CONSAC_RETURN_IF_ERROR(CheckSpace(setup.action_space, "action"));
   CONSAC_RETURN_IF_ERROR(CheckSpace(setup.observation_space, "observation"));
-  if (setup.training_length < 0) return {StatusCode::kInvalidArgument, "training length " + std::to_string(setup.training_length) + " is negative"};
+  if (setup.training_length < 0)
+    return {StatusCode::kInvalidArgument, "training length " + std::to_string(setup.training_length) + " is negative"};
   for (const char c : setup.model_name) {
-    if (c == '#' || static_cast<unsigned char>(c) < 0x20) return {StatusCode::kInvalidArgument, "model name " + Quote(setup.model_name) + " must not hold '#' or control characters"};
+    if (c == '#' || static_cast<unsigned char>(c) < 0x20)
+      return {StatusCode::kInvalidArgument,
+              "model name " + Quote(setup.model_name) + " must not hold '#' or control characters"};
   }
   AppendSpace(setup.action_space, out);
   *out += "#";
@@ -102,8 +113,10 @@ Status EncodeSetup(const Setup& setup, std::string* out) {
 Result<Setup> ParseSetup(std::string_view message) {
   const std::vector<std::string_view> fields = SplitFields(message, '#');
   if (fields.size() != 7 && fields.size() != 8) {
-    return SetupError(message, "it has " + std::to_string(fields.size()) +
-                                   " fields, expected ActType#ActSize#ActLowHigh#ObsType#ObsSize#ObsLowHigh#TrainingLength[#ModelName]");
+    return SetupError(
+        message,
+        "it has " + std::to_string(fields.size()) +
+            " fields, expected ActType#ActSize#ActLowHigh#ObsType#ObsSize#ObsLowHigh#TrainingLength[#ModelName]");
   }
   Setup setup;
   Result<Space> action = ParseSpace(message, "action", std::span(fields).subspan(0, 3));

@@ -27,16 +27,19 @@ class TextClient final : public EnvClient {
     Result<std::string_view> message = ReadMessage(options_.setup_timeout_s, nullptr);
     if (!message.ok()) {
       if (message.status().code() != StatusCode::kDeadlineExceeded) return message.status();
-      return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but sent no setup within " + NumberText(options_.setup_timeout_s) +
+      return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but sent no setup within " +
+                                                 NumberText(options_.setup_timeout_s) +
                                                  " s; an engine sends its setup first, so is this another service?"};
     }
     if (!message->starts_with("D#") && !message->starts_with("B#")) {
-      return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " + Quote(*message) + ", expected a setup such as D#3#0#B#2#0,0,40,40#1000"};
+      return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " +
+                                         Quote(*message) + ", expected a setup such as D#3#0#B#2#0,0,40,40#1000"};
     }
     Result<text1::Setup> setup = text1::ParseSetup(*message);
     if (!setup.ok()) return setup.status();
     request_ = {setup->training_length, setup->model_name};
-    spec_.behaviours.push_back(BehaviourSpec::Of("default", std::move(setup->observation_space), std::move(setup->action_space), 1));
+    spec_.behaviours.push_back(
+        BehaviourSpec::Of("default", std::move(setup->observation_space), std::move(setup->action_space), 1));
     action_text_.resize(text1::MaxText(spec_.behaviours[0].action_layout));
     framer_.SetExpect(Framer::Expect::kObservation, true);
     return Status::Ok();
@@ -54,7 +57,8 @@ class TextClient final : public EnvClient {
   Status Step(std::span<Batch> batches, MoreSteps more) override {
     Batch& batch = batches[0];
     const BehaviourSpec& behaviour = spec_.behaviours[0];
-    const std::size_t length = text1::EncodeAction(behaviour.action_layout, batch.actions, text1::Terminator::kNewline, action_text_);
+    const std::size_t length =
+        text1::EncodeAction(behaviour.action_layout, batch.actions, text1::Terminator::kNewline, action_text_);
     const auto action = std::as_bytes(std::span<const char>(action_text_).first(length));
     ++steps_;
     Status status = transport_->Write(action, options_.deadline_s);
@@ -108,9 +112,10 @@ class TextClient final : public EnvClient {
       const bool partial = !framer_.pending().empty();
       const double left = deadline_s - (Now() - start);
       if (left <= 0.0) {
-        return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(deadline_s) + " s" +
-                                                         (partial ? " in the middle of " + Quote(framer_.pending()) : "") +
-                                                         "; if it is paused, raise --deadline"};
+        return Status{StatusCode::kDeadlineExceeded,
+                      transport_->peer() + " is silent for " + NumberText(deadline_s) + " s" +
+                          (partial ? " in the middle of " + Quote(framer_.pending()) : "") +
+                          "; if it is paused, raise --deadline"};
       }
       if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed)) {
         return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
@@ -153,7 +158,8 @@ class TextClient final : public EnvClient {
 
 }  // namespace
 
-Result<std::unique_ptr<EnvClient>> EnvClient::Open(std::unique_ptr<Transport> transport, const EnvClientOptions& options) {
+Result<std::unique_ptr<EnvClient>> EnvClient::Open(std::unique_ptr<Transport> transport,
+                                                   const EnvClientOptions& options) {
   auto client = std::make_unique<TextClient>(std::move(transport), options);
   CONSAC_RETURN_IF_ERROR(client->ReadSetup());
   return std::unique_ptr<EnvClient>(std::move(client));

@@ -14,12 +14,13 @@ namespace {
 using text1::Framer;
 using text1::Terminator;
 
-constexpr double kIdleWait = 0.1;          // s between looks at the stop flag and at further trainers
-constexpr double kWriteTimeout = 10.0;     // s that a trainer may take no data
+constexpr double kIdleWait = 0.1;       // s between looks at the stop flag and at further trainers
+constexpr double kWriteTimeout = 10.0;  // s that a trainer may take no data
 // Without terminators a setup that arrives together with the first observation cannot be told apart from it, and a
 // trainer that has just connected may be slow to read: so this once the pause is long.
-constexpr double kSetupPause = 0.05;       // s
-constexpr std::string_view kBusyLine = "busy: another trainer is connected to this engine; try again when it has left\n";
+constexpr double kSetupPause = 0.05;  // s
+constexpr std::string_view kBusyLine =
+    "busy: another trainer is connected to this engine; try again when it has left\n";
 
 class TextServer final : public EnvServer {
  public:
@@ -62,13 +63,16 @@ class TextServer final : public EnvServer {
       next_look = Now() + kIdleWait;
       if (stop.load(std::memory_order_relaxed)) {
         (void)EndSession(Status::Ok());
-        return {StatusCode::kCancelled, "stopped in the middle of a session, after " + std::to_string(steps_) + " steps"};
+        return {StatusCode::kCancelled,
+                "stopped in the middle of a session, after " + std::to_string(steps_) + " steps"};
       }
       CONSAC_RETURN_IF_ERROR(AcceptOne(0.0));
     }
   }
 
-  SessionState state() const override { return transport_ == nullptr ? SessionState::kWaiting : SessionState::kConnected; }
+  SessionState state() const override {
+    return transport_ == nullptr ? SessionState::kWaiting : SessionState::kConnected;
+  }
   std::int64_t session_steps() const override { return steps_; }
   int port() const override { return listener_->port(); }
 
@@ -97,7 +101,8 @@ class TextServer final : public EnvServer {
     if (transport_ != nullptr) {
       (void)(*accepted)->Write(std::as_bytes(std::span(kBusyLine)), 0.0);
       (*accepted)->Close();
-      Log(LogLevel::kWarning, "a second trainer, " + (*accepted)->peer() + ", was turned away: this engine serves " + transport_->peer());
+      Log(LogLevel::kWarning,
+          "a second trainer, " + (*accepted)->peer() + ", was turned away: this engine serves " + transport_->peer());
       return Status::Ok();
     }
     transport_ = std::move(*accepted);
@@ -135,7 +140,8 @@ class TextServer final : public EnvServer {
         if (!WaitUntil(not_before_, timeout_s)) return false;
         return StepWorld();
       case Phase::kAwaitAction:
-      case Phase::kAwaitIgnored: break;
+      case Phase::kAwaitIgnored:
+        break;
     }
     return ReadAction(timeout_s);
   }
@@ -158,7 +164,8 @@ class TextServer final : public EnvServer {
     std::string_view message = framer_.Next();
     if (message.empty()) {
       const bool partial = !framer_.pending().empty();
-      const Result<std::size_t> count = transport_->Read(framer_.Writable(), partial ? std::min(timeout_s, options_.quiet_s) : timeout_s);
+      const Result<std::size_t> count =
+          transport_->Read(framer_.Writable(), partial ? std::min(timeout_s, options_.quiet_s) : timeout_s);
       if (!count.ok()) return count.status();
       const Status fits = framer_.Commit(*count);
       if (!fits.ok()) return Refuse(fits);
@@ -167,7 +174,8 @@ class TextServer final : public EnvServer {
       if (message.empty() && *count == 0) {
         const double silence = Now() - last_heard_;
         if (silence > options_.deadline_s) {
-          return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(options_.deadline_s) + " s; its session is over"};
+          return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " +
+                                                           NumberText(options_.deadline_s) + " s; its session is over"};
         }
         if (partial && silence >= options_.quiet_s) message = framer_.Quiet();
       }
@@ -197,7 +205,8 @@ class TextServer final : public EnvServer {
     ++steps_;
     const bool done = (batch.terminated[0] | batch.truncated[0]) != 0;
     if (!done) return Then(SendObservation(batch.next_observations, batch.rewards[0], false), Phase::kAwaitAction);
-    if (options_.wait_after_end) return Then(SendObservation(batch.final_observations, batch.rewards[0], true), Phase::kAwaitIgnored);
+    if (options_.wait_after_end)
+      return Then(SendObservation(batch.final_observations, batch.rewards[0], true), Phase::kAwaitIgnored);
     if (options_.terminator == Terminator::kNone) {
       const Status status = SendObservation(batch.final_observations, batch.rewards[0], true);
       if (!status.ok()) return status;
@@ -206,13 +215,16 @@ class TextServer final : public EnvServer {
     }
     // Both messages in one write: the end of this episode and the first observation of the next.
     const Layout& layout = behaviour_.observation_layout;
-    std::size_t length = text1::EncodeObservation(layout, batch.final_observations, batch.rewards[0], true, options_.terminator, text_);
-    length += text1::EncodeObservation(layout, batch.next_observations, 0.0f, false, options_.terminator, std::span(text_).subspan(length));
+    std::size_t length =
+        text1::EncodeObservation(layout, batch.final_observations, batch.rewards[0], true, options_.terminator, text_);
+    length += text1::EncodeObservation(layout, batch.next_observations, 0.0f, false, options_.terminator,
+                                       std::span(text_).subspan(length));
     return Then(Send({text_.data(), length}), Phase::kAwaitAction);
   }
 
   Status SendObservation(const std::byte* row, float reward, bool done) {
-    const std::size_t length = text1::EncodeObservation(behaviour_.observation_layout, row, reward, done, options_.terminator, text_);
+    const std::size_t length =
+        text1::EncodeObservation(behaviour_.observation_layout, row, reward, done, options_.terminator, text_);
     return Send({text_.data(), length});
   }
 
@@ -224,7 +236,8 @@ class TextServer final : public EnvServer {
     transport_.reset();
     if (why.ok() || why.code() != StatusCode::kUnavailable) return why;
     if (steps_ >= options_.training_length) return Status::Ok();
-    return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_) + " of " + std::to_string(options_.training_length) + " steps: " + why.message()};
+    return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_) + " of " +
+                                          std::to_string(options_.training_length) + " steps: " + why.message()};
   }
 
   VectorEnv& env_;
@@ -233,7 +246,7 @@ class TextServer final : public EnvServer {
   const EnvServerOptions options_;
   const std::string setup_;  // with its terminator
   BatchBuffer buffer_;
-  std::vector<char> text_;   // one or two outgoing observations
+  std::vector<char> text_;  // one or two outgoing observations
   Framer framer_;
   std::unique_ptr<Transport> transport_;
   bool open_ = true;
@@ -244,11 +257,14 @@ class TextServer final : public EnvServer {
 
 }  // namespace
 
-Result<std::unique_ptr<EnvServer>> EnvServer::Create(VectorEnv& env, std::unique_ptr<Listener> listener, const EnvServerOptions& options) {
+Result<std::unique_ptr<EnvServer>> EnvServer::Create(VectorEnv& env, std::unique_ptr<Listener> listener,
+                                                     const EnvServerOptions& options) {
   const EnvSpec& spec = env.spec();
   if (spec.behaviours.size() != 1 || spec.behaviours[0].slots != 1) {
-    return Status{StatusCode::kInvalidArgument, "text protocol 1 serves one world with one agent; '" + spec.id + "' offers " +
-                                                    std::to_string(spec.behaviours.size()) + " behaviours with " + std::to_string(spec.behaviours[0].slots) + " agents"};
+    return Status{StatusCode::kInvalidArgument, "text protocol 1 serves one world with one agent; '" + spec.id +
+                                                    "' offers " + std::to_string(spec.behaviours.size()) +
+                                                    " behaviours with " + std::to_string(spec.behaviours[0].slots) +
+                                                    " agents"};
   }
   text1::Setup setup;
   setup.action_space = spec.behaviours[0].action_space;
@@ -256,7 +272,8 @@ Result<std::unique_ptr<EnvServer>> EnvServer::Create(VectorEnv& env, std::unique
   setup.training_length = options.training_length;
   setup.model_name = options.model_name;
   if (setup.training_length == 0 && setup.model_name.empty()) {
-    return Status{StatusCode::kInvalidArgument, "a session needs a training length above 0, or a model name to act with"};
+    return Status{StatusCode::kInvalidArgument,
+                  "a session needs a training length above 0, or a model name to act with"};
   }
   std::string text;
   CONSAC_RETURN_IF_ERROR(text1::EncodeSetup(setup, &text));

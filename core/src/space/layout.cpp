@@ -10,32 +10,43 @@
 namespace consac {
 namespace {
 
-std::size_t AlignUp(std::size_t offset, std::size_t alignment) { return (offset + alignment - 1) / alignment * alignment; }
+std::size_t AlignUp(std::size_t offset, std::size_t alignment) {
+  return (offset + alignment - 1) / alignment * alignment;
+}
 
 // Discrete values are small and read every step: 32 bits; bits are bytes.
 DType RowType(const Space& space) {
   switch (space.kind()) {
     case SpaceKind::kDiscrete:
-    case SpaceKind::kMultiDiscrete: return DType::kI32;
-    case SpaceKind::kMultiBinary: return DType::kU8;
-    default: return space.dtype();
+    case SpaceKind::kMultiDiscrete:
+      return DType::kI32;
+    case SpaceKind::kMultiBinary:
+      return DType::kU8;
+    default:
+      return space.dtype();
   }
 }
 
 std::int64_t RowCount(const Space& space) {
   switch (space.kind()) {
-    case SpaceKind::kDiscrete: return 1;
-    case SpaceKind::kMultiDiscrete: return static_cast<std::int64_t>(space.nvec().size());
-    default: return space.flat_size();
+    case SpaceKind::kDiscrete:
+      return 1;
+    case SpaceKind::kMultiDiscrete:
+      return static_cast<std::int64_t>(space.nvec().size());
+    default:
+      return space.flat_size();
   }
 }
 
 std::int64_t MaskCount(const Space& space) {
   switch (space.kind()) {
     case SpaceKind::kDiscrete:
-    case SpaceKind::kMultiDiscrete: return space.flat_size();
-    case SpaceKind::kMultiBinary: return 2 * space.n();
-    default: return 0;
+    case SpaceKind::kMultiDiscrete:
+      return space.flat_size();
+    case SpaceKind::kMultiBinary:
+      return 2 * space.n();
+    default:
+      return 0;
   }
 }
 
@@ -66,17 +77,28 @@ void AppendLeaves(const Space& space, const std::string& name, Layout& layout) {
 template <class Body>
 auto WithRowType(DType dtype, Body&& body) {
   switch (dtype) {
-    case DType::kF32: return body(float{});
-    case DType::kF64: return body(double{});
-    case DType::kU8: return body(std::uint8_t{});
-    case DType::kI8: return body(std::int8_t{});
-    case DType::kI16: return body(std::int16_t{});
-    case DType::kI32: return body(std::int32_t{});
-    case DType::kI64: return body(std::int64_t{});
-    case DType::kU16: return body(std::uint16_t{});
-    case DType::kU32: return body(std::uint32_t{});
-    case DType::kU64: return body(std::uint64_t{});
-    case DType::kBool: break;
+    case DType::kF32:
+      return body(float{});
+    case DType::kF64:
+      return body(double{});
+    case DType::kU8:
+      return body(std::uint8_t{});
+    case DType::kI8:
+      return body(std::int8_t{});
+    case DType::kI16:
+      return body(std::int16_t{});
+    case DType::kI32:
+      return body(std::int32_t{});
+    case DType::kI64:
+      return body(std::int64_t{});
+    case DType::kU16:
+      return body(std::uint16_t{});
+    case DType::kU32:
+      return body(std::uint32_t{});
+    case DType::kU64:
+      return body(std::uint64_t{});
+    case DType::kBool:
+      break;
   }
   return body(std::uint8_t{});
 }
@@ -99,7 +121,8 @@ void EncodeLeaf(const Leaf& leaf, const std::byte* row, float* features) {
       }
       return;
     }
-    default: break;
+    default:
+      break;
   }
   WithRowType(leaf.dtype, [&](auto zero) {
     using T = decltype(zero);
@@ -127,9 +150,12 @@ double SampleElement(const Leaf& leaf, std::int64_t index, Rng& rng) {
   switch (leaf.space.kind()) {
     case SpaceKind::kDiscrete:
       return static_cast<double>(leaf.space.start() + rng.Below(static_cast<std::uint32_t>(leaf.space.n())));
-    case SpaceKind::kMultiDiscrete: return rng.Below(static_cast<std::uint32_t>(leaf.space.nvec()[i]));
-    case SpaceKind::kMultiBinary: return rng.Below(2);
-    default: break;
+    case SpaceKind::kMultiDiscrete:
+      return rng.Below(static_cast<std::uint32_t>(leaf.space.nvec()[i]));
+    case SpaceKind::kMultiBinary:
+      return rng.Below(2);
+    default:
+      break;
   }
   const bool integer = leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64;
   return SampleBox(leaf.space.low()[i], leaf.space.high()[i], integer, rng);
@@ -140,10 +166,14 @@ std::pair<double, double> ElementBounds(const Leaf& leaf, std::int64_t index) {
   const auto i = static_cast<std::size_t>(index);
   const auto start = static_cast<double>(leaf.space.start());
   switch (leaf.space.kind()) {
-    case SpaceKind::kDiscrete: return {start, start + static_cast<double>(leaf.space.n()) - 1.0};
-    case SpaceKind::kMultiDiscrete: return {0.0, static_cast<double>(leaf.space.nvec()[i]) - 1.0};
-    case SpaceKind::kMultiBinary: return {0.0, 1.0};
-    default: break;
+    case SpaceKind::kDiscrete:
+      return {start, start + static_cast<double>(leaf.space.n()) - 1.0};
+    case SpaceKind::kMultiDiscrete:
+      return {0.0, static_cast<double>(leaf.space.nvec()[i]) - 1.0};
+    case SpaceKind::kMultiBinary:
+      return {0.0, 1.0};
+    default:
+      break;
   }
   return {leaf.space.low()[i], leaf.space.high()[i]};
 }
@@ -170,7 +200,8 @@ void EncodeFeatures(const Layout& layout, const std::byte* data, std::int64_t ro
   }
   for (std::int64_t r = 0; r < rows; ++r) {
     const std::byte* row = data + static_cast<std::size_t>(r) * layout.row_bytes;
-    for (const Leaf& leaf : layout.leaves) EncodeLeaf(leaf, row, features + r * layout.feature_count + leaf.feature_offset);
+    for (const Leaf& leaf : layout.leaves)
+      EncodeLeaf(leaf, row, features + r * layout.feature_count + leaf.feature_offset);
   }
 }
 
@@ -203,8 +234,10 @@ Status CheckRow(const Layout& layout, const std::byte* row) {
       const auto [low, high] = ElementBounds(leaf, i);
       if (value >= low && value <= high) continue;
       const std::string where = "element " + std::to_string(i) + (leaf.name.empty() ? "" : " of '" + leaf.name + "'");
-      if (!std::isfinite(value)) return {StatusCode::kNonFinite, where + " is " + NumberText(value) + "; it must be a number"};
-      return {StatusCode::kInvalidArgument, where + " is " + NumberText(value) + ", outside " + NumberText(low) + " to " + NumberText(high)};
+      if (!std::isfinite(value))
+        return {StatusCode::kNonFinite, where + " is " + NumberText(value) + "; it must be a number"};
+      return {StatusCode::kInvalidArgument,
+              where + " is " + NumberText(value) + ", outside " + NumberText(low) + " to " + NumberText(high)};
     }
   }
   return Status::Ok();

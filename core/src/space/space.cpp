@@ -12,34 +12,50 @@ namespace {
 // Larger spaces are mistakes, and would overflow offsets.
 constexpr std::int64_t kLargestElementCount = std::int64_t{1} << 28;
 
-Status SpaceError(std::string message) { return {StatusCode::kInvalidArgument, std::move(message)}; }
+Status SpaceError(std::string message) {
+  return {StatusCode::kInvalidArgument, std::move(message)};
+}
 
 Result<std::int64_t> ElementCount(const std::vector<std::int64_t>& shape) {
   std::int64_t count = 1;
   for (const std::int64_t size : shape) {
     if (size < 1 || count > kLargestElementCount / size) {
-      return SpaceError("a Box has a dimension of size " + std::to_string(size) + "; sizes are at least 1 and their product at most 2^28");
+      return SpaceError("a Box has a dimension of size " + std::to_string(size) +
+                        "; sizes are at least 1 and their product at most 2^28");
     }
     count *= size;
   }
   return count;
 }
 
-bool IsInteger(DType dtype) { return dtype != DType::kF32 && dtype != DType::kF64; }
+bool IsInteger(DType dtype) {
+  return dtype != DType::kF32 && dtype != DType::kF64;
+}
 
 std::string_view GymnasiumName(DType dtype) {
   switch (dtype) {
-    case DType::kF32: return "float32";
-    case DType::kF64: return "float64";
-    case DType::kU8: return "uint8";
-    case DType::kI8: return "int8";
-    case DType::kI16: return "int16";
-    case DType::kI32: return "int32";
-    case DType::kI64: return "int64";
-    case DType::kU16: return "uint16";
-    case DType::kU32: return "uint32";
-    case DType::kU64: return "uint64";
-    case DType::kBool: return "bool";
+    case DType::kF32:
+      return "float32";
+    case DType::kF64:
+      return "float64";
+    case DType::kU8:
+      return "uint8";
+    case DType::kI8:
+      return "int8";
+    case DType::kI16:
+      return "int16";
+    case DType::kI32:
+      return "int32";
+    case DType::kI64:
+      return "int64";
+    case DType::kU16:
+      return "uint16";
+    case DType::kU32:
+      return "uint32";
+    case DType::kU64:
+      return "uint64";
+    case DType::kBool:
+      return "bool";
   }
   return "?";
 }
@@ -73,12 +89,14 @@ Result<Space> Space::Discrete(std::int64_t n, std::int64_t start) {
   return space;
 }
 
-Result<Space> Space::Box(std::vector<double> low, std::vector<double> high, std::vector<std::int64_t> shape, DType dtype) {
+Result<Space> Space::Box(std::vector<double> low, std::vector<double> high, std::vector<std::int64_t> shape,
+                         DType dtype) {
   const Result<std::int64_t> count = ElementCount(shape);
   if (!count.ok()) return count.status();
   if (static_cast<std::int64_t>(low.size()) != *count || low.size() != high.size()) {
-    return SpaceError("a Box of shape " + ShapeText(shape) + " needs " + std::to_string(*count) + " bounds on each side, not " +
-                      std::to_string(low.size()) + " low and " + std::to_string(high.size()) + " high");
+    return SpaceError("a Box of shape " + ShapeText(shape) + " needs " + std::to_string(*count) +
+                      " bounds on each side, not " + std::to_string(low.size()) + " low and " +
+                      std::to_string(high.size()) + " high");
   }
   for (std::size_t i = 0; i < low.size(); ++i) {
     if (std::isnan(low[i]) || std::isnan(high[i]) || low[i] > high[i]) {
@@ -86,7 +104,8 @@ Result<Space> Space::Box(std::vector<double> low, std::vector<double> high, std:
                         std::to_string(i) + "; low must not be above high");
     }
     if (IsInteger(dtype) && (!std::isfinite(low[i]) || !std::isfinite(high[i]))) {
-      return SpaceError("a Box of " + std::string(GymnasiumName(dtype)) + " must be bounded; element " + std::to_string(i) + " is not");
+      return SpaceError("a Box of " + std::string(GymnasiumName(dtype)) + " must be bounded; element " +
+                        std::to_string(i) + " is not");
     }
   }
   Space space;
@@ -112,7 +131,8 @@ Result<Space> Space::MultiDiscrete(std::vector<std::int64_t> nvec) {
   for (const std::int64_t n : nvec) {
     sum += n;
     if (n < 1 || sum > kLargestElementCount) {
-      return SpaceError("a MultiDiscrete space has an element with " + std::to_string(n) + " choices; it needs at least 1");
+      return SpaceError("a MultiDiscrete space has an element with " + std::to_string(n) +
+                        " choices; it needs at least 1");
     }
   }
   Space space;
@@ -140,7 +160,8 @@ Result<Space> Space::Dict(std::vector<std::pair<std::string, Space>> children) {
   std::stable_sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t i = 0; i < children.size(); ++i) {
     if (children[i].first.empty() || (i > 0 && children[i].first == children[i - 1].first)) {
-      return SpaceError("a Dict space has a child named " + Quote(children[i].first) + " that is empty or twice there; give each its own name");
+      return SpaceError("a Dict space has a child named " + Quote(children[i].first) +
+                        " that is empty or twice there; give each its own name");
     }
   }
   Space space;
@@ -155,7 +176,8 @@ Result<Space> Space::Tuple(std::vector<Space> children) {
   Space space;
   space.kind_ = SpaceKind::kTuple;
   space.n_ = 0;
-  for (std::size_t i = 0; i < children.size(); ++i) space.children_.emplace_back(std::to_string(i), std::move(children[i]));
+  for (std::size_t i = 0; i < children.size(); ++i)
+    space.children_.emplace_back(std::to_string(i), std::move(children[i]));
   return space;
 }
 
@@ -163,8 +185,10 @@ std::int64_t Space::flat_size() const {
   std::int64_t size = 0;
   switch (kind_) {
     case SpaceKind::kDiscrete:
-    case SpaceKind::kMultiBinary: return n_;
-    case SpaceKind::kBox: return static_cast<std::int64_t>(low_.size());
+    case SpaceKind::kMultiBinary:
+      return n_;
+    case SpaceKind::kBox:
+      return static_cast<std::int64_t>(low_.size());
     case SpaceKind::kMultiDiscrete:
       for (const std::int64_t n : nvec_) size += n;
       return size;
@@ -182,11 +206,13 @@ std::string Space::ToString() const {
     case SpaceKind::kDiscrete:
       return "Discrete(" + std::to_string(n_) + (start_ != 0 ? ", start=" + std::to_string(start_) : "") + ")";
     case SpaceKind::kBox:
-      return "Box(" + BoundsText(low_) + ", " + BoundsText(high_) + ", " + ShapeText(shape_) + ", " + std::string(GymnasiumName(dtype_)) + ")";
+      return "Box(" + BoundsText(low_) + ", " + BoundsText(high_) + ", " + ShapeText(shape_) + ", " +
+             std::string(GymnasiumName(dtype_)) + ")";
     case SpaceKind::kMultiDiscrete:
       for (const std::int64_t n : nvec_) out += (out.empty() ? "" : " ") + std::to_string(n);
       return "MultiDiscrete([" + out + "])";
-    case SpaceKind::kMultiBinary: return "MultiBinary(" + std::to_string(n_) + ")";
+    case SpaceKind::kMultiBinary:
+      return "MultiBinary(" + std::to_string(n_) + ")";
     case SpaceKind::kDict:
     case SpaceKind::kTuple:
       for (const auto& [name, child] : children_) {

@@ -11,7 +11,8 @@ Result<Endpoint> Endpoint::Parse(std::string_view url) {
   std::int64_t port = 0;
   if (colon == std::string_view::npos || colon == 0 || text.find('/') != std::string_view::npos ||
       !ParseNumber(text.substr(colon + 1), &port) || port < 0 || port > 65535) {
-    return Status{StatusCode::kInvalidArgument, Quote(url) + " is no endpoint; expected tcp://host:port with a port from 0 to 65535"};
+    return Status{StatusCode::kInvalidArgument,
+                  Quote(url) + " is no endpoint; expected tcp://host:port with a port from 0 to 65535"};
   }
   Endpoint endpoint;
   endpoint.host = text.substr(0, colon);

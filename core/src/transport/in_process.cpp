@@ -32,7 +32,8 @@ class ByteQueue {
   /// Bytes taken from `bytes`; waits at most `timeout_s` for room.
   std::size_t Push(std::span<const std::byte> bytes, double timeout_s, bool* closed) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, std::chrono::duration<double>(timeout_s), [this] { return size_ < kQueueBytes || closed_; });
+    changed_.wait_for(lock, std::chrono::duration<double>(timeout_s),
+                      [this] { return size_ < kQueueBytes || closed_; });
     *closed = closed_;
     const std::size_t count = closed_ ? 0 : std::min(kQueueBytes - size_, bytes.size());
     for (std::size_t i = 0; i < count; ++i) ring_[(begin_ + size_ + i) % kQueueBytes] = bytes[i];
@@ -62,7 +63,8 @@ struct Pipe {
 
 class InProcessTransport final : public Transport {
  public:
-  InProcessTransport(std::shared_ptr<Pipe> pipe, ByteQueue& in, ByteQueue& out) : pipe_(std::move(pipe)), in_(in), out_(out) {}
+  InProcessTransport(std::shared_ptr<Pipe> pipe, ByteQueue& in, ByteQueue& out)
+      : pipe_(std::move(pipe)), in_(in), out_(out) {}
   ~InProcessTransport() override { Close(); }
 
   Result<std::size_t> Read(std::span<std::byte> into, double timeout_s) override {
@@ -82,7 +84,8 @@ class InProcessTransport final : public Transport {
       bool closed = false;
       const std::size_t count = out_.Push(bytes, timeout_s, &closed);
       if (closed) return {StatusCode::kUnavailable, "the other end in this process closed the connection"};
-      if (count == 0) return {StatusCode::kDeadlineExceeded, "the other end in this process takes no data; does its thread run?"};
+      if (count == 0)
+        return {StatusCode::kDeadlineExceeded, "the other end in this process takes no data; does its thread run?"};
       bytes = bytes.subspan(count);
     }
     return Status::Ok();

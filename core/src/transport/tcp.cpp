@@ -56,7 +56,8 @@ std::string EndpointText(const tcp::endpoint& endpoint) {
 
 Status PeerGone(const std::string& peer, const asio::error_code& error) {
   const bool closed = error == asio::error::eof;
-  return {StatusCode::kUnavailable, closed ? peer + " closed the connection" : "the connection to " + peer + " broke: " + error.message()};
+  return {StatusCode::kUnavailable,
+          closed ? peer + " closed the connection" : "the connection to " + peer + " broke: " + error.message()};
 }
 
 class TcpTransport final : public Transport {
@@ -108,7 +109,8 @@ class TcpTransport final : public Transport {
       if (error != asio::error::would_block && error != asio::error::try_again) return PeerGone(peer_, error);
       if (deadline == 0.0) deadline = Now() + timeout_s;
       if (Now() >= deadline || !WaitForSocket(socket_.native_handle(), WaitFor::kWritable, deadline - Now())) {
-        return {StatusCode::kDeadlineExceeded, peer_ + " takes no data for " + NumberText(timeout_s) + " s; it hangs or is stopped in a debugger"};
+        return {StatusCode::kDeadlineExceeded,
+                peer_ + " takes no data for " + NumberText(timeout_s) + " s; it hangs or is stopped in a debugger"};
       }
     }
     return Status::Ok();
@@ -138,7 +140,8 @@ class TcpListener final : public Listener {
     asio::error_code error;
     tcp::resolver resolver(context_);
     const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port), tcp::resolver::passive, error);
-    if (error || found.empty()) return {StatusCode::kInvalidArgument, "cannot listen on host " + Quote(endpoint.host) + ": " + error.message()};
+    if (error || found.empty())
+      return {StatusCode::kInvalidArgument, "cannot listen on host " + Quote(endpoint.host) + ": " + error.message()};
     const tcp::endpoint local = found.begin()->endpoint();
     acceptor_.open(local.protocol(), error);
     if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
@@ -146,23 +149,33 @@ class TcpListener final : public Listener {
     if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (!error) acceptor_.non_blocking(true, error);
     if (error == asio::error::address_in_use) {
-      return {StatusCode::kAlreadyExists, "port " + std::to_string(endpoint.port) + " is in use; stop what listens there, choose another port, or use port 0 for a free one"};
+      return {StatusCode::kAlreadyExists,
+              "port " + std::to_string(endpoint.port) +
+                  " is in use; stop what listens there, choose another port, or use port 0 for a free one"};
     }
-    if (error) return {StatusCode::kUnavailable, "cannot listen on " + endpoint.host + ":" + std::to_string(endpoint.port) + ": " + error.message()};
+    if (error)
+      return {StatusCode::kUnavailable,
+              "cannot listen on " + endpoint.host + ":" + std::to_string(endpoint.port) + ": " + error.message()};
     port_ = acceptor_.local_endpoint(error).port();
     return Status::Ok();
   }
 
   Result<std::unique_ptr<Transport>> Accept(double timeout_s) override {
-    if (!acceptor_.is_open()) return Status{StatusCode::kFailedPrecondition, "the port is closed; open it before accepting"};
-    if (timeout_s > 0.0 && !WaitForSocket(acceptor_.native_handle(), WaitFor::kReadable, timeout_s)) return std::unique_ptr<Transport>();
+    if (!acceptor_.is_open())
+      return Status{StatusCode::kFailedPrecondition, "the port is closed; open it before accepting"};
+    if (timeout_s > 0.0 && !WaitForSocket(acceptor_.native_handle(), WaitFor::kReadable, timeout_s))
+      return std::unique_ptr<Transport>();
     // The connection lives on a context of its own, so that it may outlive this listener.
     auto context = std::make_unique<asio::io_context>();
     tcp::socket socket(*context);
     asio::error_code error;
     acceptor_.accept(socket, error);
-    if (error == asio::error::would_block || error == asio::error::try_again || error == asio::error::connection_aborted) return std::unique_ptr<Transport>();
-    if (error) return Status{StatusCode::kResourceExhausted, "cannot accept a connection on port " + std::to_string(port_) + ": " + error.message()};
+    if (error == asio::error::would_block || error == asio::error::try_again ||
+        error == asio::error::connection_aborted)
+      return std::unique_ptr<Transport>();
+    if (error)
+      return Status{StatusCode::kResourceExhausted,
+                    "cannot accept a connection on port " + std::to_string(port_) + ": " + error.message()};
     return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
   }
 
@@ -211,13 +224,16 @@ Result<std::unique_ptr<Transport>> ConnectTcp(const Endpoint& endpoint, double t
   asio::error_code error;
   tcp::resolver resolver(*context);
   const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port), error);
-  if (error) return Status{StatusCode::kInvalidArgument, "cannot find host " + Quote(endpoint.host) + ": " + error.message()};
+  if (error)
+    return Status{StatusCode::kInvalidArgument, "cannot find host " + Quote(endpoint.host) + ": " + error.message()};
   for (const auto& entry : found) {
     tcp::socket socket(*context);
     error = ConnectSocket(socket, entry.endpoint(), timeout_s);
-    if (!error) return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
+    if (!error)
+      return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
   }
-  return Status{StatusCode::kUnavailable, "nobody answers at " + where + " (" + error.message() + "); start the engine, or check host and port"};
+  return Status{StatusCode::kUnavailable,
+                "nobody answers at " + where + " (" + error.message() + "); start the engine, or check host and port"};
 }
 
 }  // namespace consac

@@ -15,7 +15,10 @@
 namespace consac {
 namespace {
 
-std::string Path(const char* name) { return (std::filesystem::temp_directory_path() / (std::string("consac_file_") + std::to_string(getpid()) + name)).string(); }
+std::string Path(const char* name) {
+  return (std::filesystem::temp_directory_path() / (std::string("consac_file_") + std::to_string(getpid()) + name))
+      .string();
+}
 
 TEST(File, WritesAndReadsBack) {
   const std::string path = Path("a");

@@ -68,23 +68,28 @@ TEST(ModelFile, AFlippedBitNeverChangesTheContent) {
 TEST(ModelFile, ForeignAndNewerFilesAreNamed) {
   const auto foreign = ModelFile::Parse(WithHeader(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})", 4));
   EXPECT_NE(foreign.status().message().find("without CONSAC's metadata"), std::string::npos);
-  const auto newer = ModelFile::Parse(WithHeader(R"({"__metadata__":{"format":"consac","consac.version":"99","consac.spec":"{}"}})", 0));
+  const auto newer = ModelFile::Parse(
+      WithHeader(R"({"__metadata__":{"format":"consac","consac.version":"99","consac.spec":"{}"}})", 0));
   EXPECT_NE(newer.status().message().find("version 99"), std::string::npos);
   const auto other = ModelFile::Parse(WithHeader(R"({"__metadata__":{"format":"pt"}})", 0));
   EXPECT_NE(other.status().message().find("'pt'"), std::string::npos);
 }
 
 TEST(ModelFile, HostileHeadersAreRefused) {
-  const std::string head = R"({"__metadata__":{"format":"consac","consac.version":"1","consac.spec":"{}","consac.sha256":""},)";
-  for (const std::string& tail : {
-           std::string(R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,4]}})"),                     // size and shape differ
-           std::string(R"("a":{"dtype":"F32","shape":[4611686018427387904,4],"data_offsets":[0,8]}})"),  // overflow
-           std::string(R"("a":{"dtype":"F32","shape":[1],"data_offsets":[4,8]}})"),                     // hole
-           std::string(R"("a":{"dtype":"F99","shape":[2],"data_offsets":[0,8]}})"),                     // type
-           std::string(R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
-           "\"a\":" + std::string(5000, '[') + "}",
-       }) {
-    EXPECT_EQ(ModelFile::Parse(WithHeader(head + tail, 8)).status().code(), StatusCode::kDataLoss) << tail.substr(0, 80);
+  const std::string head =
+      R"({"__metadata__":{"format":"consac","consac.version":"1","consac.spec":"{}","consac.sha256":""},)";
+  for (
+      const std::string& tail : {
+          std::string(R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,4]}})"),  // size and shape differ
+          std::string(R"("a":{"dtype":"F32","shape":[4611686018427387904,4],"data_offsets":[0,8]}})"),  // overflow
+          std::string(R"("a":{"dtype":"F32","shape":[1],"data_offsets":[4,8]}})"),                      // hole
+          std::string(R"("a":{"dtype":"F99","shape":[2],"data_offsets":[0,8]}})"),                      // type
+          std::string(
+              R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
+          "\"a\":" + std::string(5000, '[') + "}",
+      }) {
+    EXPECT_EQ(ModelFile::Parse(WithHeader(head + tail, 8)).status().code(), StatusCode::kDataLoss)
+        << tail.substr(0, 80);
   }
   std::vector<std::byte> huge(16, std::byte{0xff});
   EXPECT_FALSE(ModelFile::Parse(huge).ok());

@@ -67,7 +67,8 @@ TEST(Head, MaskedActionsAreNeverTakenAndHaveNoEntropy) {
   Rng rng(1, 1);
   for (int i = 0; i < 1000; ++i) {
     float raw = 0;
-    SelectActions(layout, logits, nullptr, mask, 1, i == 0 ? ActionMode::kDeterministic : ActionMode::kSample, rng, &raw);
+    SelectActions(layout, logits, nullptr, mask, 1, i == 0 ? ActionMode::kDeterministic : ActionMode::kSample, rng,
+                  &raw);
     ASSERT_TRUE(raw == 1 || raw == 2);
   }
   float entropy = 0;

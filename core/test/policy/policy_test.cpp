@@ -2,7 +2,6 @@
 #include "consac/policy/policy.h"
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <cmath>
@@ -32,10 +31,13 @@ PolicyData SmallPolicy(const Space& observation, const Space& action, std::uint6
   return data;
 }
 
-Space DictSpace() { return *Space::Dict({{"rays", *Space::Box(0, 1, {3})}, {"gear", *Space::Discrete(4)}}); }
+Space DictSpace() {
+  return *Space::Dict({{"rays", *Space::Box(0, 1, {3})}, {"gear", *Space::Discrete(4)}});
+}
 
 TEST(Policy, FileAndMemoryGiveTheSameActions) {
-  for (const Space& action : {*Space::Discrete(3), *Space::Box(-1, 1, {2}), *Space::MultiDiscrete({2, 3}), *Space::MultiBinary(3)}) {
+  for (const Space& action :
+       {*Space::Discrete(3), *Space::Box(-1, 1, {2}), *Space::MultiDiscrete({2, 3}), *Space::MultiBinary(3)}) {
     PolicyData data = SmallPolicy(DictSpace(), action, 3);
     RunningMoments moments(data.observation_space.flat_size());
     moments.mean[0] = 0.3;
@@ -43,7 +45,9 @@ TEST(Policy, FileAndMemoryGiveTheSameActions) {
     data.normaliser = ObservationNormaliser::Of(moments, 1e-8, 10);
     auto original = Policy::Create(data, 4);
     ASSERT_TRUE(original.ok()) << original.status().message();
-    const std::string path = (std::filesystem::temp_directory_path() / ("consac_policy_test_" + std::to_string(getpid()) + ".consac")).string();
+    const std::string path =
+        (std::filesystem::temp_directory_path() / ("consac_policy_test_" + std::to_string(getpid()) + ".consac"))
+            .string();
     ASSERT_TRUE(original->ToFile(7).Save(path).ok());
     auto loaded = Policy::Load(path, 4);
     ASSERT_TRUE(loaded.ok()) << loaded.status().message();
@@ -69,10 +73,12 @@ TEST(Policy, ARowDoesNotDependOnItsNeighbours) {
   Rng rng(1, 1);
   for (float& value : rows) value = rng.Normal();
   std::vector<std::int32_t> actions(64);
-  policy->Act(reinterpret_cast<std::byte*>(rows.data()), nullptr, 64, ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(actions.data()));
+  policy->Act(reinterpret_cast<std::byte*>(rows.data()), nullptr, 64, ActionMode::kDeterministic, rng,
+              reinterpret_cast<std::byte*>(actions.data()));
   const std::vector<float> together(policy->head().begin(), policy->head().end());
   for (int r = 0; r < 64; ++r) {
-    policy->Act(reinterpret_cast<std::byte*>(rows.data() + r * 5), nullptr, 1, ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(actions.data()));
+    policy->Act(reinterpret_cast<std::byte*>(rows.data() + r * 5), nullptr, 1, ActionMode::kDeterministic, rng,
+                reinterpret_cast<std::byte*>(actions.data()));
     ASSERT_EQ(std::memcmp(policy->head().data(), together.data() + r * 3, 3 * sizeof(float)), 0) << r;
   }
 }

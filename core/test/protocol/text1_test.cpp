@@ -41,12 +41,23 @@ TEST(Setup, EveryFieldIsCheckedAndQuoted) {
     const char* message;
     const char* quoted;
   } cases[] = {
-      {"D#3#0#B#3#0,0,0,5,6,7", "fields"},           {"X#3#0#B#1#0,1#10", "'X'"},        {"D#0#0#B#1#0,1#10", "'0'"},
-      {"D#3.5#0#B#1#0,1#10", "'3.5'"},               {"D#3#1#B#1#0,1#10", "'1'"},        {"D#3#0#Q#1#0,1#10", "'Q'"},
-      {"D#3#0#B#x#0,1#10", "'x'"},                   {"D#3#0#B#2#0,1#10", "4 numbers"},  {"D#3#0#B#1#1,0#10", "above high"},
-      {"D#3#0#B#1#0,y#10", "'y'"},                   {"D#3#0#B#1#0,nan#10", "'nan'"},    {"D#3#0#B#1#0,1#-5", "'-5'"},
-      {"D#3#0#B#1#0,1#ten", "'ten'"},                {"D#3#0#B#1#0,1#0", "model name"},  {"D#3#0#B#1#0,1#10#a#b", "9 fields"},
-      {"D#99999999999#0#B#1#0,1#10", "99999999999"}, {"", "fields"},
+      {"D#3#0#B#3#0,0,0,5,6,7", "fields"},
+      {"X#3#0#B#1#0,1#10", "'X'"},
+      {"D#0#0#B#1#0,1#10", "'0'"},
+      {"D#3.5#0#B#1#0,1#10", "'3.5'"},
+      {"D#3#1#B#1#0,1#10", "'1'"},
+      {"D#3#0#Q#1#0,1#10", "'Q'"},
+      {"D#3#0#B#x#0,1#10", "'x'"},
+      {"D#3#0#B#2#0,1#10", "4 numbers"},
+      {"D#3#0#B#1#1,0#10", "above high"},
+      {"D#3#0#B#1#0,y#10", "'y'"},
+      {"D#3#0#B#1#0,nan#10", "'nan'"},
+      {"D#3#0#B#1#0,1#-5", "'-5'"},
+      {"D#3#0#B#1#0,1#ten", "'ten'"},
+      {"D#3#0#B#1#0,1#0", "model name"},
+      {"D#3#0#B#1#0,1#10#a#b", "9 fields"},
+      {"D#99999999999#0#B#1#0,1#10", "99999999999"},
+      {"", "fields"},
   };
   for (const auto& entry : cases) {
     const auto setup = ParseSetup(entry.message);
@@ -58,8 +69,9 @@ TEST(Setup, EveryFieldIsCheckedAndQuoted) {
 }
 
 TEST(Setup, OtherSpacesAreRefusedByName) {
-  for (const Space& space : {*Space::MultiBinary(2), *Space::MultiDiscrete({2, 3}), *Space::Dict({{"a", *Space::Discrete(2)}}), *Space::Box(0, 1, {2, 2}),
-                             *Space::Box(0, 255, {4}, DType::kU8), *Space::Discrete(3, 1)}) {
+  for (const Space& space :
+       {*Space::MultiBinary(2), *Space::MultiDiscrete({2, 3}), *Space::Dict({{"a", *Space::Discrete(2)}}),
+        *Space::Box(0, 1, {2, 2}), *Space::Box(0, 255, {4}, DType::kU8), *Space::Discrete(3, 1)}) {
     const Status status = CheckSpace(space, "observation");
     EXPECT_FALSE(status.ok());
     EXPECT_NE(status.message().find("text protocol 1 carries Discrete"), std::string::npos);
@@ -71,7 +83,8 @@ TEST(Observation, ReadsTheThesisExample) {
   const Layout layout = Layout::Of(*Space::Box(0, 10, {3}));
   float row[3], reward = 0;
   bool done = true;
-  ASSERT_TRUE(ParseObservation("2.23,4.1,5#2.3#0", layout, false, reinterpret_cast<std::byte*>(row), &reward, &done).ok());
+  ASSERT_TRUE(
+      ParseObservation("2.23,4.1,5#2.3#0", layout, false, reinterpret_cast<std::byte*>(row), &reward, &done).ok());
   EXPECT_EQ(row[0], 2.23f);
   EXPECT_EQ(row[2], 5.0f);
   EXPECT_EQ(reward, 2.3f);
@@ -87,13 +100,16 @@ TEST(Observation, WhatDoesNotFitIsQuoted) {
     StatusCode code;
     const char* quoted;
   } cases[] = {
-      {"1,2", StatusCode::kProtocol, "reward#done"},      {"1,2#3", StatusCode::kProtocol, "reward#done"},   {"1#0#0", StatusCode::kProtocol, "1 numbers"},
-      {"1,2,3#0#0", StatusCode::kProtocol, "3 numbers"},  {"1,x#0#0", StatusCode::kProtocol, "'x'"},         {"1,nan#0#0", StatusCode::kNonFinite, "'nan'"},
-      {"1,2#inf#0", StatusCode::kNonFinite, "'inf'"},     {"1,1.#INF#0#0", StatusCode::kNonFinite, "1.#INF"}, {"1,2#0#2", StatusCode::kProtocol, "'2'"},
-      {"1,2#0#", StatusCode::kProtocol, "''"},            {"1,2##0", StatusCode::kProtocol, "''"},           {"1,2#0#0#0", StatusCode::kProtocol, "'0#0'"},
+      {"1,2", StatusCode::kProtocol, "reward#done"},  {"1,2#3", StatusCode::kProtocol, "reward#done"},
+      {"1#0#0", StatusCode::kProtocol, "1 numbers"},  {"1,2,3#0#0", StatusCode::kProtocol, "3 numbers"},
+      {"1,x#0#0", StatusCode::kProtocol, "'x'"},      {"1,nan#0#0", StatusCode::kNonFinite, "'nan'"},
+      {"1,2#inf#0", StatusCode::kNonFinite, "'inf'"}, {"1,1.#INF#0#0", StatusCode::kNonFinite, "1.#INF"},
+      {"1,2#0#2", StatusCode::kProtocol, "'2'"},      {"1,2#0#", StatusCode::kProtocol, "''"},
+      {"1,2##0", StatusCode::kProtocol, "''"},        {"1,2#0#0#0", StatusCode::kProtocol, "'0#0'"},
   };
   for (const auto& entry : cases) {
-    const Status status = ParseObservation(entry.message, layout, false, reinterpret_cast<std::byte*>(row), &reward, &done);
+    const Status status =
+        ParseObservation(entry.message, layout, false, reinterpret_cast<std::byte*>(row), &reward, &done);
     EXPECT_EQ(status.code(), entry.code) << entry.message << ": " << status.message();
     EXPECT_NE(status.message().find(entry.quoted), std::string::npos) << status.message();
   }
@@ -114,7 +130,8 @@ TEST(Action, ChoicesAndNumbers) {
   std::int32_t choice = -1;
   EXPECT_TRUE(ParseAction("2", discrete, reinterpret_cast<std::byte*>(&choice)).ok());
   EXPECT_EQ(choice, 2);
-  for (const char* text : {"3", "-1", "1.5", "", "1,2", "a"}) EXPECT_FALSE(ParseAction(text, discrete, reinterpret_cast<std::byte*>(&choice)).ok()) << text;
+  for (const char* text : {"3", "-1", "1.5", "", "1,2", "a"})
+    EXPECT_FALSE(ParseAction(text, discrete, reinterpret_cast<std::byte*>(&choice)).ok()) << text;
   const Layout box = Layout::Of(*Space::Box(-1, 1, {2}));
   float row[2];
   EXPECT_TRUE(ParseAction("0.25,-7", box, reinterpret_cast<std::byte*>(row)).ok());
@@ -129,9 +146,12 @@ TEST(Encode, RoundTripsEveryFloat) {
   for (int i = 0; i < 10000; ++i) {
     float row[4], back[4], reward = 0;
     for (float& value : row) value = rng.Normal() * std::pow(10.0f, static_cast<float>(rng.Below(40)) - 20.0f);
-    const std::size_t length = EncodeObservation(layout, reinterpret_cast<std::byte*>(row), row[0], i % 2 == 0, Terminator::kNone, text);
+    const std::size_t length =
+        EncodeObservation(layout, reinterpret_cast<std::byte*>(row), row[0], i % 2 == 0, Terminator::kNone, text);
     bool done = false;
-    ASSERT_TRUE(ParseObservation({text.data(), length}, layout, false, reinterpret_cast<std::byte*>(back), &reward, &done).ok());
+    ASSERT_TRUE(
+        ParseObservation({text.data(), length}, layout, false, reinterpret_cast<std::byte*>(back), &reward, &done)
+            .ok());
     ASSERT_EQ(std::memcmp(row, back, sizeof(row)), 0);
     ASSERT_EQ(reward, row[0]);
     ASSERT_EQ(done, i % 2 == 0);

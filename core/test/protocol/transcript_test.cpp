@@ -15,13 +15,16 @@ using nlohmann::json;
 Framer MakeFramer(const json& entry) {
   Framer framer;
   const std::string expect = entry["expect"];
-  framer.SetExpect(expect == "setup" ? Framer::Expect::kSetup : expect == "action" ? Framer::Expect::kAction : Framer::Expect::kObservation,
+  framer.SetExpect(expect == "setup"    ? Framer::Expect::kSetup
+                   : expect == "action" ? Framer::Expect::kAction
+                                        : Framer::Expect::kObservation,
                    entry.value("single_character", false));
   return framer;
 }
 
 void Drain(Framer& framer, std::vector<std::string>& messages) {
-  for (std::string_view message = framer.Next(); !message.empty(); message = framer.Next()) messages.emplace_back(message);
+  for (std::string_view message = framer.Next(); !message.empty(); message = framer.Next())
+    messages.emplace_back(message);
 }
 
 void Feed(Framer& framer, std::string_view bytes, std::size_t piece, std::vector<std::string>& messages) {
@@ -62,7 +65,8 @@ TEST(Transcripts, EveryCaseInEverySplit) {
   ASSERT_GE(cases.size(), 12u);
   for (const json& entry : cases) {
     const std::vector<std::string> expected = entry["messages"];
-    for (const std::size_t piece : {1, 2, 3, 5, 7, 1000}) EXPECT_EQ(RunInPieces(entry, piece), expected) << entry["name"] << " in pieces of " << piece;
+    for (const std::size_t piece : {1, 2, 3, 5, 7, 1000})
+      EXPECT_EQ(RunInPieces(entry, piece), expected) << entry["name"] << " in pieces of " << piece;
     const auto& chunks = entry["chunks"];
     const bool silent = std::find(chunks.begin(), chunks.end(), "quiet") != chunks.end();
     if (silent) continue;

@@ -262,7 +262,10 @@ TEST(Client, BadObservationsAreNamedWithTheirStep) {
   const struct {
     const char* observation;
     StatusCode code;
-  } cases[] = {{"11,nan#1#0\n", StatusCode::kNonFinite}, {"11#1#0\n", StatusCode::kProtocol}, {"11,20#1#7\n", StatusCode::kProtocol}, {"garbage\n", StatusCode::kProtocol}};
+  } cases[] = {{"11,nan#1#0\n", StatusCode::kNonFinite},
+               {"11#1#0\n", StatusCode::kProtocol},
+               {"11,20#1#7\n", StatusCode::kProtocol},
+               {"garbage\n", StatusCode::kProtocol}};
   for (const auto& entry : cases) {
     ScriptedPeer peer;
     auto transport = peer.Connect();

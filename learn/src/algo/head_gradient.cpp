@@ -12,7 +12,9 @@ namespace {
 constexpr float kIllegalLogit = -1e8f;
 constexpr float kLogOfTwoPi = 1.8378770664093453f;
 
-float StableSoftplus(float x) { return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x))); }
+float StableSoftplus(float x) {
+  return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x)));
+}
 
 }  // namespace
 
@@ -40,7 +42,8 @@ HeadGradient::HeadGradient(const Layout& action)
   choice_entropy_.resize(segments_.size() * kBlockRows);
 }
 
-void HeadGradient::Forward(std::int64_t rows, const float* head, const float* log_std, const std::uint8_t* masks, const float* raw) {
+void HeadGradient::Forward(std::int64_t rows, const float* head, const float* log_std, const std::uint8_t* masks,
+                           const float* raw) {
   rows_ = rows;
   head_ = head;
   log_std_ = log_std;
@@ -49,9 +52,12 @@ void HeadGradient::Forward(std::int64_t rows, const float* head, const float* lo
   std::fill_n(neglogp_.begin(), rows, 0.0f);
   std::fill_n(entropy_.begin(), rows, 0.0f);
   for (const Segment& segment : segments_) {
-    if (segment.kind == SpaceKind::kBox) ForwardGaussian(segment);
-    else if (segment.kind == SpaceKind::kMultiBinary) ForwardBit(segment);
-    else ForwardChoice(segment);
+    if (segment.kind == SpaceKind::kBox)
+      ForwardGaussian(segment);
+    else if (segment.kind == SpaceKind::kMultiBinary)
+      ForwardBit(segment);
+    else
+      ForwardChoice(segment);
   }
 }
 
@@ -70,7 +76,8 @@ void HeadGradient::ForwardChoice(const Segment& segment) {
     const float largest = *std::max_element(shifted, shifted + n);
     for (std::int64_t j = 0; j < n; ++j) shifted[j] -= largest;
     log_sum[r] = largest;
-    neglogp_[static_cast<std::size_t>(r)] -= shifted[static_cast<std::int64_t>(raw_[r * raw_size_ + segment.raw_offset])];
+    neglogp_[static_cast<std::size_t>(r)] -=
+        shifted[static_cast<std::int64_t>(raw_[r * raw_size_ + segment.raw_offset])];
   }
   // The entropy is log S - sum(e^s s) / S with s the shifted logits, so the products are summed around the exp.
   const std::span<float> block(p, static_cast<std::size_t>(rows_ * n));
@@ -120,8 +127,8 @@ void HeadGradient::ForwardBit(const Segment& segment) {
 }
 
 // d(-log p_a)/dz_j = p_j - [j = a];  dH/dz_j = -p_j (log p_j + H).
-void HeadGradient::BackwardChoice(const Segment& segment, std::span<const float> d_neglogp, std::span<const float> d_entropy,
-                                  float* d_head) const {
+void HeadGradient::BackwardChoice(const Segment& segment, std::span<const float> d_neglogp,
+                                  std::span<const float> d_entropy, float* d_head) const {
   const std::int64_t n = segment.n;
   const auto index = static_cast<std::size_t>(&segment - segments_.data());
   const float* p = probability_.data() + segment.head_offset * kBlockRows;
@@ -140,7 +147,8 @@ void HeadGradient::BackwardChoice(const Segment& segment, std::span<const float>
   }
 }
 
-void HeadGradient::Backward(std::span<const float> d_neglogp, std::span<const float> d_entropy, float* d_head, float* d_log_std) {
+void HeadGradient::Backward(std::span<const float> d_neglogp, std::span<const float> d_entropy, float* d_head,
+                            float* d_log_std) {
   for (const Segment& segment : segments_) {
     if (segment.kind == SpaceKind::kDiscrete || segment.kind == SpaceKind::kMultiDiscrete) {
       BackwardChoice(segment, d_neglogp, d_entropy, d_head);

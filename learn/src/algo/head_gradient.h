@@ -38,7 +38,8 @@ class HeadGradient {
   void ForwardChoice(const Segment& segment);
   void ForwardGaussian(const Segment& segment);
   void ForwardBit(const Segment& segment);
-  void BackwardChoice(const Segment& segment, std::span<const float> d_neglogp, std::span<const float> d_entropy, float* d_head) const;
+  void BackwardChoice(const Segment& segment, std::span<const float> d_neglogp, std::span<const float> d_entropy,
+                      float* d_head) const;
   float BitLogit(const Segment& segment, std::int64_t row) const;
 
   std::vector<Segment> segments_;
@@ -48,11 +49,11 @@ class HeadGradient {
   const float* log_std_ = nullptr;
   const std::uint8_t* masks_ = nullptr;
   const float* raw_ = nullptr;
-  std::vector<float> neglogp_, entropy_;     // [kBlockRows]
-  std::vector<float> probability_;           // [kBlockRows * HeadSize] per segment contiguous: p, z or sigmoid
-  std::vector<float> shifted_;               // [kBlockRows * HeadSize] logits less the row's largest
-  std::vector<float> log_sum_;               // [segments, kBlockRows] log of the normaliser
-  std::vector<float> choice_entropy_;        // [segments, kBlockRows]
+  std::vector<float> neglogp_, entropy_;  // [kBlockRows]
+  std::vector<float> probability_;        // [kBlockRows * HeadSize] per segment contiguous: p, z or sigmoid
+  std::vector<float> shifted_;            // [kBlockRows * HeadSize] logits less the row's largest
+  std::vector<float> log_sum_;            // [segments, kBlockRows] log of the normaliser
+  std::vector<float> choice_entropy_;     // [segments, kBlockRows]
 };
 
 }  // namespace consac::learn

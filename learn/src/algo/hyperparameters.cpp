@@ -12,10 +12,13 @@ constexpr std::string_view kNone = "none";
 constexpr std::string_view kLinearPrefix = "lin_";
 
 Status Unusable(const Hyperparameter& row, std::string_view text, const std::string& expected) {
-  return {StatusCode::kInvalidArgument, std::string(row.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
+  return {StatusCode::kInvalidArgument,
+          std::string(row.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
 }
 
-bool MayBeAbsent(const Hyperparameter& row) { return std::string_view(row.choices) == kNone; }
+bool MayBeAbsent(const Hyperparameter& row) {
+  return std::string_view(row.choices) == kNone;
+}
 
 std::string LowerCase(std::string_view text) {
   std::string out(text);
@@ -46,9 +49,10 @@ Result<std::string> CanonicalNumber(const Hyperparameter& row, std::string_view 
                     (!whole || value == std::floor(value));
   if (fits) return NumberText(value);
   const std::string range = RangeText(row);
-  return Unusable(row, text, std::string(whole ? "a whole number" : "a number") + (range.empty() ? "" : " " + range) +
-                                 (row.type == ParameterType::kSchedule ? ", or lin_ and a number" : "") +
-                                 (MayBeAbsent(row) ? ", or none" : ""));
+  return Unusable(row, text,
+                  std::string(whole ? "a whole number" : "a number") + (range.empty() ? "" : " " + range) +
+                      (row.type == ParameterType::kSchedule ? ", or lin_ and a number" : "") +
+                      (MayBeAbsent(row) ? ", or none" : ""));
 }
 
 Result<std::string> CanonicalChoice(const Hyperparameter& row, std::string_view text) {
@@ -69,7 +73,8 @@ Result<std::string> Canonical(const Hyperparameter& row, std::string_view text) 
   }
   switch (row.type) {
     case ParameterType::kReal:
-    case ParameterType::kInteger: return CanonicalNumber(row, text, text);
+    case ParameterType::kInteger:
+      return CanonicalNumber(row, text, text);
     case ParameterType::kSchedule: {
       if (!lower.starts_with(kLinearPrefix)) return CanonicalNumber(row, text, text);
       Result<std::string> number = CanonicalNumber(row, text, text.substr(kLinearPrefix.size()));
@@ -80,8 +85,10 @@ Result<std::string> Canonical(const Hyperparameter& row, std::string_view text) 
       if (lower == "true" || lower == "yes" || lower == "on" || lower == "1") return std::string("true");
       if (lower == "false" || lower == "no" || lower == "off" || lower == "0") return std::string("false");
       return Unusable(row, text, "true or false");
-    case ParameterType::kChoice: return CanonicalChoice(row, text);
-    case ParameterType::kText: break;
+    case ParameterType::kChoice:
+      return CanonicalChoice(row, text);
+    case ParameterType::kText:
+      break;
   }
   return std::string(text);
 }
@@ -122,7 +129,9 @@ const std::string& HyperparameterSet::Text(std::string_view name) const {
   return row < table_.size() ? values_[row] : kUnknown;
 }
 
-bool HyperparameterSet::Absent(std::string_view name) const { return Text(name) == kNone; }
+bool HyperparameterSet::Absent(std::string_view name) const {
+  return Text(name) == kNone;
+}
 
 double HyperparameterSet::Real(std::string_view name) const {
   double value = 0.0;
@@ -134,7 +143,9 @@ std::int64_t HyperparameterSet::Integer(std::string_view name) const {
   return std::isfinite(value) ? static_cast<std::int64_t>(value) : 0;
 }
 
-bool HyperparameterSet::Boolean(std::string_view name) const { return Text(name) == "true"; }
+bool HyperparameterSet::Boolean(std::string_view name) const {
+  return Text(name) == "true";
+}
 
 Schedule HyperparameterSet::AsSchedule(std::string_view name) const {
   std::string_view text = Text(name);

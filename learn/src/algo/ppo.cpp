@@ -94,9 +94,12 @@ class Ppo final : public Learner, private BlockLoss {
   void WriteMetrics();
 
   std::span<const std::int32_t> minibatch() const {
-    return std::span(order_).subspan(static_cast<std::size_t>(minibatch_begin_), static_cast<std::size_t>(minibatch_rows_));
+    return std::span(order_).subspan(static_cast<std::size_t>(minibatch_begin_),
+                                     static_cast<std::size_t>(minibatch_rows_));
   }
-  std::span<float> log_std() { return std::span(parameters_).subspan(static_cast<std::size_t>(network_.parameter_count())); }
+  std::span<float> log_std() {
+    return std::span(parameters_).subspan(static_cast<std::size_t>(network_.parameter_count()));
+  }
 
   const BehaviourSpec behaviour_;
   const PpoOptions ppo_;
@@ -115,21 +118,21 @@ class Ppo final : public Learner, private BlockLoss {
 
   RunningMoments observation_moments_, return_moments_;
   ObservationNormaliser normaliser_;
-  std::vector<float> discounted_;      // [N] running discounted return per slot, for reward scaling
+  std::vector<float> discounted_;  // [N] running discounted return per slot, for reward scaling
 
   // The staged step, until Record.
-  std::vector<float> step_features_;   // [N, F] network inputs
-  std::vector<float> step_raw_;        // [N, raw]
+  std::vector<float> step_features_;                              // [N, F] network inputs
+  std::vector<float> step_raw_;                                   // [N, raw]
   std::vector<float> step_values_, step_neglogp_, step_rewards_;  // [N]
-  std::vector<float> work_features_;   // [N, F] of next and final observations
+  std::vector<float> work_features_;                              // [N, F] of next and final observations
 
-  std::vector<float> slab_features_;   // [T * N, F] network inputs as they were acted upon
+  std::vector<float> slab_features_;  // [T * N, F] network inputs as they were acted upon
 
   // The update under way.
   bool updating_ = false, stopped_ = false, skipped_ = false;
   std::int64_t epoch_ = 0, minibatch_begin_ = 0, minibatch_rows_ = 0, rows_ = 0, gradient_steps_ = 0;
   float learning_rate_ = 0, clip_range_ = 0, clip_range_vf_ = 0;  // of this update; negative clip_range_vf: off
-  std::vector<std::int32_t> order_;    // [T * N] slab rows, shuffled each epoch
+  std::vector<std::int32_t> order_;                               // [T * N] slab rows, shuffled each epoch
   LossSums update_sums_;
 
   // The minibatch under way, gathered.
@@ -158,7 +161,8 @@ Ppo::Ppo(const LearnerOptions& options, const PpoOptions& ppo, nn::Network netwo
       raw_size_(RawActionSize(behaviour_.action_layout)),
       mask_bytes_(behaviour_.masks_actions ? behaviour_.action_layout.mask_bytes : 0),
       total_steps_(options.total_steps),
-      parameters_(static_cast<std::size_t>(network_.parameter_count() + LogStdSize(behaviour_.action_layout)), ppo.log_std_init),
+      parameters_(static_cast<std::size_t>(network_.parameter_count() + LogStdSize(behaviour_.action_layout)),
+                  ppo.log_std_init),
       evaluator_(network_, behaviour_.slots),
       backpropagation_(network_, LogStdSize(behaviour_.action_layout), LargestMinibatch(ppo, behaviour_.slots)),
       adam_(static_cast<std::int64_t>(parameters_.size()), ppo.adam),
@@ -248,8 +252,8 @@ void Ppo::Act(Batch& batch) {
   evaluator_.Forward(std::span<const float* const>(&input, 1), rows);
   const float* head = evaluator_.output(0);
   std::copy_n(evaluator_.output(1), rows, step_values_.data());
-  SelectActions(behaviour_.action_layout, head, log_std().data(), batch.action_masks, rows, ActionMode::kSample, action_rng_,
-                step_raw_.data(), step_neglogp_.data());
+  SelectActions(behaviour_.action_layout, head, log_std().data(), batch.action_masks, rows, ActionMode::kSample,
+                action_rng_, step_raw_.data(), step_neglogp_.data());
   for (std::int64_t i = 0; i < rows; ++i) step_neglogp_[static_cast<std::size_t>(i)] *= -1.0f;
   WriteActions(behaviour_.action_layout, step_raw_.data(), rows, batch.actions);
 }
@@ -289,8 +293,10 @@ void Ppo::Record(const Batch& batch) {
     observation_moments_.Update(work_features_.data(), rows);
     RefreshNormaliser();
   }
-  if (ppo_.norm_reward) NormaliseRewards(batch);
-  else std::copy_n(batch.rewards, rows, step_rewards_.data());
+  if (ppo_.norm_reward)
+    NormaliseRewards(batch);
+  else
+    std::copy_n(batch.rewards, rows, step_rewards_.data());
   if (ppo_.bootstrap_truncation) BootstrapTruncated(batch);
 
   const auto features = static_cast<std::size_t>(features_), raw = static_cast<std::size_t>(raw_size_);
@@ -351,7 +357,9 @@ void Ppo::BeginUpdate() {
   learning_rate_ = static_cast<float>(ppo_.learning_rate.At(remaining));
   clip_range_ = static_cast<float>(ppo_.clip_range.At(remaining));
   const bool follows = ppo_.clip_range_vf.absent && ppo_.value_clip_follows;
-  clip_range_vf_ = follows ? clip_range_ : ppo_.clip_range_vf.absent ? -1.0f : static_cast<float>(ppo_.clip_range_vf.At(remaining));
+  clip_range_vf_ = follows                     ? clip_range_
+                   : ppo_.clip_range_vf.absent ? -1.0f
+                                               : static_cast<float>(ppo_.clip_range_vf.At(remaining));
   updating_ = true;
   stopped_ = skipped_ = false;
   epoch_ = minibatch_begin_ = gradient_steps_ = 0;
@@ -360,7 +368,8 @@ void Ppo::BeginUpdate() {
 
 // Cuts the next minibatch and standardises its advantages.
 void Ppo::BeginMinibatch() {
-  const std::int64_t size = ppo_.n_minibatches > 0 ? std::max<std::int64_t>(1, rows_ / ppo_.n_minibatches) : ppo_.batch_size;
+  const std::int64_t size =
+      ppo_.n_minibatches > 0 ? std::max<std::int64_t>(1, rows_ / ppo_.n_minibatches) : ppo_.batch_size;
   minibatch_rows_ = std::min(size, rows_ - minibatch_begin_);
   double mean = 0.0, inverse = 1.0;
   if (ppo_.normalize_advantage && minibatch_rows_ > 1) {
@@ -381,7 +390,8 @@ void Ppo::Gather(const LossBlock& block) {
   for (std::int64_t r = 0; r < block.rows; ++r) {
     const auto to = static_cast<std::size_t>(block.first_row + r);
     const auto row = static_cast<std::size_t>(order_[static_cast<std::size_t>(minibatch_begin_) + to]);
-    std::copy_n(slab_features_.data() + row * features, features, block.inputs[0] + static_cast<std::size_t>(r) * features);
+    std::copy_n(slab_features_.data() + row * features, features,
+                block.inputs[0] + static_cast<std::size_t>(r) * features);
     std::copy_n(rollout_.raw_actions.data() + row * raw, raw, mb_raw_.data() + to * raw);
     if (masks > 0) std::memcpy(mb_masks_.data() + to * masks, rollout_.masks(static_cast<std::int64_t>(row)), masks);
     mb_returns_[to] = rollout_.returns[row];
@@ -394,8 +404,10 @@ void Ppo::Gather(const LossBlock& block) {
 void Ppo::Loss(const LossBlock& block) {
   const auto first = static_cast<std::size_t>(block.first_row), rows = static_cast<std::size_t>(block.rows);
   HeadGradient& head = heads_[static_cast<std::size_t>(block.index)];
-  const std::uint8_t* masks = mask_bytes_ > 0 ? mb_masks_.data() + first * static_cast<std::size_t>(mask_bytes_) : nullptr;
-  head.Forward(block.rows, block.outputs[0], log_std().data(), masks, mb_raw_.data() + first * static_cast<std::size_t>(raw_size_));
+  const std::uint8_t* masks =
+      mask_bytes_ > 0 ? mb_masks_.data() + first * static_cast<std::size_t>(mask_bytes_) : nullptr;
+  head.Forward(block.rows, block.outputs[0], log_std().data(), masks,
+               mb_raw_.data() + first * static_cast<std::size_t>(raw_size_));
 
   float ratio[kBlockRows], d_neglogp[kBlockRows], d_entropy[kBlockRows];
   for (std::size_t r = 0; r < rows; ++r) ratio[r] = mb_neglogp_[first + r] - head.neglogp()[r];
@@ -406,7 +418,8 @@ void Ppo::Loss(const LossBlock& block) {
   LossSums sums;
   for (std::size_t r = 0; r < rows; ++r) {
     const std::size_t i = first + r;
-    const PpoLossTerms terms = PpoLossOf(form, {mb_advantages_[i], mb_returns_[i], mb_values_[i], mb_neglogp_[i], block.outputs[1][r], head.neglogp()[r], ratio[r]});
+    const PpoLossTerms terms = PpoLossOf(form, {mb_advantages_[i], mb_returns_[i], mb_values_[i], mb_neglogp_[i],
+                                                block.outputs[1][r], head.neglogp()[r], ratio[r]});
     sums.policy += terms.policy;
     sums.value += terms.value;
     sums.entropy += head.entropy()[r];
@@ -416,8 +429,8 @@ void Ppo::Loss(const LossBlock& block) {
     d_entropy[r] = -ppo_.ent_coef * inverse;
     block.output_gradients[1][r] = terms.d_value * inverse;
   }
-  head.Backward(std::span<const float>(d_neglogp, rows), std::span<const float>(d_entropy, rows), block.output_gradients[0],
-                block.extra_gradient.data());
+  head.Backward(std::span<const float>(d_neglogp, rows), std::span<const float>(d_entropy, rows),
+                block.output_gradients[0], block.extra_gradient.data());
   block_sums_[static_cast<std::size_t>(block.index)] = sums;
 }
 
@@ -425,7 +438,8 @@ void Ppo::Loss(const LossBlock& block) {
 bool Ppo::OptimiserStep() {
   LossSums sums;
   const std::int64_t blocks = (minibatch_rows_ + kBlockRows - 1) / kBlockRows;
-  for (std::int64_t b = 0; b < blocks; ++b) sums.Add(block_sums_[static_cast<std::size_t>(b)], 1.0 / static_cast<double>(minibatch_rows_));
+  for (std::int64_t b = 0; b < blocks; ++b)
+    sums.Add(block_sums_[static_cast<std::size_t>(b)], 1.0 / static_cast<double>(minibatch_rows_));
   update_sums_.Add(sums, 1.0);
   ++gradient_steps_;
   if (ppo_.target_kl > 0.0 && sums.kl > 1.5 * ppo_.target_kl) return false;
@@ -433,7 +447,9 @@ bool Ppo::OptimiserStep() {
   const std::span<const float> gradient = backpropagation_.gradient();
   const double norm = GlobalNorm(gradient);
   if (!std::isfinite(norm)) {
-    if (!skipped_) Log(LogLevel::kWarning, "a gradient is not finite; its optimiser step is skipped (lower the learning rate, or check rewards)");
+    if (!skipped_)
+      Log(LogLevel::kWarning,
+          "a gradient is not finite; its optimiser step is skipped (lower the learning rate, or check rewards)");
     skipped_ = true;
     return true;
   }
@@ -458,7 +474,8 @@ void Ppo::WriteMetrics() {
   const auto rows = std::span<const std::int32_t>(order_).first(static_cast<std::size_t>(rows_));
   const Moments returns(rows, [this](std::size_t row) { return rollout_.returns[row]; });
   const Moments errors(rows, [this](std::size_t row) { return rollout_.returns[row] - rollout_.values[row]; });
-  const double explained = returns.variance == 0.0 ? std::numeric_limits<double>::quiet_NaN() : 1.0 - errors.variance / returns.variance;
+  const double explained =
+      returns.variance == 0.0 ? std::numeric_limits<double>::quiet_NaN() : 1.0 - errors.variance / returns.variance;
   const Moments advantages(rows, [this](std::size_t row) { return rollout_.advantages[row]; });
 
   metrics_.clear();
@@ -550,24 +567,28 @@ std::string HyperparametersJson(const HyperparameterSet& values) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-Result<std::unique_ptr<Learner>> CreateEither(const LearnerOptions& options, const HyperparameterSet& values, Generation generation) {
+Result<std::unique_ptr<Learner>> CreateEither(const LearnerOptions& options, const HyperparameterSet& values,
+                                              Generation generation) {
   Result<PpoOptions> ppo = PpoOptions::From(values, generation);
   if (!ppo.ok()) return ppo.status();
   CONSAC_RETURN_IF_ERROR(CheckHead(options.behaviour.action_layout));
   const std::int64_t rows = ppo->n_steps * options.behaviour.slots;
   if (rows > (std::int64_t{1} << 30)) {
-    return Status{StatusCode::kInvalidArgument, "n_steps " + std::to_string(ppo->n_steps) + " times " + std::to_string(options.behaviour.slots) +
+    return Status{StatusCode::kInvalidArgument, "n_steps " + std::to_string(ppo->n_steps) + " times " +
+                                                    std::to_string(options.behaviour.slots) +
                                                     " agents is more than 2^30 transitions; lower n_steps"};
   }
   if (ppo->n_minibatches > 0 && rows % ppo->n_minibatches != 0) {
-    return Status{StatusCode::kInvalidArgument, "nminibatches " + std::to_string(ppo->n_minibatches) + " does not divide the rollout of " +
-                                                    std::to_string(rows) + " steps (n_steps times agents); choose one that does"};
+    return Status{StatusCode::kInvalidArgument, "nminibatches " + std::to_string(ppo->n_minibatches) +
+                                                    " does not divide the rollout of " + std::to_string(rows) +
+                                                    " steps (n_steps times agents); choose one that does"};
   }
   ppo->network.observation_size = options.behaviour.observation_layout.feature_count;
   ppo->network.action_size = HeadSize(options.behaviour.action_layout);
   Result<nn::Network> network = nn::Network::Create(nn::ActorCritic(ppo->network));
   if (!network.ok()) return network.status();
-  return std::unique_ptr<Learner>(std::make_unique<Ppo>(options, *ppo, std::move(*network), HyperparametersJson(values)));
+  return std::unique_ptr<Learner>(
+      std::make_unique<Ppo>(options, *ppo, std::move(*network), HyperparametersJson(values)));
 }
 
 }  // namespace

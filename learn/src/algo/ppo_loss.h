@@ -9,11 +9,11 @@ namespace consac::learn {
 
 /// What is the same for all rows of a minibatch.
 struct PpoLossForm {
-  float clip_range = 0.2f;           ///< of the ratio
-  float clip_range_vf = -1.0f;       ///< of the value; negative: not clipped
-  float vf_coef = 0.5f;              ///< weight of the value loss
-  bool halved_value_loss = true;     ///< half the larger of both squared errors (SB2), not the clipped one alone (SB3)
-  bool squared_kl = true;            ///< half d^2 (SB2), not e^x - 1 - x (SB3)
+  float clip_range = 0.2f;        ///< of the ratio
+  float clip_range_vf = -1.0f;    ///< of the value; negative: not clipped
+  float vf_coef = 0.5f;           ///< weight of the value loss
+  bool halved_value_loss = true;  ///< half the larger of both squared errors (SB2), not the clipped one alone (SB3)
+  bool squared_kl = true;         ///< half d^2 (SB2), not e^x - 1 - x (SB3)
 };
 
 /// What was collected for a row, and what the network says now.
@@ -41,7 +41,8 @@ inline PpoLossTerms PpoLossOf(const PpoLossForm& form, const PpoLossRow& row) {
 
   const bool clips = form.clip_range_vf >= 0.0f;
   const float change = row.value - row.old_value, error = row.value - row.returns;
-  const float clipped_error = clips ? row.old_value + std::clamp(change, -form.clip_range_vf, form.clip_range_vf) - row.returns : error;
+  const float clipped_error =
+      clips ? row.old_value + std::clamp(change, -form.clip_range_vf, form.clip_range_vf) - row.returns : error;
   const bool use_plain = !clips || (form.halved_value_loss && error * error >= clipped_error * clipped_error);
   const bool moves = use_plain || std::fabs(change) <= form.clip_range_vf;
   const float chosen = use_plain ? error : clipped_error;

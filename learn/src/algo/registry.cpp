@@ -11,14 +11,17 @@ const std::vector<Algorithm>& AlgorithmTable() {
   static const std::vector<Algorithm> table = {
       {"ppo2", "proximal policy optimisation as in Stable Baselines 2.10.2, the thesis' algorithm",
        LogStyle::kStableBaselines2, Ppo2Table(), CreatePpo2},
-      {"ppo", "proximal policy optimisation as in Stable Baselines3", LogStyle::kStableBaselines3, PpoTable(), CreatePpo},
+      {"ppo", "proximal policy optimisation as in Stable Baselines3", LogStyle::kStableBaselines3, PpoTable(),
+       CreatePpo},
   };
   return table;
 }
 
 }  // namespace
 
-std::span<const Algorithm> Algorithms() { return AlgorithmTable(); }
+std::span<const Algorithm> Algorithms() {
+  return AlgorithmTable();
+}
 
 Result<const Algorithm*> FindAlgorithm(std::string_view name) {
   std::vector<std::string_view> known;

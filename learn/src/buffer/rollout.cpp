@@ -88,12 +88,15 @@ void Rollout::Restart() {
   full_ = false;
 }
 
-std::int64_t Rollout::size() const { return std::accumulate(time_.begin(), time_.end(), std::int64_t{0}); }
+std::int64_t Rollout::size() const {
+  return std::accumulate(time_.begin(), time_.end(), std::int64_t{0});
+}
 
 std::int64_t Rollout::ListRows(std::span<std::int32_t> rows) const {
   std::size_t count = 0;
   for (std::int64_t slot = 0; slot < slots_; ++slot) {
-    for (std::int64_t t = 0; t < time_[static_cast<std::size_t>(slot)]; ++t) rows[count++] = static_cast<std::int32_t>(t * slots_ + slot);
+    for (std::int64_t t = 0; t < time_[static_cast<std::size_t>(slot)]; ++t)
+      rows[count++] = static_cast<std::int32_t>(t * slots_ + slot);
   }
   return static_cast<std::int64_t>(count);
 }

@@ -25,7 +25,9 @@ std::vector<Case> Cases() {
           {"bits", *Space::MultiBinary(3), {}},
           {"bits masked", *Space::MultiBinary(2), {1, 1, 0, 1}},
           {"box", *Space::Box(-1, 1, {3}), {}},
-          {"dict", *Space::Dict({{"a", *Space::Box(-1, 1, {2})}, {"b", *Space::Discrete(3)}, {"c", *Space::MultiBinary(1)}}), {}}};
+          {"dict",
+           *Space::Dict({{"a", *Space::Box(-1, 1, {2})}, {"b", *Space::Discrete(3)}, {"c", *Space::MultiBinary(1)}}),
+           {}}};
 }
 
 TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
@@ -33,11 +35,13 @@ TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
     const Layout layout = Layout::Of(entry.space);
     const std::int64_t rows = 7, head_size = HeadSize(layout), raw_size = RawActionSize(layout);
     Rng rng(1, 1);
-    std::vector<float> head(static_cast<std::size_t>(rows * head_size)), log_std(static_cast<std::size_t>(LogStdSize(layout)));
+    std::vector<float> head(static_cast<std::size_t>(rows * head_size)),
+        log_std(static_cast<std::size_t>(LogStdSize(layout)));
     for (float& value : head) value = rng.Normal();
     for (float& value : log_std) value = 0.3f * rng.Normal();
     std::vector<std::uint8_t> masks;
-    for (std::int64_t r = 0; r < rows && !entry.mask.empty(); ++r) masks.insert(masks.end(), entry.mask.begin(), entry.mask.end());
+    for (std::int64_t r = 0; r < rows && !entry.mask.empty(); ++r)
+      masks.insert(masks.end(), entry.mask.begin(), entry.mask.end());
     const std::uint8_t* mask = masks.empty() ? nullptr : masks.data();
     std::vector<float> raw(static_cast<std::size_t>(rows * raw_size)), d_neglogp(rows), d_entropy(rows);
     SelectActions(layout, head.data(), log_std.data(), mask, rows, ActionMode::kSample, rng, raw.data());
@@ -49,7 +53,9 @@ TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
     const auto loss = [&] {
       gradient.Forward(rows, head.data(), log_std.data(), mask, raw.data());
       double sum = 0;
-      for (std::size_t r = 0; r < static_cast<std::size_t>(rows); ++r) sum += static_cast<double>(d_neglogp[r]) * gradient.neglogp()[r] + static_cast<double>(d_entropy[r]) * gradient.entropy()[r];
+      for (std::size_t r = 0; r < static_cast<std::size_t>(rows); ++r)
+        sum += static_cast<double>(d_neglogp[r]) * gradient.neglogp()[r] +
+               static_cast<double>(d_entropy[r]) * gradient.entropy()[r];
       return sum;
     };
     loss();
@@ -72,8 +78,10 @@ TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
       value = kept;
       return (up - down) / (2.0 * step);
     };
-    for (std::size_t i = 0; i < head.size(); ++i) EXPECT_NEAR(d_head[i], difference(head[i]), 2e-3) << entry.name << " " << i;
-    for (std::size_t i = 0; i < log_std.size(); ++i) EXPECT_NEAR(d_log_std[i], difference(log_std[i]), 5e-3 * (1 + std::fabs(d_log_std[i]))) << entry.name;
+    for (std::size_t i = 0; i < head.size(); ++i)
+      EXPECT_NEAR(d_head[i], difference(head[i]), 2e-3) << entry.name << " " << i;
+    for (std::size_t i = 0; i < log_std.size(); ++i)
+      EXPECT_NEAR(d_log_std[i], difference(log_std[i]), 5e-3 * (1 + std::fabs(d_log_std[i]))) << entry.name;
   }
 }
 

@@ -27,8 +27,9 @@ TEST(Tables, EveryDefaultIsLegalAndEveryNameIsOnce) {
 // Stable Baselines 2.10.2, PPO2.__init__.
 TEST(Tables, Ppo2HasStableBaselinesNamesAndDefaults) {
   const HyperparameterSet values((*FindAlgorithm("ppo2"))->hyperparameters);
-  const std::pair<const char*, double> defaults[] = {{"gamma", 0.99}, {"n_steps", 128}, {"ent_coef", 0.01}, {"learning_rate", 2.5e-4}, {"vf_coef", 0.5},
-                                                     {"max_grad_norm", 0.5}, {"lam", 0.95}, {"nminibatches", 4}, {"noptepochs", 4}, {"cliprange", 0.2}};
+  const std::pair<const char*, double> defaults[] = {
+      {"gamma", 0.99},        {"n_steps", 128}, {"ent_coef", 0.01},  {"learning_rate", 2.5e-4}, {"vf_coef", 0.5},
+      {"max_grad_norm", 0.5}, {"lam", 0.95},    {"nminibatches", 4}, {"noptepochs", 4},         {"cliprange", 0.2}};
   for (const auto& [name, value] : defaults) EXPECT_DOUBLE_EQ(values.Real(name), value) << name;
   EXPECT_TRUE(values.Absent("cliprange_vf"));
   EXPECT_DOUBLE_EQ(values.Real("gae_lambda"), 0.95);
@@ -38,8 +39,9 @@ TEST(Tables, Ppo2HasStableBaselinesNamesAndDefaults) {
 
 TEST(Tables, PpoHasStableBaselines3NamesAndDefaults) {
   const HyperparameterSet values((*FindAlgorithm("ppo"))->hyperparameters);
-  const std::pair<const char*, double> defaults[] = {{"learning_rate", 3e-4}, {"n_steps", 2048}, {"batch_size", 64}, {"n_epochs", 10}, {"gamma", 0.99}, {"gae_lambda", 0.95},
-                                                     {"clip_range", 0.2}, {"ent_coef", 0.0}, {"vf_coef", 0.5}, {"max_grad_norm", 0.5}};
+  const std::pair<const char*, double> defaults[] = {
+      {"learning_rate", 3e-4}, {"n_steps", 2048},   {"batch_size", 64}, {"n_epochs", 10}, {"gamma", 0.99},
+      {"gae_lambda", 0.95},    {"clip_range", 0.2}, {"ent_coef", 0.0},  {"vf_coef", 0.5}, {"max_grad_norm", 0.5}};
   for (const auto& [name, value] : defaults) EXPECT_DOUBLE_EQ(values.Real(name), value) << name;
   EXPECT_TRUE(values.Absent("clip_range_vf") && values.Absent("target_kl"));
   EXPECT_TRUE(values.Boolean("normalize_advantage"));
@@ -63,7 +65,9 @@ TEST(Values, FormsThatPeopleWrite) {
 
 TEST(Values, BadOnesAreQuotedWithWhatWasExpected) {
   HyperparameterSet values((*FindAlgorithm("ppo2"))->hyperparameters);
-  const std::pair<const char*, const char*> cases[] = {{"gamma", "1.5"}, {"gamma", "nan"}, {"gamma", "none"}, {"n_steps", "0"}, {"n_steps", "2.5"}, {"norm_obs", "maybe"}, {"act_fun", "thanh"}, {"learning_rate", "lin_x"}};
+  const std::pair<const char*, const char*> cases[] = {
+      {"gamma", "1.5"},   {"gamma", "nan"},      {"gamma", "none"},    {"n_steps", "0"},
+      {"n_steps", "2.5"}, {"norm_obs", "maybe"}, {"act_fun", "thanh"}, {"learning_rate", "lin_x"}};
   for (const auto& [name, text] : cases) {
     const Status status = values.Set(name, text);
     EXPECT_FALSE(status.ok()) << name << text;

@@ -11,7 +11,8 @@ namespace consac::learn {
 class IdentityEnv final : public VectorEnv {
  public:
   /// Observation and action space are the same; a Box pays when every element is within 0.3.
-  IdentityEnv(const Space& space, std::int32_t copies) : layout_(Layout::Of(space)), steps_(static_cast<std::size_t>(copies)) {
+  IdentityEnv(const Space& space, std::int32_t copies)
+      : layout_(Layout::Of(space)), steps_(static_cast<std::size_t>(copies)) {
     spec_.id = "identity";
     spec_.behaviours.push_back(BehaviourSpec::Of("default", space, space, copies));
   }
@@ -26,12 +27,14 @@ class IdentityEnv final : public VectorEnv {
   void Step(std::span<Batch> batches) override {
     Batch& batch = batches[0];
     for (std::size_t i = 0; i < steps_.size(); ++i) {
-      batch.rewards[i] = Matches(batch.observations + i * layout_.row_bytes, batch.actions + i * layout_.row_bytes) ? 1.0f : 0.0f;
+      batch.rewards[i] =
+          Matches(batch.observations + i * layout_.row_bytes, batch.actions + i * layout_.row_bytes) ? 1.0f : 0.0f;
       batch.terminated[i] = 0;
       batch.truncated[i] = ++steps_[i] == 100 ? 1 : 0;
       Draw(batch.next_observations, i);
       if (batch.truncated[i] == 0) continue;
-      std::memcpy(batch.final_observations + i * layout_.row_bytes, batch.next_observations + i * layout_.row_bytes, layout_.row_bytes);
+      std::memcpy(batch.final_observations + i * layout_.row_bytes, batch.next_observations + i * layout_.row_bytes,
+                  layout_.row_bytes);
       steps_[i] = 0;
     }
   }

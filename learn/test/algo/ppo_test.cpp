@@ -6,9 +6,9 @@
 #include <cmath>
 #include <thread>
 
-#include "learn/test/algo/identity_env.h"
 #include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
+#include "learn/test/algo/identity_env.h"
 
 namespace consac::learn {
 namespace {
@@ -81,7 +81,8 @@ double TrainedReward(const Space& space, std::int32_t copies, const Setting& set
 
 // Stable Baselines' own learning test and its settings: 90 of 100.
 TEST(Ppo2, LearnsTheIdentityOfTenStates) {
-  EXPECT_GE(TrainedReward(*Space::Discrete(10), 1, {"ppo2", {{"learning_rate", "1.5e-3"}, {"lam", "0.8"}}, 20000}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::Discrete(10), 1, {"ppo2", {{"learning_rate", "1.5e-3"}, {"lam", "0.8"}}, 20000}),
+            0.9);
 }
 
 TEST(Ppo, LearnsTheIdentityOfEveryKindOfAction) {
@@ -90,7 +91,9 @@ TEST(Ppo, LearnsTheIdentityOfEveryKindOfAction) {
   EXPECT_GE(TrainedReward(*Space::MultiDiscrete({3, 2}), 4, {"ppo", values, 12000}), 0.9);
   EXPECT_GE(TrainedReward(*Space::MultiBinary(3), 4, {"ppo", values, 12000}), 0.9);
   EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"ppo", values, 20000}), 0.8);
-  EXPECT_GE(TrainedReward(*Space::Dict({{"a", *Space::Discrete(2)}, {"b", *Space::Discrete(3, 5)}}), 4, {"ppo", values, 12000}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::Dict({{"a", *Space::Discrete(2)}, {"b", *Space::Discrete(3, 5)}}), 4,
+                          {"ppo", values, 12000}),
+            0.9);
 }
 
 /// Blocks on real threads, started for each job.
@@ -118,7 +121,11 @@ std::uint64_t WeightsAfter(const Setting& setting) {
 }
 
 TEST(Ppo, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{"ppo", {{"n_steps", "256"}, {"batch_size", "1024"}, {"n_epochs", "3"}, {"norm_obs", "true"}, {"norm_reward", "true"}}, 8192, 7};
+  Setting setting{
+      "ppo",
+      {{"n_steps", "256"}, {"batch_size", "1024"}, {"n_epochs", "3"}, {"norm_obs", "true"}, {"norm_reward", "true"}},
+      8192,
+      7};
   const std::uint64_t alone = WeightsAfter(setting);
   EXPECT_EQ(alone, WeightsAfter(setting));
   for (int threads : {2, 5}) {
@@ -130,9 +137,14 @@ TEST(Ppo, OneSeedIsOneResultWithAnyNumberOfThreads) {
   EXPECT_NE(WeightsAfter(setting), alone);
 }
 
-// Saved in the middle of a rollout, between two gradient steps, and with normalisation: the copy ends in the same state.
+// Saved in the middle of a rollout, between two gradient steps, and with normalisation: the copy ends in the same
+// state.
 TEST(Ppo2, ARestoredLearnerGoesOnToTheSameBits) {
-  const Setting setting{"ppo2", {{"n_steps", "64"}, {"norm_obs", "true"}, {"norm_reward", "true"}, {"learning_rate", "lin_1e-3"}}, 4096, 3};
+  const Setting setting{
+      "ppo2",
+      {{"n_steps", "64"}, {"norm_obs", "true"}, {"norm_reward", "true"}, {"learning_rate", "lin_1e-3"}},
+      4096,
+      3};
   const Space space = *Space::Box(-1, 1, {2});
   for (const int cut : {5, 63, 64, 100}) {
     IdentityEnv env(space, 4), other_env(space, 4);
@@ -159,7 +171,8 @@ TEST(Ppo2, ARestoredLearnerGoesOnToTheSameBits) {
 
 TEST(Ppo, ABudgetBoundsTheWorkOfOneCall) {
   IdentityEnv env(*Space::Discrete(3), 2);
-  const std::unique_ptr<Learner> learner = Make(env, {"ppo", {{"n_steps", "64"}, {"batch_size", "32"}, {"n_epochs", "2"}}, 1000});
+  const std::unique_ptr<Learner> learner =
+      Make(env, {"ppo", {{"n_steps", "64"}, {"batch_size", "32"}, {"n_epochs", "2"}}, 1000});
   BatchBuffer first(env.spec().behaviours[0]);
   Begin(env, *learner, first);
   EXPECT_FALSE(learner->Learn({}));
@@ -192,7 +205,8 @@ TEST(Ppo, SlotsMayStepAloneAndBeginAgain) {
     Batch batch = learner->Stage(slots);
     learner->Act(batch);
     for (std::size_t r = 0; r < slots.size(); ++r) {
-      const std::int32_t seen = reinterpret_cast<std::int32_t*>(batch.observations)[r], done = reinterpret_cast<std::int32_t*>(batch.actions)[r];
+      const std::int32_t seen = reinterpret_cast<std::int32_t*>(batch.observations)[r],
+                         done = reinterpret_cast<std::int32_t*>(batch.actions)[r];
       batch.rewards[r] = seen == done ? 1.0f : 0.0f;
       batch.terminated[r] = i % 7 == 0 ? 1 : 0;
       batch.truncated[r] = 0;
@@ -233,12 +247,15 @@ TEST(Ppo2, ReportsEveryKeyOfStableBaselines) {
     if (!metric.table_key.empty()) keys.emplace_back(metric.table_key);
     if (!metric.tensorboard_tag.empty()) tags.emplace_back(metric.tensorboard_tag);
   }
-  for (const char* key : {"approxkl", "clipfrac", "explained_variance", "policy_entropy", "policy_loss", "value_loss"}) {
+  for (const char* key :
+       {"approxkl", "clipfrac", "explained_variance", "policy_entropy", "policy_loss", "value_loss"}) {
     EXPECT_NE(std::find(keys.begin(), keys.end(), key), keys.end()) << key;
   }
-  for (const char* tag : {"loss/entropy_loss", "loss/policy_gradient_loss", "loss/value_function_loss", "loss/approximate_kullback-leibler", "loss/clip_factor", "loss/loss",
-                          "input_info/discounted_rewards", "input_info/learning_rate", "input_info/advantage", "input_info/clip_range", "input_info/clip_range_vf",
-                          "input_info/old_neglog_action_probability", "input_info/old_value_pred"}) {
+  for (const char* tag :
+       {"loss/entropy_loss", "loss/policy_gradient_loss", "loss/value_function_loss",
+        "loss/approximate_kullback-leibler", "loss/clip_factor", "loss/loss", "input_info/discounted_rewards",
+        "input_info/learning_rate", "input_info/advantage", "input_info/clip_range", "input_info/clip_range_vf",
+        "input_info/old_neglog_action_probability", "input_info/old_value_pred"}) {
     EXPECT_NE(std::find(tags.begin(), tags.end(), tag), tags.end()) << tag;
   }
 }

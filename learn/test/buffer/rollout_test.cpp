@@ -6,7 +6,9 @@
 namespace consac::learn {
 namespace {
 
-BehaviourSpec Behaviour(std::int32_t slots) { return BehaviourSpec::Of("default", *Space::Box(0, 100, {1}), *Space::Discrete(2), slots); }
+BehaviourSpec Behaviour(std::int32_t slots) {
+  return BehaviourSpec::Of("default", *Space::Box(0, 100, {1}), *Space::Discrete(2), slots);
+}
 
 TEST(EstimateAdvantages, GoldenVector) {
   Rollout rollout(Behaviour(1), 5, 1);
@@ -22,7 +24,8 @@ TEST(EstimateAdvantages, GoldenVector) {
   EXPECT_TRUE(rollout.full());
   const float last_value = 0.7f;
   EstimateAdvantages(rollout, {&last_value, 1}, 0.99, 0.95);
-  const double advantages[] = {2.302847, 1.49585, 1.7, -0.073033, 1.093}, returns[] = {2.802847, 1.89585, 2.0, 0.126967, 1.193};
+  const double advantages[] = {2.302847, 1.49585, 1.7, -0.073033, 1.093},
+               returns[] = {2.802847, 1.89585, 2.0, 0.126967, 1.193};
   for (std::size_t t = 0; t < 5; ++t) {
     EXPECT_NEAR(rollout.advantages[t], advantages[t], 1e-6) << t;
     EXPECT_NEAR(rollout.returns[t], returns[t], 1e-6) << t;

@@ -23,7 +23,9 @@ class Archive;
 
 /// An object that lists its state.
 template <class T>
-concept Visitable = requires(T& object, Archive& archive) { object.Visit(archive); };
+concept Visitable = requires(T& object, Archive& archive) {
+  object.Visit(archive);
+};
 
 /// A named, typed, one-dimensional piece of state.
 struct StateField {
@@ -46,8 +48,7 @@ class Archive {
 
   /// One number or enum.
   template <class T>
-    requires(std::is_arithmetic_v<T> || std::is_enum_v<T>)
-  void operator()(std::string_view name, T& value) {
+  requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) void operator()(std::string_view name, T& value) {
     if constexpr (std::is_enum_v<T>) {
       auto raw = static_cast<std::underlying_type_t<T>>(value);
       Fixed(name, DTypeOf<decltype(raw)>::value, &raw, 1);
@@ -58,13 +59,13 @@ class Archive {
   }
   /// A fixed run of numbers; a checkpoint of another length is an error.
   template <class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void operator()(std::string_view name, std::span<T> values) {
     Fixed(name, DTypeOf<T>::value, values.data(), values.size());
   }
   /// A run of numbers whose length is part of the state.
   template <class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void operator()(std::string_view name, std::vector<T>& values) {
     std::uint64_t count = values.size();
     if (loading()) {

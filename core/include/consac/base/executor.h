@@ -20,7 +20,8 @@ struct Executor {
       for (std::int64_t i = 0; i < count; ++i) body(i);
       return;
     }
-    run(user, count, [](void* context, std::int64_t index) { (*static_cast<Body*>(context))(index); }, &body);
+    run(
+        user, count, [](void* context, std::int64_t index) { (*static_cast<Body*>(context))(index); }, &body);
   }
 };
 

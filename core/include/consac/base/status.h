@@ -101,8 +101,8 @@ class [[nodiscard]] Result {
 }  // namespace consac
 
 /// Returns the Status of `expression` from the enclosing function when it is a failure.
-#define CONSAC_RETURN_IF_ERROR(expression)                        \
-  do {                                                            \
-    ::consac::Status consac_status_ = (expression);               \
-    if (!consac_status_.ok()) return consac_status_;              \
+#define CONSAC_RETURN_IF_ERROR(expression)           \
+  do {                                               \
+    ::consac::Status consac_status_ = (expression);  \
+    if (!consac_status_.ok()) return consac_status_; \
   } while (false)

@@ -16,13 +16,13 @@ namespace consac {
 
 /// One kind of agent: what it sees and does, and how many there are. Learned by a learner of its own.
 struct BehaviourSpec {
-  std::string name = "default";   ///< unique within the environment
-  Space observation_space;        ///< what an agent sees
-  Space action_space;             ///< what an agent does
-  Layout observation_layout;      ///< of observation_space
-  Layout action_layout;           ///< of action_space
-  bool masks_actions = false;     ///< the world says at every step which actions are legal; false: masks stay null
-  std::int32_t slots = 1;         ///< agents of this behaviour over all worlds: slot ids are 0..slots-1
+  std::string name = "default";  ///< unique within the environment
+  Space observation_space;       ///< what an agent sees
+  Space action_space;            ///< what an agent does
+  Layout observation_layout;     ///< of observation_space
+  Layout action_layout;          ///< of action_space
+  bool masks_actions = false;    ///< the world says at every step which actions are legal; false: masks stay null
+  std::int32_t slots = 1;        ///< agents of this behaviour over all worlds: slot ids are 0..slots-1
 
   /// Fills the layouts from the spaces.
   static BehaviourSpec Of(std::string name, Space observation_space, Space action_space, std::int32_t slots);
@@ -30,10 +30,10 @@ struct BehaviourSpec {
 
 /// What an environment offers.
 struct EnvSpec {
-  std::string id;                          ///< "road-v0"; "" for a foreign engine that has not said
-  std::vector<BehaviourSpec> behaviours;   ///< at least one
-  std::int64_t max_episode_steps = 0;      ///< time limit that truncates; 0: none
-  double reward_threshold = 0.0;           ///< mean return at which the world counts as solved; NaN: none
+  std::string id;                         ///< "road-v0"; "" for a foreign engine that has not said
+  std::vector<BehaviourSpec> behaviours;  ///< at least one
+  std::int64_t max_episode_steps = 0;     ///< time limit that truncates; 0: none
+  double reward_threshold = 0.0;          ///< mean return at which the world counts as solved; NaN: none
 };
 
 /// N copies of a world, stepped together. Autoreset in the same step: a row whose episode ended carries its last

@@ -18,9 +18,9 @@ namespace consac {
 
 /// A named tensor.
 struct Tensor {
-  DType dtype = DType::kF32;         ///< element type
-  std::vector<std::int64_t> shape;   ///< row-major
-  std::vector<std::byte> bytes;      ///< packed, little-endian
+  DType dtype = DType::kF32;        ///< element type
+  std::vector<std::int64_t> shape;  ///< row-major
+  std::vector<std::byte> bytes;     ///< packed, little-endian
 
   /// A float32 tensor holding a copy of `values`.
   static Tensor OfFloats(std::span<const float> values, std::vector<std::int64_t> shape);
@@ -30,8 +30,8 @@ struct Tensor {
 
 /// Content of a `.consac` file: the specification text and the tensors.
 struct ModelFile {
-  std::string spec_json;                                 ///< the JSON specification (spec/model_file.md)
-  std::map<std::string, Tensor, std::less<>> tensors;    ///< by name: "pi/0/w", "norm/mean", "test/0/in", ...
+  std::string spec_json;                               ///< the JSON specification (spec/model_file.md)
+  std::map<std::string, Tensor, std::less<>> tensors;  ///< by name: "pi/0/w", "norm/mean", "test/0/in", ...
 
   /// Reads a file from memory: bounds, holes, overlaps, types, version and SHA-256 are checked before anything is
   /// used. kDataLoss with what is wrong; never allocates more than the file is long (plus its index).

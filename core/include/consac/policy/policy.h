@@ -18,14 +18,14 @@ namespace consac {
 
 /// Everything that makes up an acting model; what training hands over and what a file holds.
 struct PolicyData {
-  std::string behaviour = "default";         ///< which behaviour it was learned for
-  Space observation_space;                   ///< what it sees
-  Space action_space;                        ///< what it does
-  nn::NetworkSpec network;                   ///< one input "obs"; first output "pi" feeds the head
-  std::vector<float> parameters;             ///< [network parameters] canonical order
-  std::vector<float> log_std;                ///< [LogStdSize]; empty without Box actions
-  ObservationNormaliser normaliser;          ///< frozen statistics, or inactive
-  std::string training_json = "{}";          ///< algorithm, hyperparameters, steps, seed, world: for people
+  std::string behaviour = "default";  ///< which behaviour it was learned for
+  Space observation_space;            ///< what it sees
+  Space action_space;                 ///< what it does
+  nn::NetworkSpec network;            ///< one input "obs"; first output "pi" feeds the head
+  std::vector<float> parameters;      ///< [network parameters] canonical order
+  std::vector<float> log_std;         ///< [LogStdSize]; empty without Box actions
+  ObservationNormaliser normaliser;   ///< frozen statistics, or inactive
+  std::string training_json = "{}";   ///< algorithm, hyperparameters, steps, seed, world: for people
 };
 
 /// An acting model. Not thread-safe (it holds activations): one per thread, made by Clone or loaded again.

@@ -21,10 +21,10 @@ inline constexpr std::int64_t kMaxSize = 65536;
 
 /// The engine's first message.
 struct Setup {
-  Space action_space;                 ///< Discrete, or float32 Box of one dimension
-  Space observation_space;            ///< the same
-  std::int64_t training_length = 0;   ///< steps (actions); 0 with a model name: act only
-  std::string model_name;             ///< "" when the engine gave none
+  Space action_space;                ///< Discrete, or float32 Box of one dimension
+  Space observation_space;           ///< the same
+  std::int64_t training_length = 0;  ///< steps (actions); 0 with a model name: act only
+  std::string model_name;            ///< "" when the engine gave none
 };
 
 /// Ok when the protocol can carry the space; otherwise says which space it is and that protocol 1 carries Discrete
@@ -65,10 +65,10 @@ class Framer {
   void SkipTerminators();
   std::string_view Take(std::size_t length);
 
-  std::vector<char> buffer_;                       // received bytes; pending ones are [begin_, end_)
+  std::vector<char> buffer_;  // received bytes; pending ones are [begin_, end_)
   std::size_t begin_ = 0, end_ = 0;
-  std::size_t scanned_ = 0;                        // pending bytes that were looked at already
-  int hashes_ = 0;                                 // '#' among them
+  std::size_t scanned_ = 0;  // pending bytes that were looked at already
+  int hashes_ = 0;           // '#' among them
   Expect expect_ = Expect::kSetup;
   bool single_character_ = false;
 };

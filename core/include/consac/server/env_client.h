@@ -15,12 +15,12 @@ namespace consac {
 
 /// How patient and how exact the client is.
 struct EnvClientOptions {
-  double setup_timeout_s = 10.0;   ///< for the engine's first message
-  double deadline_s = 60.0;        ///< for every later one; a paused editor needs more
-  double quiet_s = 0.002;          ///< an engine without terminators: a message ends after this silence
-  double after_end_s = 2.0;        ///< silence after an episode's end that is reported with a hint at answer_done
+  double setup_timeout_s = 10.0;  ///< for the engine's first message
+  double deadline_s = 60.0;       ///< for every later one; a paused editor needs more
+  double quiet_s = 0.002;         ///< an engine without terminators: a message ends after this silence
+  double after_end_s = 2.0;       ///< silence after an episode's end that is reported with a hint at answer_done
   const std::atomic<bool>* stop = nullptr;  ///< once true, a waiting call returns kCancelled within 0.1 s
-  bool answer_done = false;        ///< answer an episode's last observation with an action that the engine ignores
+  bool answer_done = false;  ///< answer an episode's last observation with an action that the engine ignores
 };
 
 /// What the engine asked for in its setup.

@@ -16,14 +16,14 @@ namespace consac {
 
 /// What the server tells its trainer and how it behaves.
 struct EnvServerOptions {
-  std::int64_t training_length = 0;    ///< sent in the setup; 0 with a model name: act only
-  std::string model_name;              ///< sent in the setup; "" leaves the field out
-  std::uint64_t seed = 0;              ///< of the world; session k uses seed + k
+  std::int64_t training_length = 0;                            ///< sent in the setup; 0 with a model name: act only
+  std::string model_name;                                      ///< sent in the setup; "" leaves the field out
+  std::uint64_t seed = 0;                                      ///< of the world; session k uses seed + k
   text1::Terminator terminator = text1::Terminator::kNewline;  ///< kNone: as the thesis' engine
-  double quiet_s = 0.002;              ///< a trainer without terminators: a message ends after this silence
-  double deadline_s = 60.0;            ///< a trainer silent for longer has left
-  double min_step_s = 0.0;             ///< at least this long between steps: acts like a frame-bound engine
-  bool wait_after_end = false;         ///< as some hand-made engines: wait for an answer to an episode's last observation
+  double quiet_s = 0.002;       ///< a trainer without terminators: a message ends after this silence
+  double deadline_s = 60.0;     ///< a trainer silent for longer has left
+  double min_step_s = 0.0;      ///< at least this long between steps: acts like a frame-bound engine
+  bool wait_after_end = false;  ///< as some hand-made engines: wait for an answer to an episode's last observation
 };
 
 /// How a session stands.

@@ -14,11 +14,11 @@ namespace consac {
 
 /// One leaf of a space tree.
 struct Leaf {
-  std::string name;            ///< path in the tree, "arm/joints"; "" when the space itself is the leaf
-  Space space;                 ///< the leaf's own space (never Dict or Tuple)
-  DType dtype = DType::kF32;   ///< type in the row: Box's own, Discrete and MultiDiscrete kI32, MultiBinary kU8
-  std::int64_t count = 0;      ///< elements in the row: Discrete 1, MultiDiscrete nvec.size(), ...
-  std::size_t offset = 0;      ///< bytes from the row's start, aligned to the type
+  std::string name;                 ///< path in the tree, "arm/joints"; "" when the space itself is the leaf
+  Space space;                      ///< the leaf's own space (never Dict or Tuple)
+  DType dtype = DType::kF32;        ///< type in the row: Box's own, Discrete and MultiDiscrete kI32, MultiBinary kU8
+  std::int64_t count = 0;           ///< elements in the row: Discrete 1, MultiDiscrete nvec.size(), ...
+  std::size_t offset = 0;           ///< bytes from the row's start, aligned to the type
   std::int64_t feature_offset = 0;  ///< where the flattened form begins in a row of features
   std::int64_t feature_count = 0;   ///< numbers in the flattened form: one-hot for discrete leaves
   std::int64_t mask_offset = 0;     ///< where the leaf's legal-action mask begins, in bytes
@@ -27,11 +27,11 @@ struct Leaf {
 
 /// The memory form of a space. Row types: Discrete values are stored as int32 *including* `start`.
 struct Layout {
-  std::vector<Leaf> leaves;         ///< in flattening order
-  std::size_t row_bytes = 0;        ///< bytes of one row, padded so that rows stay aligned
-  std::int64_t feature_count = 0;   ///< network inputs of one row (flat_size of the space)
-  std::int64_t mask_bytes = 0;      ///< bytes of one row of legal-action masks; 0 when nothing can be masked
-  bool plain_floats = false;        ///< every leaf is a float32 Box: a row *is* its features
+  std::vector<Leaf> leaves;        ///< in flattening order
+  std::size_t row_bytes = 0;       ///< bytes of one row, padded so that rows stay aligned
+  std::int64_t feature_count = 0;  ///< network inputs of one row (flat_size of the space)
+  std::int64_t mask_bytes = 0;     ///< bytes of one row of legal-action masks; 0 when nothing can be masked
+  bool plain_floats = false;       ///< every leaf is a float32 Box: a row *is* its features
 
   /// The layout of `space`.
   static Layout Of(const Space& space);

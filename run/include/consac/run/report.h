@@ -17,26 +17,26 @@ namespace consac::run {
 
 /// What a report shows and where it writes.
 struct ReportOptions {
-  std::string directory;              ///< the run's folder; "" writes no files
-  std::string world_id;               ///< for the Monitor's header
-  std::string algorithm;              ///< "ppo2"; names the TensorBoard folder (PPO2_1, ...) as Stable Baselines does
+  std::string directory;  ///< the run's folder; "" writes no files
+  std::string world_id;   ///< for the Monitor's header
+  std::string algorithm;  ///< "ppo2"; names the TensorBoard folder (PPO2_1, ...) as Stable Baselines does
   learn::LogStyle style = learn::LogStyle::kStableBaselines2;  ///< whose keys and layout
-  std::int64_t total_steps = 0;       ///< for the time left
-  std::int32_t slots = 1;             ///< agents; serial_timesteps are steps of one
-  std::int64_t log_interval = 1;      ///< updates between tables
-  bool console_table = true;          ///< print the table
-  bool progress = true;               ///< bar on a terminal, a plain line every few seconds otherwise
-  bool tensorboard = true;            ///< write event files
-  bool append = false;                ///< a resumed run: go on in the files that exist
-  std::int64_t resume_step = 0;       ///< with append: rows past this step, of a killed run, are dropped
+  std::int64_t total_steps = 0;                                ///< for the time left
+  std::int32_t slots = 1;                                      ///< agents; serial_timesteps are steps of one
+  std::int64_t log_interval = 1;                               ///< updates between tables
+  bool console_table = true;                                   ///< print the table
+  bool progress = true;          ///< bar on a terminal, a plain line every few seconds otherwise
+  bool tensorboard = true;       ///< write event files
+  bool append = false;           ///< a resumed run: go on in the files that exist
+  std::int64_t resume_step = 0;  ///< with append: rows past this step, of a killed run, are dropped
 };
 
 /// An episode that has just ended.
 struct EpisodeEnd {
-  std::int32_t slot = 0;      ///< which agent
-  double reward = 0.0;        ///< sum of the world's own rewards
-  std::int64_t length = 0;    ///< steps
-  std::int64_t at_step = 0;   ///< agent steps of the run so far
+  std::int32_t slot = 0;     ///< which agent
+  double reward = 0.0;       ///< sum of the world's own rewards
+  std::int64_t length = 0;   ///< steps
+  std::int64_t at_step = 0;  ///< agent steps of the run so far
 };
 
 /// All sinks of one run. Failing to write (disk full) is reported once, loudly, and never stops the training.

@@ -25,22 +25,22 @@ enum class ParameterType : std::uint8_t {
 
 /// One row of an algorithm's table.
 struct Hyperparameter {
-  const char* name;             ///< Stable Baselines' name
-  const char* alias;            ///< the other generation's name for the same thing, or ""
-  ParameterType type;           ///< what it takes
-  const char* default_value;    ///< as text; "none" where a parameter may be absent
-  double low;                   ///< smallest legal number
-  double high;                  ///< largest legal number
-  const char* choices;          ///< kChoice: "a|b|c"; numbers: "none" where the value may be absent; else ""
-  const char* meaning;          ///< one line: what it does, unit
-  const char* source;           ///< where name and default come from
+  const char* name;           ///< Stable Baselines' name
+  const char* alias;          ///< the other generation's name for the same thing, or ""
+  ParameterType type;         ///< what it takes
+  const char* default_value;  ///< as text; "none" where a parameter may be absent
+  double low;                 ///< smallest legal number
+  double high;                ///< largest legal number
+  const char* choices;        ///< kChoice: "a|b|c"; numbers: "none" where the value may be absent; else ""
+  const char* meaning;        ///< one line: what it does, unit
+  const char* source;         ///< where name and default come from
 };
 
 /// A constant or linear schedule of progress remaining.
 struct Schedule {
-  double value = 0.0;    ///< the constant, or the value at the start
-  bool linear = false;   ///< times the remaining progress
-  bool absent = false;   ///< "none"
+  double value = 0.0;   ///< the constant, or the value at the start
+  bool linear = false;  ///< times the remaining progress
+  bool absent = false;  ///< "none"
   /// The value when `remaining` (1 at the start, 0 at the end) of the training is left.
   double At(double remaining) const { return linear ? value * remaining : value; }
 };

@@ -45,17 +45,21 @@ class Rollout {
   std::int64_t ListRows(std::span<std::int32_t> rows) const;
 
   /// Observation rows in the world's own form: [(T + 1) * N, row_bytes].
-  std::byte* observations(std::int64_t row) { return bytes_.data() + static_cast<std::size_t>(row) * observation_bytes_; }
+  std::byte* observations(std::int64_t row) {
+    return bytes_.data() + static_cast<std::size_t>(row) * observation_bytes_;
+  }
   /// Legal-action masks [(T + 1) * N, mask_bytes], or null.
-  std::uint8_t* masks(std::int64_t row) { return masks_.empty() ? nullptr : masks_.data() + static_cast<std::size_t>(row) * mask_bytes_; }
+  std::uint8_t* masks(std::int64_t row) {
+    return masks_.empty() ? nullptr : masks_.data() + static_cast<std::size_t>(row) * mask_bytes_;
+  }
 
-  std::vector<float> raw_actions;       // [T * N, raw_size] unclipped, as drawn
-  std::vector<float> rewards;           // [T * N] as the learner sees them
-  std::vector<float> values;            // [T * N] V(s_t) when it was acted upon
-  std::vector<float> neglogp;           // [T * N] -log p(a_t | s_t) when it was acted upon
-  std::vector<float> advantages;        // [T * N] filled by EstimateAdvantages
-  std::vector<float> returns;           // [T * N] filled by EstimateAdvantages
-  std::vector<std::uint8_t> ended;      // [T * N] 1: the episode ended with this transition
+  std::vector<float> raw_actions;   // [T * N, raw_size] unclipped, as drawn
+  std::vector<float> rewards;       // [T * N] as the learner sees them
+  std::vector<float> values;        // [T * N] V(s_t) when it was acted upon
+  std::vector<float> neglogp;       // [T * N] -log p(a_t | s_t) when it was acted upon
+  std::vector<float> advantages;    // [T * N] filled by EstimateAdvantages
+  std::vector<float> returns;       // [T * N] filled by EstimateAdvantages
+  std::vector<std::uint8_t> ended;  // [T * N] 1: the episode ended with this transition
 
   /// Everything, a rollout in progress included.
   void Visit(Archive& archive);
@@ -64,15 +68,15 @@ class Rollout {
   std::int64_t slots_, n_steps_;
   std::size_t observation_bytes_, action_bytes_, mask_bytes_;
   bool full_ = false;
-  std::vector<std::int64_t> time_;            // [N]
-  std::vector<std::byte> bytes_;              // observations [(T + 1) * N, row_bytes]
-  std::vector<std::uint8_t> masks_;           // [(T + 1) * N, mask_bytes]
-  std::vector<std::byte> actions_;            // [N, row_bytes] of the present step
-  std::vector<std::byte> finals_;             // [N, row_bytes] of the present step
-  std::vector<float> step_rewards_;           // [N] of the present step
+  std::vector<std::int64_t> time_;                    // [N]
+  std::vector<std::byte> bytes_;                      // observations [(T + 1) * N, row_bytes]
+  std::vector<std::uint8_t> masks_;                   // [(T + 1) * N, mask_bytes]
+  std::vector<std::byte> actions_;                    // [N, row_bytes] of the present step
+  std::vector<std::byte> finals_;                     // [N, row_bytes] of the present step
+  std::vector<float> step_rewards_;                   // [N] of the present step
   std::vector<std::uint8_t> terminated_, truncated_;  // [N] of the present step
-  std::vector<std::int32_t> staged_;          // slots of the staged batch
-  BatchBuffer scratch_;                       // where a part of the slots is staged
+  std::vector<std::int32_t> staged_;                  // slots of the staged batch
+  BatchBuffer scratch_;                               // where a part of the slots is staged
 };
 
 /// Generalised advantage estimation over a rollout: fills advantages and returns. `last_values` [N] is V of each

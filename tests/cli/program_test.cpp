@@ -1,0 +1,251 @@
+// The built program from outside: every bad input is one line and an exit code, never a hang, and nothing is lost.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "tests/support.h"
+
+namespace consac {
+namespace {
+
+/// What a finished program left.
+struct Outcome {
+  int code = -1;
+  std::string out, error;
+};
+
+std::string ReadText(const std::string& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// The program, running in a folder of its own.
+class Program {
+ public:
+  Program(const std::string& folder, const std::vector<std::string>& arguments, rlim_t file_limit = RLIM_INFINITY)
+      : folder_(folder), number_(++count_) {
+    child_ = fork();
+    if (child_ != 0) return;
+    if (chdir(folder.c_str()) != 0) _exit(99);
+    const auto redirect = [](const std::string& path, int to) {
+      dup2(open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), to);
+    };
+    redirect(Path("out"), STDOUT_FILENO);
+    redirect(Path("error"), STDERR_FILENO);
+    if (file_limit != RLIM_INFINITY) {
+      const rlimit limit{file_limit, file_limit};
+      setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    std::vector<char*> argv{const_cast<char*>(CONSAC_PROGRAM)};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    execv(CONSAC_PROGRAM, argv.data());
+    _exit(98);
+  }
+  ~Program() {
+    if (child_ <= 0) return;
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
+  }
+  void Signal(int number) const { kill(child_, number); }
+  Outcome Wait() {
+    int status = 0;
+    waitpid(child_, &status, 0);
+    child_ = -1;
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), ReadText(Path("out")),
+            ReadText(Path("error"))};
+  }
+
+ private:
+  std::string Path(const char* what) const { return folder_ + "/" + what + std::to_string(number_); }
+  static inline int count_ = 0;
+  std::string folder_;
+  int number_;
+  pid_t child_ = -1;
+};
+
+Outcome RunProgram(const std::string& folder, const std::vector<std::string>& arguments) {
+  return Program(folder, arguments).Wait();
+}
+
+/// One line on stderr that holds `part`, and this exit code.
+void ExpectRefusal(const Outcome& outcome, int code, const std::string& part) {
+  EXPECT_EQ(outcome.code, code) << outcome.error;
+  EXPECT_EQ(std::count(outcome.error.begin(), outcome.error.end(), '\n'), 1) << outcome.error;
+  EXPECT_NE(outcome.error.find(part), std::string::npos) << outcome.error;
+}
+
+class ProgramTest : public ::testing::Test {
+ protected:
+  ProgramTest() : scratch_("program") {}
+  const std::string& folder() const { return scratch_.path(); }
+  /// Trains a small run and returns its model's path.
+  std::string SmallRun(const std::string& name) {
+    const Outcome outcome =
+        RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--name", name, "--no-table", "--no-progress"});
+    EXPECT_EQ(outcome.code, 0) << outcome.error;
+    return folder() + "/runs/" + name + "/model.consac";
+  }
+
+ private:
+  testing::ScratchFolder scratch_;
+};
+
+TEST_F(ProgramTest, UnknownNamesFindTheirNearest) {
+  ExpectRefusal(RunProgram(folder(), {"trian"}), 2, "'train'");
+  ExpectRefusal(RunProgram(folder(), {"train", "raod-v0"}), 2, "'road-v0'");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--algo", "pp2"}), 2, "'ppo");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--set", "learnin_rate=1"}), 2, "'learning_rate'");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--set", "gamma=2"}), 2, "gamma");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--set", "gamma"}), 2, "key=value");
+  ExpectRefusal(RunProgram(folder(), {"train"}), 2, "nothing to train on");
+  ExpectRefusal(RunProgram(folder(), {"serve", "rode-v0"}), 2, "'road-v0'");
+  ExpectRefusal(RunProgram(folder(), {"list", "wrolds"}), 2, "'worlds'");
+  ExpectRefusal(RunProgram(folder(), {"bench", "--only", "cartpol"}), 2, "'cartpole'");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--frobnicate"}), 2, "--frobnicate");
+}
+
+TEST_F(ProgramTest, ARunThatExistsIsNeverOverwrittenUnasked) {
+  const std::string model = SmallRun("mine");
+  const std::string before = ReadText(model);
+  ExpectRefusal(
+      RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--name", "mine", "--no-table", "--no-progress"}), 2,
+      "--resume");
+  EXPECT_EQ(ReadText(model), before);
+  EXPECT_EQ(RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--seed", "5", "--name", "mine", "--force",
+                                  "--no-table", "--no-progress"})
+                .code,
+            0);
+  EXPECT_NE(ReadText(model), before);
+  ExpectRefusal(RunProgram(folder(), {"train", "--resume", "--name", "other"}), 2, "no run");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--name", "../escape"}), 2, "'../escape'");
+}
+
+TEST_F(ProgramTest, DamagedCutAndForeignModelsAreRefused) {
+  const std::string model = SmallRun("mine"), whole = ReadText(model);
+  const auto write = [&](const std::string& text) { std::ofstream(folder() + "/bad.consac") << text; };
+  write(whole.substr(0, whole.size() / 2));
+  ExpectRefusal(RunProgram(folder(), {"play", "bad.consac"}), 6, "bad.consac");
+  std::string flipped = whole;
+  flipped[flipped.size() - 5] = static_cast<char>(flipped[flipped.size() - 5] ^ 1);
+  write(flipped);
+  ExpectRefusal(RunProgram(folder(), {"eval", "bad.consac"}), 6, "SHA-256");
+  write("PK\x03\x04 this is a zip");
+  ExpectRefusal(RunProgram(folder(), {"inspect", "bad.consac"}), 6, "not a usable model");
+  ExpectRefusal(RunProgram(folder(), {"eval", "mien"}), 2, "'mine'");
+  ExpectRefusal(RunProgram(folder(), {"eval", "mine", "cartpole-v1"}), 2, "Discrete(2)");
+}
+
+TEST_F(ProgramTest, PortsAndPeersThatAreNotThere) {
+  auto listener = ListenTcp({"127.0.0.1", 0});
+  const std::string port = std::to_string((*listener)->port());
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", port}), 2, port);
+  // Somebody listens but is no engine.
+  Program trainer(folder(), {"train", "tcp://127.0.0.1:" + port, "--no-progress", "--no-table"});
+  auto accepted = (*listener)->Accept(5.0);
+  const std::string_view banner = "SSH-2.0-OpenSSH_9.2\r\n";
+  ASSERT_TRUE((*accepted)->Write(std::as_bytes(std::span(banner)), 1.0).ok());
+  ExpectRefusal(trainer.Wait(), 3, "SSH-2.0");
+  Program doctor(folder(), {"doctor", "tcp://127.0.0.1:" + port});
+  accepted = (*listener)->Accept(5.0);
+  ASSERT_TRUE((*accepted)->Write(std::as_bytes(std::span(banner)), 1.0).ok());
+  ExpectRefusal(doctor.Wait(), 3, "SSH-2.0");
+  (*listener)->Close();
+  ExpectRefusal(RunProgram(folder(), {"doctor", "tcp://127.0.0.1:" + port}), 3, "nobody answers");
+  const Outcome nobody = RunProgram(folder(), {"train", "tcp://127.0.0.1:" + port, "--connect-timeout", "2"});
+  ExpectRefusal(nobody, 3, "nobody answers");
+  EXPECT_NE(nobody.out.find("waiting for an engine"), std::string::npos) << nobody.out;
+  ExpectRefusal(RunProgram(folder(), {"train", "tcp://nowhere"}), 2, "tcp://host:port");
+}
+
+TEST_F(ProgramTest, BadConfigurationsNameFileAndLine) {
+  std::ofstream(folder() + "/run.yaml") << "world: road-v0\nsteps: 100\ngama: 0.9\n";
+  ExpectRefusal(RunProgram(folder(), {"train", "--config", "run.yaml"}), 2, "run.yaml:3");
+  std::ofstream(folder() + "/run.yaml") << "world: [unclosed\n";
+  ExpectRefusal(RunProgram(folder(), {"train", "--config", "run.yaml"}), 2, "run.yaml");
+  ExpectRefusal(RunProgram(folder(), {"train", "--config", "absent.yaml"}), 2, "absent.yaml");
+}
+
+TEST_F(ProgramTest, CtrlCSavesAndExits130AndTheRunGoesOn) {
+  Program training(folder(),
+                   {"train", "cartpole-v1", "--steps", "100000000", "--name", "long", "--no-table", "--no-progress"});
+  const std::string progress = folder() + "/runs/long/progress.csv";
+  for (int i = 0; i < 500 && ReadText(progress).empty(); ++i) usleep(20000);
+  training.Signal(SIGINT);
+  const Outcome outcome = training.Wait();
+  EXPECT_EQ(outcome.code, 130) << outcome.error;
+  EXPECT_NE(outcome.error.find("--resume"), std::string::npos);
+  EXPECT_TRUE(Policy::Load(folder() + "/runs/long/model.consac").ok());
+  Program resumed(folder(), {"train", "--resume", "--name", "long", "--no-table", "--no-progress"});
+  usleep(500000);
+  resumed.Signal(SIGTERM);
+  EXPECT_EQ(resumed.Wait().code, 130);
+}
+
+TEST_F(ProgramTest, AFullDiskIsLoudAndTheLastGoodFilesStay) {
+  const std::string model = SmallRun("mine"), before = ReadText(model);
+  const Outcome outcome =
+      Program(folder(), {"train", "--resume", "--name", "mine", "--steps", "2000", "--no-table", "--no-progress"}, 8192)
+          .Wait();
+  EXPECT_EQ(outcome.code, 6) << outcome.out << outcome.error;
+  EXPECT_EQ(ReadText(model), before);
+  EXPECT_EQ(RunProgram(folder(), {"play", "mine", "--steps", "3"}).code, 0);
+}
+
+TEST_F(ProgramTest, EveryVerbHasHelpWithExamples) {
+  for (const char* verb : {"demo", "serve", "train", "eval", "play", "list", "inspect", "bench", "doctor"}) {
+    const Outcome outcome = RunProgram(folder(), {verb, "--help"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.out.find("Examples:\nconsac " + std::string(verb)), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("Exit codes"), std::string::npos);
+  }
+  EXPECT_NE(RunProgram(folder(), {"--version"}).out.find(CONSAC_VERSION), std::string::npos);
+}
+
+TEST_F(ProgramTest, ListsComeFromTheTables) {
+  const std::string worlds_list = RunProgram(folder(), {"list", "worlds"}).out;
+  for (const worlds::World& world : worlds::Worlds()) EXPECT_NE(worlds_list.find(world.id), std::string::npos);
+  const std::string json = RunProgram(folder(), {"list", "hyperparameters", "ppo", "--json"}).out;
+  EXPECT_NE(json.find("\"gae_lambda\""), std::string::npos);
+  EXPECT_NE(RunProgram(folder(), {"list", "policies"}).out.find("MlpPolicy"), std::string::npos);
+}
+
+TEST_F(ProgramTest, AnEngineAsksForAModelToActAndForeverServesBoth) {
+  SmallRun("walker");
+  Program engine(folder(),
+                 {"serve", "road-v0", "--port", "0", "--port-file", "port", "--model", "walker", "--sessions", "1"});
+  for (int i = 0; i < 250 && ReadText(folder() + "/port").empty(); ++i) usleep(20000);
+  const std::string port = ReadText(folder() + "/port");
+  Program actor(folder(), {"train", "tcp://127.0.0.1:" + port.substr(0, port.size() - 1), "--forever"});
+  usleep(1000000);
+  engine.Signal(SIGINT);
+  EXPECT_EQ(engine.Wait().code, 130);
+  usleep(300000);
+  actor.Signal(SIGINT);
+  const Outcome outcome = actor.Wait();
+  EXPECT_EQ(outcome.code, 130) << outcome.out << outcome.error;
+  EXPECT_NE(outcome.out.find("act"), std::string::npos) << outcome.out;
+}
+
+TEST_F(ProgramTest, TheDemoTellsTheWholeStory) {
+  const Outcome outcome = RunProgram(folder(), {"demo", "--steps", "2000"});
+  EXPECT_EQ(outcome.code, 0) << outcome.error;
+  for (const char* part :
+       {"1. An engine", "2. The trainer", "3. The saved model", "observation [10,", "curve.png", "steps nearer"}) {
+    EXPECT_NE(outcome.out.find(part), std::string::npos) << part;
+  }
+  EXPECT_FALSE(ReadText(folder() + "/runs/demo/curve.png").empty());
+}
+
+}  // namespace
+}  // namespace consac
