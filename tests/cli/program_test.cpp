@@ -143,7 +143,7 @@ TEST_F(ProgramTest, DamagedCutAndForeignModelsAreRefused) {
   write("PK\x03\x04 this is a zip");
   ExpectRefusal(RunProgram(folder(), {"inspect", "bad.consac"}), 6, "not a usable model");
   ExpectRefusal(RunProgram(folder(), {"eval", "mien"}), 2, "'mine'");
-  ExpectRefusal(RunProgram(folder(), {"eval", "mine", "cartpole-v1"}), 2, "Discrete(2)");
+  ExpectRefusal(RunProgram(folder(), {"eval", "mine", "cartpole-v1"}), 2, "(4,)");
 }
 
 TEST_F(ProgramTest, PortsAndPeersThatAreNotThere) {
