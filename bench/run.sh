@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Every speed table, one after another on a quiet machine: CONSAC's own, beside LibTorch, beside Stable Baselines3.
+# Writes bench/results/speed.md and bench/results/untuned_worlds.md. Needs `tools/setup.sh bench` first (make bench does that).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+cmake --preset release -DCONSAC_BENCH_LIBTORCH=ON --log-level=WARNING
+cmake --build --preset release -j "$(nproc)"
+consac=build/release/cli/consac
+python=.venv/bin/python
+out=bench/results/speed.md
+{
+  echo "# Speed"
+  echo
+  echo "Written by \`make bench\` on $(date -u +%Y-%m-%d), commit $(git rev-parse --short HEAD). Ratios are within one run on one machine."
+  printf '\n## CONSAC\n\n'; $consac bench
+  printf '\n## PPO update beside LibTorch, same run\n\n```\n'; build/release/bench/consac_ppo_update_bench; echo '```'
+  printf '\n## One action\n\n```\n'; build/release/bench/consac_action_bench; echo '```'
+  printf '\n## CartPole PPO beside Stable Baselines3, in turn\n\n'; $python bench/compare/sb3_speed.py $consac
+} | tee "$out"
+$python bench/compare/sb3_learn.py $consac point-v0 maze-v0 reach3-v0 | tee bench/results/untuned_worlds.md
