@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Stable Baselines3's default PPO beside CONSAC's default `ppo`, on the very same worlds: SB3 learns ours over text
-protocol 1 through the few lines below. Five seeds; mean return of 100 deterministic episodes.
+protocol 1 through the few lines below. Five seeds; mean return of 100 episodes with sampled actions (the policy that PPO
+optimises; taken greedily, a half-learned one may walk to and fro between two cells of the maze for ever).
 
     .venv/bin/python bench/compare/sb3_learn.py build/release/cli/consac point-v0 maze-v0 reach3-v0
 """
@@ -75,7 +76,7 @@ def theirs(consac, world, seed):
     env = Monitor(make_env(consac, world, seed))
     model = PPO("MlpPolicy", env, device="cpu", seed=seed)
     model.learn(STEPS)
-    result = evaluate_policy(model, env, n_eval_episodes=100)[0]
+    result = evaluate_policy(model, env, n_eval_episodes=100, deterministic=False)[0]
     env.close()
     return float(result)
 
@@ -84,7 +85,7 @@ def ours(consac, world, seed):
     with tempfile.TemporaryDirectory() as folder:
         command = [consac, "train", world, "--algo", "ppo", "--steps", str(STEPS), "--seed", str(seed), "--name", "run", "--dir", folder, "--json", "--no-tensorboard"]
         subprocess.run(command, check=True, capture_output=True)
-        output = subprocess.run([consac, "eval", "run", "--dir", folder, "--json"], check=True, capture_output=True, text=True).stdout
+        output = subprocess.run([consac, "eval", "run", "--dir", folder, "--stochastic", "--json"], check=True, capture_output=True, text=True).stdout
     return json.loads(output)["mean_reward"]
 
 

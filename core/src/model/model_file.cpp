@@ -216,11 +216,10 @@ std::vector<std::byte> ModelFile::Serialise() const {
   text.append((8 - text.size() % 8) % 8, ' ');
 
   const std::uint64_t length = text.size();
-  std::vector<std::byte> out(kLengthBytes);
+  std::vector<std::byte> out(kLengthBytes + text.size() + data.size());
   std::memcpy(out.data(), &length, kLengthBytes);
-  const auto text_bytes = std::as_bytes(std::span(text));
-  out.insert(out.end(), text_bytes.begin(), text_bytes.end());
-  out.insert(out.end(), data.begin(), data.end());
+  std::memcpy(out.data() + kLengthBytes, text.data(), text.size());
+  if (!data.empty()) std::memcpy(out.data() + kLengthBytes + text.size(), data.data(), data.size());
   return out;
 }
 
