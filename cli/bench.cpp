@@ -9,7 +9,9 @@
 
 #include "bench/peak.h"
 #include "bench/ppo_update_net.h"
+#include "cli/flags.h"
 #include "cli/machine.h"
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
@@ -29,7 +31,7 @@ const std::atomic<bool> kNeverStop{false};
 struct BenchFlags {
   std::string only;
   bool json = false;
-  int repeats = 3;
+  std::int64_t repeats = 3;
 };
 
 /// One figure.
@@ -292,15 +294,15 @@ int Bench(const BenchFlags& flags) {
                 {StatusCode::kInvalidArgument, "there is no row " + Quote(flags.only) + Suggestion(flags.only, names)});
   }
   BenchContext context;
-  context.repeats = flags.repeats;
+  context.repeats = static_cast<int>(flags.repeats);
   context.peak = nn::MeasurePeakFlops(0.5);
   nlohmann::ordered_json json = {
       {"cpu", bench::CpuName()},         {"compiler", CompilerName()},        {"version", kVersion},
       {"kernels", nn::InstructionSet()}, {"peak_gflops", context.peak / 1e9}, {"rows", nlohmann::json::array()}};
   if (!flags.json) {
-    fmt::print("{}, {}, consac {}, {} kernels, peak of one core {:.1f} GFLOP/s\n\n", bench::CpuName(), CompilerName(),
-               kVersion, nn::InstructionSet(), context.peak / 1e9);
-    fmt::print("| what | figure | |\n|---|---|---|\n");
+    Print("{}, {}, consac {}, {} kernels, peak of one core {:.1f} GFLOP/s\n\n", bench::CpuName(), CompilerName(),
+          kVersion, nn::InstructionSet(), context.peak / 1e9);
+    Print("| what | figure | |\n|---|---|---|\n");
   }
   for (const BenchRow& row : kRows) {
     if (!flags.only.empty() && flags.only != row.name) continue;
@@ -310,10 +312,10 @@ int Bench(const BenchFlags& flags) {
                             {"value", figure.value},
                             {"unit", figure.unit},
                             {"note", figure.note}});
-    if (!flags.json) fmt::print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
+    if (!flags.json) Print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
     std::fflush(stdout);
   }
-  if (flags.json) fmt::print("{}\n", json.dump(2));
+  if (flags.json) Print("{}\n", json.dump(2));
   return 0;
 }
 
@@ -321,9 +323,10 @@ int Bench(const BenchFlags& flags) {
 
 Action AddBench(CLI::App& app) {
   const auto flags = std::make_shared<BenchFlags>();
-  app.add_option("--only", flags->only,
-                 "one row: update64, update2048, cores, action, cartpole, cartpole8, pendulum, thesis or step");
-  app.add_option("--repeats", flags->repeats, "repeats of a training; the median counts")->check(CLI::Range(1, 100));
+  std::vector<std::string_view> names;
+  for (const BenchRow& row : kRows) names.emplace_back(row.name);
+  app.add_option("--only", flags->only, "one row: " + Join(names));
+  AddWhole(app, "--repeats", &flags->repeats, 1, 100, "repeats of a training; the median counts");
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return Bench(*flags); };
 }

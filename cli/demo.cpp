@@ -4,7 +4,9 @@
 
 #include <thread>
 
+#include "cli/flags.h"
 #include "cli/play.h"
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/run/training.h"
 #include "consac/server/env_server.h"
@@ -15,8 +17,7 @@ namespace {
 constexpr const char* kWorld = "road-v0";
 
 struct DemoFlags {
-  std::int64_t steps = 20000;
-  std::uint64_t seed = 1;
+  std::int64_t steps = 20000, seed = 1;
   std::string directory = "runs", name = "demo";
 };
 
@@ -29,7 +30,7 @@ class Engine {
     if (!listener.ok()) return listener.status();
     EnvServerOptions options;
     options.training_length = flags.steps;
-    options.seed = flags.seed;
+    options.seed = static_cast<std::uint64_t>(flags.seed);
     Result<std::unique_ptr<EnvServer>> server = EnvServer::Create(*env_, std::move(*listener), options);
     if (!server.ok()) return server.status();
     server_ = std::move(*server);
@@ -53,7 +54,7 @@ class Engine {
 Result<run::RunSummary> TrainOverTcp(const DemoFlags& flags, const worlds::World& world) {
   Engine engine;
   CONSAC_RETURN_IF_ERROR(engine.Open(world, flags));
-  fmt::print(
+  Print(
       "1. An engine offers the thesis' road on {}: an actor, a coin, places 0 to 40.\n"
       "2. The trainer connects and learns for {} steps with ppo2.\n\n",
       engine.url(), flags.steps);
@@ -61,7 +62,7 @@ Result<run::RunSummary> TrainOverTcp(const DemoFlags& flags, const worlds::World
   config.world = engine.url();
   config.directory = flags.directory;
   config.name = flags.name;
-  config.seed = flags.seed;
+  config.seed = static_cast<std::uint64_t>(flags.seed);
   config.force = true;
   config.log_interval = 20;
   config.hyperparameters = worlds::SuggestedSettings(world, config.algorithm);
@@ -73,10 +74,14 @@ int Demo(const DemoFlags& flags) {
   if (!world.ok()) return Fail("demo", world.status());
   const Result<run::RunSummary> summary = TrainOverTcp(flags, **world);
   if (!summary.ok()) return Fail("demo", summary.status());
-  if (summary->interrupted) return 130;
+  if (summary->interrupted) {
+    PrintError("consac demo: interrupted after {} steps; what was learned is in {}\n", summary->steps,
+               summary->directory);
+    return 130;
+  }
   Result<Policy> policy = Policy::Load(summary->model_path);
   if (!policy.ok()) return Fail("demo", policy.status());
-  fmt::print("\n3. The saved model acts, with no network and no trainer (A: actor, o: coin):\n\n");
+  Print("\n3. The saved model acts, with no network and no trainer (A: actor, o: coin):\n\n");
   WalkOptions walk;
   walk.steps = 40;
   const Status walked = Walk(*policy, **world, walk, StopSignal());
@@ -88,13 +93,13 @@ int Demo(const DemoFlags& flags) {
   const Result<run::EvaluateSummary> verdict = run::Evaluate(evaluate, StopSignal());
   if (!verdict.ok()) return Fail("demo", verdict.status());
   const std::string& folder = summary->directory;
-  fmt::print(
-      "\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n"
-      "model           {}\nlearning curve  {}/curve.png (and .svg)\nTensorBoard     tensorboard --logdir "
-      "{}/tensorboard\n"
-      "watch it again  consac play {}\nlook inside     consac inspect {}\n",
-      100.0 * verdict->mean_reward / verdict->mean_length, summary->model_path, folder, folder, summary->model_path,
-      summary->model_path);
+  Print("\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n",
+        100.0 * verdict->mean_reward / verdict->mean_length);
+  Print(
+      "model           {1}\nlearning curve  {2}/curve.png (and .svg)\n"
+      "watch it again  {0} play {1} {3}\nlook inside     {0} inspect {1}\n"
+      "TensorBoard     tensorboard --logdir {2}/tensorboard (where it is installed)\n",
+      ProgramPath(), summary->model_path, folder, kWorld);
   return 0;
 }
 
@@ -102,8 +107,8 @@ int Demo(const DemoFlags& flags) {
 
 Action AddDemo(CLI::App& app) {
   const auto flags = std::make_shared<DemoFlags>();
-  app.add_option("--steps", flags->steps, "steps to train for")->check(CLI::PositiveNumber);
-  app.add_option("--seed", flags->seed, "seed of everything");
+  AddWhole(app, "--steps", &flags->steps, 1, kMostWhole, "steps to train for");
+  AddWhole(app, "--seed", &flags->seed, 0, kMostWhole, "seed of everything");
   app.add_option("--dir", flags->directory, "folder of the runs");
   app.add_option("--name", flags->name, "name of the run; it is overwritten");
   return [flags] { return Demo(*flags); };

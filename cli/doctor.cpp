@@ -1,11 +1,12 @@
 // consac doctor: what this machine can do, and what is wrong with an endpoint.
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <filesystem>
 #include <thread>
 
 #include "bench/peak.h"
+#include "cli/flags.h"
 #include "cli/machine.h"
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
 #include "consac/base/version.h"
@@ -22,7 +23,7 @@ struct DoctorFlags {
 };
 
 void Check(const char* what, const Status& status) {
-  fmt::print("{:<20} {}\n", what, status.ok() ? "ok" : "FAILED: " + status.message());
+  Print("{:<20} {}\n", what, status.ok() ? "ok" : "FAILED: " + status.message());
 }
 
 /// A round trip over a loopback port of our own.
@@ -47,7 +48,7 @@ Status TestLoopback() {
 Status TestDisk(const std::string& directory) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (error) return {StatusCode::kUnavailable, "cannot make folder '" + directory + "': " + error.message()};
+  if (error) return {StatusCode::kDataLoss, "cannot make folder '" + directory + "': " + error.message()};
   const std::string path = directory + "/.doctor";
   const std::vector<std::byte> bytes(1 << 16);
   const Status status = WriteFileAtomically(path, bytes);
@@ -66,7 +67,7 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   if (!client.ok()) return Fail("doctor", client.status());
   const BehaviourSpec& behaviour = (*client)->spec().behaviours[0];
   const SessionRequest& request = (*client)->request();
-  fmt::print(
+  Print(
       "endpoint             {}\nobservation          {}\naction               {}\ntraining length      {}\nmodel name  "
       "         {}\n",
       (*client)->description(), behaviour.observation_space.ToString(), behaviour.action_space.ToString(),
@@ -75,29 +76,30 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   Status status = (*client)->Reset({&buffer.batch(), 1});
   if (!status.ok()) return Fail("doctor", status);
   Rng rng(1, StreamId("doctor"));
-  constexpr int kSteps = 50;
+  constexpr std::int64_t kMostSteps = 50;
+  const std::int64_t steps = request.training_length > 0 ? std::min(request.training_length, kMostSteps) : kMostSteps;
   const double start = Now();
-  for (int i = 0; i < kSteps && status.ok(); ++i) {
+  for (std::int64_t i = 1; i <= steps && status.ok(); ++i) {
     buffer.Advance();
     SampleRow(behaviour.action_layout, rng, buffer.batch().actions);
-    status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
+    status = (*client)->Step({&buffer.batch(), 1}, i == steps ? MoreSteps::kLast : MoreSteps::kYes);
   }
   (*client)->Close();
   if (!status.ok()) return Fail("doctor", status);
-  fmt::print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n",
-             (Now() - start) / kSteps * 1e6, kSteps);
+  Print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n",
+        (Now() - start) / static_cast<double>(steps) * 1e6, steps);
   return 0;
 }
 
 int Doctor(const DoctorFlags& flags) {
   if (!flags.url.empty()) return ExamineEndpoint(flags);
-  fmt::print(
+  Print(
       "consac               {}\nprocessor            {}\ncores                {}\ncompiler             {}\nkernels     "
       "         {} ({} floats a register)\n",
       kVersion, bench::CpuName(), std::thread::hardware_concurrency(), CompilerName(), nn::InstructionSet(),
       nn::VectorLanes());
   const double peak = nn::MeasurePeakFlops(0.3), reached = MeasureDenseFlops(0.3);
-  fmt::print(
+  Print(
       "peak, one core       {:.1f} GFLOP/s (fused multiply-add in these registers)\ndense layer 64x64    {:.1f} "
       "GFLOP/s, {:.0f}% of the peak\n",
       peak / 1e9, reached / 1e9, 100.0 * reached / peak);
@@ -112,9 +114,10 @@ int Doctor(const DoctorFlags& flags) {
 
 Action AddDoctor(CLI::App& app) {
   const auto flags = std::make_shared<DoctorFlags>();
-  app.add_option("url", flags->url, "an engine to examine, tcp://host:port");
+  app.add_option("url", flags->url,
+                 "an engine to examine, tcp://host:port; takes one session of it and up to 50 steps");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
-  app.add_option("--timeout", flags->timeout, "seconds to wait for the endpoint")->check(CLI::PositiveNumber);
+  AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint");
   return [flags] { return Doctor(*flags); };
 }
 

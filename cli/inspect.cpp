@@ -1,8 +1,7 @@
 // consac inspect: what is inside a model or checkpoint.
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/policy/policy.h"
 #include "consac/run/training.h"
@@ -23,23 +22,23 @@ std::string ShapeOf(const Tensor& tensor) {
 
 void PrintPolicy(const Policy& policy) {
   const PolicyData& data = policy.data();
-  fmt::print(
+  Print(
       "behaviour    {}\nobservation  {}\naction       {}\nnormaliser   {}\nparameters   {}\nself-test    reproduced\n",
       data.behaviour, data.observation_space.ToString(), data.action_space.ToString(),
       data.normaliser.active() ? "running mean and deviation" : "none", data.parameters.size() + data.log_std.size());
-  fmt::print("network\n");
+  Print("network\n");
   for (const nn::Block& block : data.network.blocks) {
-    fmt::print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size,
-               nn::NameOf(block.activation), block.input);
+    Print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size,
+          nn::NameOf(block.activation), block.input);
   }
   const nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
-  fmt::print("training     {}\n", training.dump(2));
+  Print("training     {}\n", training.dump(2));
 }
 
 void PrintTensors(const ModelFile& file) {
-  fmt::print("tensors\n");
+  Print("tensors\n");
   for (const auto& [name, tensor] : file.tensors)
-    fmt::print("  {:<40} {:<5} {}\n", name, NameOf(tensor.dtype), ShapeOf(tensor));
+    Print("  {:<40} {:<5} {}\n", name, NameOf(tensor.dtype), ShapeOf(tensor));
 }
 
 int Inspect(const InspectFlags& flags) {
@@ -48,21 +47,26 @@ int Inspect(const InspectFlags& flags) {
   const Result<ModelFile> file = ModelFile::Load(*path);
   if (!file.ok()) return Fail("inspect", file.status());
   const nlohmann::json spec = nlohmann::json::parse(file->spec_json, nullptr, false);
-  const std::string kind = spec.is_object() ? spec.value("kind", std::string("?")) : "?";
+  const bool says_kind = spec.is_object() && spec.contains("kind") && spec["kind"].is_string();
+  const std::string kind = says_kind ? spec["kind"].get<std::string>() : "?";
+  std::optional<Policy> policy;
+  if (kind == "policy") {
+    Result<Policy> loaded = Policy::FromFile(*file);
+    if (!loaded.ok()) return Fail("inspect", loaded.status());
+    policy = std::move(*loaded);
+  }
   if (flags.json) {
     nlohmann::json tensors = nlohmann::json::object();
     for (const auto& [name, tensor] : file->tensors)
       tensors[name] = {{"dtype", NameOf(tensor.dtype)}, {"shape", tensor.shape}};
-    fmt::print("{}\n", nlohmann::json({{"path", *path}, {"spec", spec}, {"tensors", tensors}}).dump(2));
+    Print("{}\n", nlohmann::json({{"path", *path}, {"spec", spec}, {"tensors", tensors}}).dump(2));
     return 0;
   }
-  fmt::print("file         {}\nkind         {}\n", *path, kind);
-  if (kind == "policy") {
-    const Result<Policy> policy = Policy::FromFile(*file);
-    if (!policy.ok()) return Fail("inspect", policy.status());
+  Print("file         {}\nkind         {}\n", *path, kind);
+  if (policy.has_value()) {
     PrintPolicy(*policy);
   } else {
-    fmt::print("content      {}\n", spec.dump(2));
+    Print("content      {}\n", spec.dump(2));
   }
   PrintTensors(*file);
   return 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
@@ -53,8 +54,8 @@ Rows WorldRows() {
     const BehaviourSpec& behaviour = env->spec().behaviours[0];
     rows.push_back({{"world", world.id},
                     {"what", world.description},
-                    {"observation", behaviour.observation_space.ToString()},
                     {"action", behaviour.action_space.ToString()},
+                    {"observation", behaviour.observation_space.ToString()},
                     {"source", world.source}});
   }
   return rows;
@@ -93,8 +94,10 @@ Rows PolicyRows() {
   return rows;
 }
 
-void PrintRows(const Rows& rows) {
+// Where a row comes from is for tools; on a screen it would only make the lines wrap.
+void PrintRows(Rows rows) {
   if (rows.empty()) return;
+  for (Rows& row : rows) row.erase("source");
   std::vector<std::size_t> widths;
   for (const auto& [key, value] : rows[0].items()) widths.push_back(key.size());
   for (const Rows& row : rows) {
@@ -112,7 +115,7 @@ void PrintRows(const Rows& rows) {
       ++i;
     }
     while (!out.empty() && out.back() == ' ') out.pop_back();
-    fmt::print("{}\n", out);
+    Print("{}\n", out);
   };
   line([](const std::string& key) { return key; });
   for (const Rows& row : rows) line([&](const std::string& key) { return row[key].get<std::string>(); });
@@ -137,7 +140,7 @@ int List(const ListFlags& flags) {
                          "there is no list " + Quote(flags.what) + Suggestion(flags.what, kKinds)});
   }
   if (flags.json)
-    fmt::print("{}\n", rows.dump(2));
+    Print("{}\n", rows.dump(2));
   else
     PrintRows(rows);
   return 0;

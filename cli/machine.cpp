@@ -1,12 +1,33 @@
 #include "cli/machine.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <fstream>
+#include <string>
 #include <vector>
 
 #include "consac/base/hooks.h"
 #include "consac/nn/network.h"
 
 namespace consac::cli {
+
+// Sanitizers reserve terabytes that they never touch.
+void LimitMemory() {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  std::ifstream info("/proc/meminfo");
+  std::string name, unit;
+  rlim_t kibibytes = 0;
+  while (info >> name >> kibibytes >> unit) {
+    if (name != "MemAvailable:") continue;
+    rlimit limit{};
+    if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
+    limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, kibibytes * 1024);
+    (void)setrlimit(RLIMIT_DATA, &limit);
+    return;
+  }
+#endif
+}
 
 std::string CompilerName() {
 #if defined(__clang__)

@@ -1,11 +1,16 @@
 // The program `consac`: the table of verbs, and how a verb is found and run.
-#include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <new>
 
+#include "cli/machine.h"
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
@@ -34,6 +39,7 @@ constexpr Verb kVerbs[] = {
 };
 
 std::atomic<bool> stop_flag{false};
+std::string program_path = "consac";
 
 extern "C" void OnStopSignal(int) {
   if (stop_flag.exchange(true)) _exit(130);
@@ -68,8 +74,12 @@ int ExitCode(const Status& status) {
 }
 
 int Fail(const char* verb, const Status& status) {
-  fmt::print(stderr, "consac {}: {}\n", verb, status.message());
+  PrintError("consac {}: {}\n", verb, status.message());
   return ExitCode(status);
+}
+
+const std::string& ProgramPath() {
+  return program_path;
 }
 
 const std::atomic<bool>& StopSignal() {
@@ -84,15 +94,39 @@ namespace {
 int UsageError(const std::string& verb, const CLI::ParseError& error) {
   std::string line = error.what();
   for (char& c : line) c = c == '\n' ? ' ' : c;
-  fmt::print(stderr, "consac{}: {} (consac{} --help lists what there is)\n", verb, line, verb);
+  PrintError("consac{}: {} (consac{} --help lists what there is)\n", verb, line, verb);
   return 2;
 }
 
 int UnknownVerb(std::string_view name) {
   std::vector<std::string_view> known;
   for (const Verb& verb : kVerbs) known.emplace_back(verb.name);
-  fmt::print(stderr, "consac: unknown verb {}{}\n", Quote(name), Suggestion(name, known));
+  PrintError("consac: unknown verb {}{}\n", Quote(name), Suggestion(name, known));
   return 2;
+}
+
+/// Libraries throw where memory runs out; nothing else is expected to.
+int Perform(const std::string& verb, const Action& action) {
+  try {
+    return action();
+  } catch (const std::bad_alloc&) {
+    return Fail(verb.c_str(), {StatusCode::kResourceExhausted,
+                               "there is not enough free memory for that; lower --envs or n_steps, or the network"});
+  } catch (const std::exception& error) {
+    return Fail(verb.c_str(), {StatusCode::kInternal, std::string("unexpected: ") + error.what()});
+  }
+}
+
+/// The exit code once everything is written: a disk that was full is an error, a reader that left is not.
+int AfterOutput(int code) {
+  errno = 0;
+  const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  struct stat what {};
+  // A pipe fails only because its reader has left.
+  const bool pipe = fstat(STDOUT_FILENO, &what) == 0 && (S_ISFIFO(what.st_mode) || S_ISSOCK(what.st_mode));
+  if (written || pipe || code != 0) return code;
+  return Fail("output", {StatusCode::kResourceExhausted, std::string("standard output could not be written: ") +
+                                                             std::strerror(errno != 0 ? errno : EIO)});
 }
 
 int Main(int argc, char** argv) {
@@ -102,8 +136,7 @@ int Main(int argc, char** argv) {
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const Verb& verb : kVerbs) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.summary);
-    sub->footer(std::string("Examples:\n") + verb.examples +
-                "\n\nExit codes: 0 ok, 1 internal, 2 usage, 3 peer, 6 file, 7 not a finite number, 130 interrupted.");
+    sub->footer(std::string("Examples:\n") + verb.examples + "\n\nExit codes: " + kExitCodes);
     actions.emplace_back(sub, verb.add(*sub));
   }
   const auto is_verb = [&](const auto& entry) { return entry.first->get_name() == argv[1]; };
@@ -118,7 +151,7 @@ int Main(int argc, char** argv) {
     return UsageError(verb, error);
   }
   for (const auto& [sub, action] : actions) {
-    if (sub->parsed()) return action();
+    if (sub->parsed()) return Perform(sub->get_name(), action);
   }
   return 2;
 }
@@ -129,5 +162,7 @@ int Main(int argc, char** argv) {
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
   std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training
-  return consac::cli::Main(argc, argv);
+  consac::cli::LimitMemory();
+  consac::cli::program_path = argc > 0 ? argv[0] : "consac";
+  return consac::cli::AfterOutput(consac::cli::Main(argc, argv));
 }

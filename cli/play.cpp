@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "cli/flags.h"
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/env/buffer.h"
@@ -26,54 +29,72 @@ std::string RowText(const Layout& layout, const std::byte* row) {
   return count > 1 ? "[" + out + "]" : out;
 }
 
+constexpr double kConnectTimeout = 3.0;  // s
+
 struct PlayFlags {
   std::string model, world, directory = "runs";
   WalkOptions walk;
 };
+
+/// The world that a model says it was trained on; "" when it does not.
+std::string TrainedWorld(const Policy& policy) {
+  const nlohmann::json training = nlohmann::json::parse(policy.data().training_json, nullptr, false);
+  const auto world = training.is_object() ? training.find("world") : training.end();
+  return world != training.end() && world->is_string() ? world->get<std::string>() : std::string();
+}
+
+Status PlayWithEngine(Policy& policy, const PlayFlags& flags, const std::string& url) {
+  const Result<Endpoint> endpoint = Endpoint::Parse(url);
+  if (!endpoint.ok()) return endpoint.status();
+  Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, kConnectTimeout);
+  if (!transport.ok()) {
+    return {transport.status().code(),
+            transport.status().message() + "; the model was trained there, and another world can be named behind it"};
+  }
+  EnvClientOptions options;
+  options.stop = &StopSignal();
+  const Result<std::unique_ptr<EnvClient>> engine = EnvClient::Open(std::move(*transport), options);
+  if (!engine.ok()) return engine.status();
+  return Walk(policy, **engine, flags.walk, StopSignal());
+}
 
 int Play(const PlayFlags& flags) {
   const Result<std::string> path = run::FindModel(flags.model, flags.directory);
   if (!path.ok()) return Fail("play", path.status());
   Result<Policy> policy = Policy::Load(*path);
   if (!policy.ok()) return Fail("play", policy.status());
-  const nlohmann::json training = nlohmann::json::parse(policy->data().training_json, nullptr, false);
-  const std::string id = !flags.world.empty()   ? flags.world
-                         : training.is_object() ? training.value("world", std::string())
-                                                : std::string();
-  const Result<const worlds::World*> world = worlds::FindWorld(id);
-  if (!world.ok())
-    return Fail("play", {world.status().code(),
-                         world.status().message() +
-                             "; play needs a built-in world (an engine plays with consac train and a model name)"});
-  const Status status = Walk(*policy, **world, flags.walk, StopSignal());
-  if (!status.ok()) return Fail("play", status);
-  return StopSignal().load() ? 130 : 0;
+  const std::string id = flags.world.empty() ? TrainedWorld(*policy) : flags.world;
+  Status status;
+  if (id.find("://") != std::string::npos) {
+    status = PlayWithEngine(*policy, flags, id);
+  } else {
+    const Result<const worlds::World*> world = worlds::FindWorld(id);
+    if (!world.ok()) return Fail("play", world.status());
+    status = Walk(*policy, **world, flags.walk, StopSignal());
+  }
+  if (StopSignal().load()) return 130;
+  return status.ok() ? 0 : Fail("play", status);
 }
 
-}  // namespace
-
-Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& options, const std::atomic<bool>& stop) {
-  const std::unique_ptr<VectorEnv> env = world.create(1);
-  const BehaviourSpec& behaviour = env->spec().behaviours[0];
-  CONSAC_RETURN_IF_ERROR(policy.Fits(behaviour));
-  BatchBuffer buffer(behaviour);
-  Rng rng(options.seed, StreamId("action_sampling"));
-  env->Reset(options.seed, {&buffer.batch(), 1});
+/// Walks until it has gone far enough. `step` takes the world one step on; `picture` draws it, or is empty.
+Status WalkAlong(Policy& policy, BatchBuffer& buffer, const WalkOptions& options, const std::atomic<bool>& stop,
+                 const std::function<Status(Batch&)>& step, const std::function<std::string()>& picture) {
+  Rng rng(static_cast<std::uint64_t>(options.seed), StreamId("action_sampling"));
   double total = 0.0;
   std::int64_t episodes = 0;
-  for (std::int64_t step = 1; step <= options.steps && episodes < options.episodes && !stop.load(); ++step) {
-    const std::string picture = world.describe != nullptr ? "  " + world.describe(*env, 0) : "";
+  for (std::int64_t i = 1; i <= options.steps && episodes < options.episodes && !stop.load(); ++i) {
+    const std::string drawn = picture ? "  " + picture() : "";
     buffer.Advance();
     Batch& batch = buffer.batch();
     policy.Act(batch.observations, batch.action_masks, 1,
                options.stochastic ? ActionMode::kSample : ActionMode::kDeterministic, rng, batch.actions);
-    env->Step({&batch, 1});
+    CONSAC_RETURN_IF_ERROR(step(batch));
     total += batch.rewards[0];
-    fmt::print("{:4}  observation {:<12} action {:<4} reward {:<6.4g}{}\n", step,
-               RowText(behaviour.observation_layout, batch.observations),
-               RowText(behaviour.action_layout, batch.actions), batch.rewards[0], picture);
+    Print("{:4}  observation {:<12} action {:<4} reward {:<6.4g}{}\n", i,
+          RowText(policy.observation_layout(), batch.observations), RowText(policy.action_layout(), batch.actions),
+          batch.rewards[0], drawn);
     if ((batch.terminated[0] | batch.truncated[0]) != 0) {
-      fmt::print("episode over: return {:.4g}, {}\n", total, batch.terminated[0] != 0 ? "terminated" : "truncated");
+      Print("episode over: return {:.4g}, {}\n", total, batch.terminated[0] != 0 ? "terminated" : "truncated");
       total = 0.0;
       ++episodes;
     }
@@ -83,15 +104,39 @@ Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& optio
   return Status::Ok();
 }
 
+}  // namespace
+
+Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& options, const std::atomic<bool>& stop) {
+  const std::unique_ptr<VectorEnv> env = world.create(1);
+  CONSAC_RETURN_IF_ERROR(policy.Fits(env->spec().behaviours[0]));
+  BatchBuffer buffer(env->spec().behaviours[0]);
+  env->Reset(static_cast<std::uint64_t>(options.seed), {&buffer.batch(), 1});
+  std::function<std::string()> picture;
+  if (world.describe != nullptr) picture = [&] { return world.describe(*env, 0); };
+  const auto step = [&](Batch& batch) {
+    env->Step({&batch, 1});
+    return Status::Ok();
+  };
+  return WalkAlong(policy, buffer, options, stop, step, picture);
+}
+
+Status Walk(Policy& policy, EnvClient& engine, const WalkOptions& options, const std::atomic<bool>& stop) {
+  CONSAC_RETURN_IF_ERROR(policy.Fits(engine.spec().behaviours[0]));
+  BatchBuffer buffer(engine.spec().behaviours[0]);
+  CONSAC_RETURN_IF_ERROR(engine.Reset({&buffer.batch(), 1}));
+  const auto step = [&](Batch& batch) { return engine.Step({&batch, 1}, MoreSteps::kYes); };
+  return WalkAlong(policy, buffer, options, stop, step, {});
+}
+
 Action AddPlay(CLI::App& app) {
   const auto flags = std::make_shared<PlayFlags>();
   app.add_option("model", flags->model, "a .consac file or a run's name")->required();
-  app.add_option("world", flags->world, "a built-in world; the one it was trained on unless given");
+  app.add_option("world", flags->world, "a built-in world or tcp://host:port; the one it was trained on unless given");
   app.add_option("--dir", flags->directory, "folder of the runs");
-  app.add_option("--steps", flags->walk.steps, "at most so many steps")->check(CLI::PositiveNumber);
-  app.add_option("--episodes", flags->walk.episodes, "at most so many episodes")->check(CLI::PositiveNumber);
-  app.add_option("--seed", flags->walk.seed, "seed of the world");
-  app.add_option("--delay", flags->walk.delay_s, "seconds between steps")->check(CLI::NonNegativeNumber);
+  AddWhole(app, "--steps", &flags->walk.steps, 1, kMostWhole, "at most so many steps");
+  AddWhole(app, "--episodes", &flags->walk.episodes, 1, kMostWhole, "at most so many episodes");
+  AddWhole(app, "--seed", &flags->walk.seed, 0, kMostWhole, "seed of the world");
+  AddNumber(app, "--delay", &flags->walk.delay_s, 0, 3600, "seconds between steps");
   app.add_flag("--stochastic", flags->walk.stochastic, "draw actions instead of taking the most likely");
   return [flags] { return Play(*flags); };
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "consac/policy/policy.h"
+#include "consac/server/env_client.h"
 #include "worlds/registry.h"
 
 namespace consac::cli {
@@ -14,12 +15,14 @@ namespace consac::cli {
 struct WalkOptions {
   std::int64_t steps = 100;   ///< at most
   std::int64_t episodes = 1;  ///< at most
-  std::uint64_t seed = 1000;  ///< of the world
+  std::int64_t seed = 1000;   ///< of the world
   double delay_s = 0.0;       ///< between steps
   bool stochastic = false;    ///< draw actions instead of taking the most likely
 };
 
 /// Prints the thesis' trajectory, a line per step: observation, action, reward. Ok at the end or when stopped.
 Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& options, const std::atomic<bool>& stop);
+/// The same with the world of an engine.
+Status Walk(Policy& policy, EnvClient& engine, const WalkOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace consac::cli

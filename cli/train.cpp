@@ -3,55 +3,59 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/run/training.h"
 
 namespace consac::cli {
 namespace {
 
-/// Flags as given; what was not given does not overrule the file.
+/// Flags as given. Those that are fields of the configuration are kept as settings, so that flag, --set and file read
+/// and refuse alike.
 struct TrainFlags {
   std::string world, config_file;
-  std::optional<std::string> algorithm, name, directory;
-  std::optional<std::int64_t> steps, log_interval;
-  std::optional<std::uint64_t> seed;
-  std::optional<std::int32_t> envs, threads;
-  std::optional<double> connect_timeout, deadline, quiet_time;
-  std::vector<std::string> settings;
-  bool resume = false, force = false, forever = false, answer_done = false, no_table = false, no_progress = false,
-       no_tensorboard = false, json = false;
+  std::optional<std::string> name, directory;
+  std::vector<std::string> fields;    // "steps=1e5", in the order given
+  std::vector<std::string> settings;  // of --set
+  bool resume = false, force = false, forever = false, json = false;
 };
 
-template <class T>
-void Overrule(const std::optional<T>& flag, T* field) {
-  if (flag.has_value()) *field = *flag;
+constexpr std::string_view kAlgorithmField = "algorithm=";
+
+Status CheckCombination(const TrainFlags& flags, const run::RunConfig& config) {
+  const auto refuse = [](const char* why) { return Status{StatusCode::kInvalidArgument, why}; };
+  if (flags.resume && flags.force)
+    return refuse("--resume goes on with a run and --force overwrites it; give one of them");
+  if (flags.name.has_value() && flags.name->empty()) return refuse("--name is empty; give the run a name");
+  if (flags.forever && !flags.resume && config.world.find("://") == std::string::npos)
+    return refuse("--forever serves an engine's sessions; it needs a world at tcp://host:port");
+  return Status::Ok();
 }
 
 Result<run::RunConfig> Resolve(const TrainFlags& flags) {
   run::RunConfig config;
-  if (flags.algorithm.has_value()) config.algorithm = *flags.algorithm;  // decides which keys the file may hold
+  for (const std::string& field : flags.fields) {  // the algorithm decides which keys the file may hold
+    if (field.starts_with(kAlgorithmField)) CONSAC_RETURN_IF_ERROR(run::ApplySetting(field, &config));
+  }
   if (!flags.config_file.empty()) CONSAC_RETURN_IF_ERROR(run::ReadYamlFile(flags.config_file, &config));
-  if (!flags.world.empty()) config.world = flags.world;
-  Overrule(flags.algorithm, &config.algorithm);
-  Overrule(flags.name, &config.name);
-  Overrule(flags.directory, &config.directory);
-  Overrule(flags.steps, &config.steps);
-  Overrule(flags.log_interval, &config.log_interval);
-  Overrule(flags.seed, &config.seed);
-  Overrule(flags.envs, &config.envs);
-  Overrule(flags.threads, &config.threads);
-  Overrule(flags.connect_timeout, &config.connect_timeout_s);
-  Overrule(flags.deadline, &config.deadline_s);
-  Overrule(flags.quiet_time, &config.quiet_s);
+  if (!flags.world.empty()) CONSAC_RETURN_IF_ERROR(run::ApplySetting("world=" + flags.world, &config));
+  for (const std::string& field : flags.fields) CONSAC_RETURN_IF_ERROR(run::ApplySetting(field, &config));
   for (const std::string& setting : flags.settings) CONSAC_RETURN_IF_ERROR(run::ApplySetting(setting, &config));
+  if (flags.name.has_value()) config.name = *flags.name;
+  if (flags.directory.has_value()) config.directory = *flags.directory;
   config.resume = flags.resume;
   config.force = flags.force;
   config.forever = flags.forever;
-  config.answer_done = config.answer_done || flags.answer_done;
-  config.table = config.table && !flags.no_table && !flags.json;
-  config.progress = config.progress && !flags.no_progress && !flags.json;
-  config.tensorboard = config.tensorboard && !flags.no_tensorboard;
+  if (flags.json) config.table = config.progress = false;
+  CONSAC_RETURN_IF_ERROR(CheckCombination(flags, config));
   return config;
+}
+
+/// What to type to go on with an interrupted run.
+std::string ResumeCommand(const run::RunSummary& summary) {
+  const std::size_t slash = summary.directory.rfind('/');
+  const std::string folder = summary.directory.substr(0, slash), name = summary.directory.substr(slash + 1);
+  return fmt::format("{} train --resume --name {}{}", ProgramPath(), name, folder == "runs" ? "" : " --dir " + folder);
 }
 
 void PrintJson(const run::RunSummary& summary) {
@@ -62,7 +66,7 @@ void PrintJson(const run::RunSummary& summary) {
       {"acted_only", summary.acted_only}, {"weights_hash", fmt::format("{:016x}", summary.weights_hash)}};
   json["mean_episode_reward"] =
       std::isfinite(summary.mean_episode_reward) ? nlohmann::json(summary.mean_episode_reward) : nlohmann::json();
-  fmt::print("{}\n", json.dump());
+  Print("{}\n", json.dump());
 }
 
 int Train(const TrainFlags& flags) {
@@ -72,12 +76,28 @@ int Train(const TrainFlags& flags) {
   if (!summary.ok()) return Fail("train", summary.status());
   if (flags.json) PrintJson(*summary);
   if (!summary->interrupted) return 0;
-  if (!summary->directory.empty()) {
-    fmt::print(stderr,
-               "consac train: interrupted after {} steps; everything is saved in {} (go on with --resume --name)\n",
-               summary->steps, summary->directory);
-  }
+  if (summary->directory.empty())
+    PrintError("consac train: interrupted; no run had begun\n");
+  else
+    PrintError("consac train: interrupted after {} steps; everything is saved in {}; go on with\n  {}\n",
+               summary->steps, summary->directory, ResumeCommand(*summary));
   return 130;
+}
+
+/// A flag that sets a field of the configuration.
+void AddField(CLI::App& app, const std::shared_ptr<TrainFlags>& flags, const char* flag, const char* field,
+              const char* help) {
+  const auto keep = [flags, field](const std::string& text) {
+    flags->fields.push_back(std::string(field) + "=" + text);
+  };
+  app.add_option_function<std::string>(flag, keep, help);
+}
+
+/// A flag without value that sets a field.
+void AddSwitch(CLI::App& app, const std::shared_ptr<TrainFlags>& flags, const char* flag, const char* setting,
+               const char* help) {
+  app.add_flag_callback(
+      flag, [flags, setting] { flags->fields.emplace_back(setting); }, help);
 }
 
 }  // namespace
@@ -85,12 +105,11 @@ int Train(const TrainFlags& flags) {
 Action AddTrain(CLI::App& app) {
   const auto flags = std::make_shared<TrainFlags>();
   app.add_option("world", flags->world, "a built-in world (consac list worlds) or an engine at tcp://host:port");
-  app.add_option("--algo", flags->algorithm, "algorithm (consac list algorithms); ppo2 unless given");
-  app.add_option("--steps", flags->steps, "agent steps; what the engine says, or 100000, unless given")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--seed", flags->seed, "seed of everything");
-  app.add_option("--envs", flags->envs, "copies of a built-in world")->check(CLI::Range(1, 1 << 20));
-  app.add_option("--threads", flags->threads, "cores to learn on; never changes the result")->check(CLI::Range(1, 256));
+  AddField(app, flags, "--algo", "algorithm", "algorithm (consac list algorithms); ppo2 unless given");
+  AddField(app, flags, "--steps", "steps", "agent steps; what the engine says, or 100000, unless given");
+  AddField(app, flags, "--seed", "seed", "seed of everything");
+  AddField(app, flags, "--envs", "envs", "copies of a built-in world");
+  AddField(app, flags, "--threads", "threads", "cores to learn on; never changes the result");
   app.add_option("--set", flags->settings,
                  "key=value: a hyperparameter or a field of the configuration; may be repeated");
   app.add_option("--config", flags->config_file, "YAML file (docs/configuration.md)");
@@ -100,15 +119,15 @@ Action AddTrain(CLI::App& app) {
   app.add_flag("--force", flags->force, "overwrite a run of that name");
   app.add_flag("--forever", flags->forever,
                "serve one session of the engine after another, training or acting as it asks");
-  app.add_flag("--answer-done", flags->answer_done,
-               "answer an episode's last observation, for engines that wait there");
-  app.add_option("--connect-timeout", flags->connect_timeout, "seconds to keep trying to reach an engine");
-  app.add_option("--deadline", flags->deadline, "seconds of an engine's silence that end the session");
-  app.add_option("--quiet-time", flags->quiet_time, "seconds of silence that end a message without newline");
-  app.add_option("--log-interval", flags->log_interval, "updates between tables")->check(CLI::PositiveNumber);
-  app.add_flag("--no-table", flags->no_table, "print no tables");
-  app.add_flag("--no-progress", flags->no_progress, "print no progress");
-  app.add_flag("--no-tensorboard", flags->no_tensorboard, "write no TensorBoard logs");
+  AddSwitch(app, flags, "--answer-done", "answer_done=true",
+            "answer an episode's last observation, for engines that wait there");
+  AddField(app, flags, "--connect-timeout", "connect_timeout_s", "seconds to keep trying to reach an engine");
+  AddField(app, flags, "--deadline", "deadline_s", "seconds of an engine's silence that end the session");
+  AddField(app, flags, "--quiet-time", "quiet_s", "seconds of silence that end a message without newline");
+  AddField(app, flags, "--log-interval", "log_interval", "updates between tables");
+  AddSwitch(app, flags, "--no-table", "table=false", "print no tables");
+  AddSwitch(app, flags, "--no-progress", "progress=false", "print no progress");
+  AddSwitch(app, flags, "--no-tensorboard", "tensorboard=false", "write no TensorBoard logs");
   app.add_flag("--json", flags->json, "print one line of JSON at the end instead of tables");
   return [flags] { return Train(*flags); };
 }

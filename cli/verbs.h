@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <functional>
+#include <string>
 
 #include "consac/base/status.h"
 
@@ -31,11 +32,15 @@ Action AddInspect(CLI::App& app);
 Action AddBench(CLI::App& app);
 Action AddDoctor(CLI::App& app);
 
-/// 0 ok, 1 our own mistake, 2 usage, 3 peer or protocol, 6 file or disk, 7 a number that is not finite, 130
-/// interrupted. docs/program.md lists them.
+/// For --help; docs/program.md says more.
+inline constexpr const char* kExitCodes =
+    "0 ok, 1 internal, 2 usage, 3 peer, 6 file, disk or memory, 7 not a finite number, 130 interrupted";
+/// What becomes of a failure; kExitCodes says it in words.
 int ExitCode(const Status& status);
 /// Prints "consac VERB: message" on stderr and returns the exit code.
 int Fail(const char* verb, const Status& status);
+/// The program as it was called, for advice that can be typed again: "build/release/cli/consac".
+const std::string& ProgramPath();
 /// Catches Ctrl-C and SIGTERM: the first sets the flag, the second ends the program at once.
 const std::atomic<bool>& StopSignal();
 

@@ -10,7 +10,7 @@ stage=${1:-build}
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
-  python3 python3-venv git)
+  python3 python3-venv git locales)
 bench_packages=(libtorch-dev)
 
 say() { printf 'setup: %s\n' "$*"; }
@@ -37,6 +37,13 @@ install_packages() {
     || { tail -n 20 /tmp/consac-setup.log; say "apt-get failed; the whole log is /tmp/consac-setup.log"; exit 1; }
 }
 
+# One test needs a locale that writes a decimal comma.
+comma_locale() {
+  if locale -a 2>/dev/null | grep -qi '^de_DE.utf-\?8$'; then return; fi
+  say "generating the locale de_DE.UTF-8"
+  as_root localedef -i de_DE -f UTF-8 de_DE.UTF-8
+}
+
 # A Python environment of our own, rebuilt when the list of packages changes.
 python_environment() {
   local list=$1 stamp=.venv/.installed-$(basename "$1" .txt)
@@ -49,7 +56,8 @@ python_environment() {
 
 case $stage in
   build) install_packages "${build_packages[@]}" ;;
-  test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; python_environment tools/requirements-test.txt ;;
+  test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
+         python_environment tools/requirements-test.txt ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   *) say "unknown stage '$stage': build, test or bench"; exit 2 ;;

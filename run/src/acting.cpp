@@ -6,6 +6,7 @@
 
 #include "consac/env/buffer.h"
 #include "consac/policy/policy.h"
+#include "report/console.h"
 
 namespace consac::run {
 namespace {
@@ -82,7 +83,8 @@ Result<RunSummary> ActForEngine(const RunConfig& config, WorldLink& link, const 
   const EnvSpec& spec = link.spec();
   Result<std::vector<Actor>> actors = LoadActors(*path, spec);
   if (!actors.ok()) return actors.status();
-  if (config.table || config.progress) fmt::print("acting with {} for {}\n", *path, link.description());
+  Console console(StandardConsole());
+  if (config.table || config.progress) console.Print(fmt::format("acting with {} for {}\n", *path, link.description()));
 
   Rng rng(config.seed, StreamId("action_sampling"));
   std::vector<Batch> batches;
@@ -110,7 +112,7 @@ Result<RunSummary> ActForEngine(const RunConfig& config, WorldLink& link, const 
   summary.seconds = Now() - start;
   summary.mean_episode_reward = returns[0].mean();
   summary.interrupted = stop.load();
-  if (config.table || config.progress) fmt::print("acted for {} steps\n", summary.steps);
+  if (config.table || config.progress) console.Print(fmt::format("acted for {} steps\n", summary.steps));
   return summary;
 }
 

@@ -1,5 +1,6 @@
 #include "config_fields.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "consac/base/text.h"
@@ -10,8 +11,7 @@
 namespace consac::run {
 namespace {
 
-constexpr double kMost = 9.0e18;                    // of a 64-bit whole number
-constexpr double kExactWhole = 9007199254740992.0;  // 2^53: whole numbers a double holds exactly
+constexpr double kMost = 9.0e18;  // of a 64-bit whole number
 
 Status CheckAlgorithm(std::string_view value) {
   return learn::FindAlgorithm(value).status();
@@ -59,31 +59,6 @@ Status Unusable(const Field& field, std::string_view text, const std::string& ex
           std::string(field.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
 }
 
-bool IsDigit(char c) {
-  return c >= '0' && c <= '9';
-}
-
-/// "1_000_000" as "1000000"; an underscore that does not stand between digits stays, and spoils the number.
-std::string WithoutSeparators(std::string_view text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool separator =
-        text[i] == '_' && i > 0 && i + 1 < text.size() && IsDigit(text[i - 1]) && IsDigit(text[i + 1]);
-    if (!separator) out += text[i];
-  }
-  return out;
-}
-
-/// Whole numbers may be written "1e6" as well.
-bool ParseWhole(std::string_view text, std::int64_t* value) {
-  const std::string plain = WithoutSeparators(text);
-  if (ParseNumber(plain, value)) return true;
-  double real = 0.0;
-  if (!ParseNumber(plain, &real) || real != std::floor(real) || std::fabs(real) > kExactWhole) return false;
-  *value = static_cast<std::int64_t>(real);
-  return true;
-}
-
 std::string RangeText(const Field& field) {
   const auto text = [](double limit) { return std::to_string(static_cast<std::int64_t>(limit)); };  // limits are whole
   return field.high >= kMost ? " of at least " + text(field.low)
@@ -93,7 +68,7 @@ std::string RangeText(const Field& field) {
 template <class Whole>
 Status SetWhole(const Field& field, std::string_view text, Whole* value) {
   std::int64_t parsed = 0;
-  const bool fits = ParseWhole(text, &parsed) && static_cast<double>(parsed) >= field.low &&
+  const bool fits = ParseHumanNumber(text, &parsed) && static_cast<double>(parsed) >= field.low &&
                     static_cast<double>(parsed) <= field.high;
   if (!fits) return Unusable(field, text, "a whole number" + RangeText(field));
   *value = static_cast<Whole>(parsed);
@@ -118,7 +93,7 @@ struct Setter {
   }
   Status operator()(double* value) const {
     double parsed = 0.0;
-    if (!ParseNumber(WithoutSeparators(text), &parsed) || parsed < field.low || parsed > field.high) {
+    if (!ParseHumanNumber(text, &parsed) || parsed < field.low || parsed > field.high) {
       return Unusable(field, text, "a number" + RangeText(field));
     }
     *value = parsed;
@@ -161,7 +136,13 @@ const Field* FindField(std::string_view name) {
 }
 
 Status SetField(const Field& field, std::string_view text, RunConfig* config) {
-  return std::visit([&](auto member) { return Setter{field, text}(&(config->*member)); }, field.member);
+  const Status set = std::visit([&](auto member) { return Setter{field, text}(&(config->*member)); }, field.member);
+  if (set.ok() && !WasGiven(field, *config)) config->given.emplace_back(field.name);
+  return set;
+}
+
+bool WasGiven(const Field& field, const RunConfig& config) {
+  return std::find(config.given.begin(), config.given.end(), field.name) != config.given.end();
 }
 
 std::string FieldText(const Field& field, const RunConfig& config) {

@@ -34,6 +34,8 @@ std::span<const Field> Fields();
 const Field* FindField(std::string_view name);
 /// Sets a field from text; the error says what was expected.
 Status SetField(const Field& field, std::string_view text, RunConfig* config);
+/// Whether SetField has set it: a value that was asked for, be it the default.
+bool WasGiven(const Field& field, const RunConfig& config);
 /// The value as text, without quotes.
 std::string FieldText(const Field& field, const RunConfig& config);
 /// "whole number", "true or false", ...

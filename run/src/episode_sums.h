@@ -26,9 +26,9 @@ class EpisodeSums {
       Clear(slot);
     }
   }
-  void Clear(std::size_t slot) {
-    rewards_[slot] = 0.0;
-    lengths_[slot] = 0;
+  /// Forgets every episode under way.
+  void Clear() {
+    for (std::size_t slot = 0; slot < rewards_.size(); ++slot) Clear(slot);
   }
   void Visit(Archive& archive) {
     archive("rewards", std::span<double>(rewards_));
@@ -36,6 +36,11 @@ class EpisodeSums {
   }
 
  private:
+  void Clear(std::size_t slot) {
+    rewards_[slot] = 0.0;
+    lengths_[slot] = 0;
+  }
+
   std::vector<double> rewards_;        // [slots] of the episode under way
   std::vector<std::int64_t> lengths_;  // [slots] of the episode under way
 };

@@ -18,8 +18,8 @@ constexpr std::int64_t kMostCopies = 16;
 class Returns {
  public:
   Returns(std::int64_t episodes, std::int64_t slots)
-      : sums_(static_cast<std::size_t>(slots)), lengths_(sums_.size()), left_(sums_.size()) {
-    for (std::int64_t i = 0; i < episodes; ++i) ++left_[static_cast<std::size_t>(i % slots)];
+      : sums_(static_cast<std::size_t>(slots)), lengths_(sums_.size()), left_(sums_.size(), episodes / slots) {
+    for (std::int64_t i = 0; i < episodes % slots; ++i) ++left_[static_cast<std::size_t>(i)];
   }
 
   /// Adds one step; an episode also ends after `limit` steps (0: never).
@@ -68,7 +68,8 @@ class Returns {
 /// The world that a model says it was trained on.
 std::string TrainedWorld(const Policy& policy) {
   const nlohmann::json training = nlohmann::json::parse(policy.data().training_json, nullptr, false);
-  return training.is_object() ? training.value("world", std::string()) : std::string();
+  const auto world = training.is_object() ? training.find("world") : training.end();
+  return world != training.end() && world->is_string() ? world->get<std::string>() : std::string();
 }
 
 Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, const std::string& world,
@@ -112,6 +113,7 @@ Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atom
     policy->Act(batch.observations, batch.action_masks, batch.rows(),
                 options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample, rng, batch.actions);
     const Status status = (*link)->Step({&batch, 1}, MoreSteps::kYes);
+    if (status.code() == StatusCode::kCancelled) break;
     if (!status.ok() && status.code() == StatusCode::kUnavailable && returns.Summary().episodes > 0)
       break;  // the engine has seen enough
     if (!status.ok()) return status;

@@ -30,6 +30,8 @@ Result<std::string> FindModel(const std::string& model, const std::string& direc
        {model + "/model.consac", directory + "/" + model + "/model.consac", directory + "/" + model + ".consac"}) {
     if (fs::is_regular_file(path, ignored)) return path;
   }
+  if (fs::exists(model, ignored) && !fs::is_directory(model, ignored))
+    return Status{StatusCode::kInvalidArgument, Quote(model) + " is no regular file, so it holds no model"};
   const std::vector<std::string> names = RunsWithModels(directory);
   const std::vector<std::string_view> known(names.begin(), names.end());
   return Status{StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" +

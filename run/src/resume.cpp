@@ -18,7 +18,8 @@ Status MustStay(std::string_view name, const std::string& began, const std::stri
 
 Status MergeField(const Field& field, const RunConfig& asked, RunConfig* config) {
   const std::string given = FieldText(field, asked), began = FieldText(field, *config);
-  if (given == began || given == FieldText(field, RunConfig{})) return Status::Ok();
+  const bool asked_for = WasGiven(field, asked) || given != FieldText(field, RunConfig{});
+  if (given == began || !asked_for) return Status::Ok();
   const bool moved_engine = field.name == std::string_view("world") && IsUrl(given) && IsUrl(began);
   if (field.on_resume == OnResume::kMustStay && !moved_engine) return MustStay(field.name, began, given);
   return SetField(field, given, config);
@@ -54,6 +55,7 @@ Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   config.name = asked.name;
   config.directory = asked.directory;
   config.forever = asked.forever;
+  config.given = asked.given;
   config.resume = true;
   return config;
 }

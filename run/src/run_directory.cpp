@@ -36,10 +36,15 @@ bool HoldsRun(const std::string& path) {
 // Only what a run writes; whatever else somebody put there stays.
 void RemoveRun(const std::string& path) {
   std::error_code ignored;
-  for (const char* name : {"config.yaml", "model.consac", "checkpoints", "progress.csv", "monitor.csv", "tensorboard",
-                           "curve.svg", "curve.png"}) {
+  for (const char* name :
+       {"config.yaml", "checkpoints", "progress.csv", "monitor.csv", "tensorboard", "curve.svg", "curve.png"}) {
     fs::remove_all(path + "/" + name, ignored);
   }
+  std::vector<fs::path> models;  // model.consac, or one for each behaviour
+  for (fs::directory_iterator entry(path, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+    if (entry->path().extension() == ".consac") models.push_back(entry->path());
+  }
+  for (const fs::path& model : models) fs::remove(model, ignored);
 }
 
 // Temporary files of a process that was killed while it wrote (WriteFileAtomically). Only under the lock.
@@ -69,9 +74,9 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   }
   std::error_code error;
   fs::create_directories(path + "/checkpoints", error);
-  if (error) return Status{StatusCode::kUnavailable, "cannot make folder '" + path + "': " + error.message()};
+  if (error) return Status{StatusCode::kDataLoss, "cannot make folder '" + path + "': " + error.message()};
   const int lock = open((path + "/.lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (lock < 0) return Status{StatusCode::kUnavailable, "cannot write in '" + path + "': " + std::strerror(errno)};
+  if (lock < 0) return Status{StatusCode::kDataLoss, "cannot write in '" + path + "': " + std::strerror(errno)};
   if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
     close(lock);
     return Status{StatusCode::kFailedPrecondition,
@@ -112,7 +117,7 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
   std::vector<std::string> all = Checkpoints();
   std::error_code ignored;
-  for (; all.back() != path; all.pop_back()) fs::remove(all.back(), ignored);
+  for (; !all.empty() && all.back() != path; all.pop_back()) fs::remove(all.back(), ignored);
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) fs::remove(all[i], ignored);
   return Status::Ok();
 }

@@ -37,7 +37,7 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<W
   if (config.name.empty())
     config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, *link);
   if (config.forever && request.model_name.empty() && !config.force && !config.resume) config.name = UnusedName(config);
-  if (!engine) config.steps = std::max<std::int64_t>(config.steps, 1);
+  if (config.steps == 0) return Status{StatusCode::kInvalidArgument, "0 steps train nothing; give --steps at least 1"};
   const std::string where = link->description();
 
   Training training(config, length, stop);
@@ -46,12 +46,23 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<W
     training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm,
                                        where, training.config().steps, config.seed, nn::InstructionSet(),
                                        config.directory, config.name));
+    const std::int64_t rollout = training.steps_per_update();
+    if (training.config().steps < rollout) {
+      training.report().Line(fmt::format(
+          "warning: {} steps are fewer than the {} of one rollout, so nothing will be learned; raise --steps or lower "
+          "n_steps",
+          training.config().steps, rollout));
+    }
   }
   const double start = Now();
   const Status looped = training.Loop();
   Result<RunSummary> summary = training.Finish(Now() - start);
-  if (!summary.ok()) return summary;
-  if (!looped.ok() && looped.code() != StatusCode::kCancelled) {
+  const bool failed = !looped.ok() && looped.code() != StatusCode::kCancelled;
+  if (!summary.ok()) {
+    if (!failed) return summary;
+    return Status{looped.code(), looped.message() + "; and then: " + summary.status().message()};
+  }
+  if (failed) {
     return Status{
         looped.code(),
         fmt::format("{}; {} of {} steps are missing, what was learned is saved in '{}' (go on with --resume --name {})",

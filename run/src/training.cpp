@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "report/console.h"
 #include "resume.h"
 #include "session.h"
 
@@ -15,8 +16,7 @@ namespace {
 constexpr double kAfterFailure = 1.0;  // s before an engine that broke a session is tried again
 
 void Say(const std::string& line) {
-  fmt::print("{}\n", line);
-  std::fflush(stdout);
+  Console(StandardConsole()).Print(line + "\n");
 }
 
 /// Waits `seconds`, or until `stop`.

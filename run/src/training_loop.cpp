@@ -15,7 +15,7 @@ constexpr std::int64_t kLearnPiece = 64;  // optimiser steps between looks at `s
 
 std::int64_t Training::steps() const {
   std::int64_t sum = 0;
-  for (const Pupil& pupil : pupils_) sum += pupil.learner->steps();
+  for (const Trainee& trainee : trainees_) sum += trainee.learner->steps();
   return sum;
 }
 
@@ -25,7 +25,7 @@ std::int64_t Training::ShareOfSteps(const BehaviourSpec& behaviour) const {
   return static_cast<std::int64_t>(static_cast<double>(config_.steps) * share + 0.5);
 }
 
-Status Training::MakePupils() {
+Status Training::MakeLearners() {
   const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config_.algorithm);
   if (!algorithm.ok()) return algorithm.status();
   algorithm_ = *algorithm;
@@ -40,17 +40,18 @@ Status Training::MakePupils() {
     options.executor = pool_.executor();
     Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, values);
     if (!learner.ok()) return learner.status();
-    pupils_.push_back({std::move(*learner), BatchBuffer(behaviour), EpisodeSums(behaviour.slots)});
+    trainees_.push_back({std::move(*learner), BatchBuffer(behaviour), EpisodeSums(behaviour.slots)});
   }
-  batches_.resize(pupils_.size());
+  batches_.resize(trainees_.size());
   return Status::Ok();
 }
 
 void Training::Visit(Archive& archive) {
-  for (Pupil& pupil : pupils_) {
-    const std::string name = pupils_.size() == 1 ? "learner" : "learner" + std::to_string(&pupil - pupils_.data());
-    archive(name, *pupil.learner);
-    archive(name + "_episodes", pupil.episodes);
+  for (Trainee& trainee : trainees_) {
+    const std::string name =
+        trainees_.size() == 1 ? "learner" : "learner" + std::to_string(&trainee - trainees_.data());
+    archive(name, *trainee.learner);
+    archive(name + "_episodes", trainee.episodes);
   }
   archive("world", *link_);
   archive("report", *report_);
@@ -64,7 +65,7 @@ Status Training::OpenReport(bool resumed) {
   options.style = algorithm_->log_style;
   options.total_steps = config_.steps;
   options.slots =
-      pupils_[0].first.batch().slots.empty() ? 1 : static_cast<std::int32_t>(pupils_[0].first.batch().rows());
+      trainees_[0].first.batch().slots.empty() ? 1 : static_cast<std::int32_t>(trainees_[0].first.batch().rows());
   options.log_interval = config_.log_interval;
   options.console_table = config_.table;
   options.progress = config_.progress;
@@ -109,11 +110,11 @@ Status Training::Restore() {
   Visit(reader);
   if (!reader.status().ok())
     return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
-  for (std::size_t i = 0; i < pupils_.size(); ++i) {
-    pupils_[i].learner->SetTotalSteps(ShareOfSteps(link_->spec().behaviours[i]));
-    pupils_[i].reported_updates = pupils_[i].learner->updates();
+  for (std::size_t i = 0; i < trainees_.size(); ++i) {
+    trainees_[i].learner->SetTotalSteps(ShareOfSteps(link_->spec().behaviours[i]));
+    trainees_[i].reported_updates = trainees_[i].learner->updates();
   }
-  checkpoint_updates_ = pupils_[0].learner->updates();
+  checkpoint_updates_ = trainees_[0].learner->updates();
   return Status::Ok();
 }
 
@@ -124,7 +125,7 @@ Status Training::WriteConfig() const {
 
 Status Training::Start(std::unique_ptr<WorldLink> link) {
   link_ = std::move(link);
-  CONSAC_RETURN_IF_ERROR(MakePupils());
+  CONSAC_RETURN_IF_ERROR(MakeLearners());
   const ExistingRun existing = config_.resume  ? ExistingRun::kResume
                                : config_.force ? ExistingRun::kOverwrite
                                                : ExistingRun::kRefuse;
@@ -140,9 +141,12 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) {
-    for (std::size_t i = 0; i < pupils_.size(); ++i) batches_[i] = pupils_[i].first.batch();
+    for (std::size_t i = 0; i < trainees_.size(); ++i) {
+      batches_[i] = trainees_[i].first.batch();
+      trainees_[i].episodes.Clear();  // a resumed run with an engine: its episodes begin anew
+    }
     CONSAC_RETURN_IF_ERROR(link_->Reset(config_.seed, batches_));
-    for (std::size_t i = 0; i < pupils_.size(); ++i) pupils_[i].learner->Begin(batches_[i]);
+    for (std::size_t i = 0; i < trainees_.size(); ++i) trainees_[i].learner->Begin(batches_[i]);
   }
   checkpoint_time_ = Now();
   return Status::Ok();
@@ -150,13 +154,14 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
 
 // In pieces, so that Ctrl-C need not wait for the end of a long update: what is left of it is learned on resume.
 void Training::LearnWhatIsDue() {
-  for (Pupil& pupil : pupils_) {
-    while (pupil.learner->Learn({kLearnPiece})) {
+  for (Trainee& trainee : trainees_) {
+    while (trainee.learner->Learn({kLearnPiece})) {
       if (stop_.load(std::memory_order_relaxed)) return;
     }
-    if (pupil.learner->updates() == pupil.reported_updates) continue;
-    pupil.reported_updates = pupil.learner->updates();
-    report_->OnUpdate(pupil.learner->metrics(), steps(), pupil.learner->updates(), pupil.learner->steps_per_update());
+    if (trainee.learner->updates() == trainee.reported_updates) continue;
+    trainee.reported_updates = trainee.learner->updates();
+    report_->OnUpdate(trainee.learner->metrics(), steps(), trainee.learner->updates(),
+                      trainee.learner->steps_per_update());
   }
 }
 
@@ -164,17 +169,17 @@ Status Training::Loop() {
   std::int64_t done = steps();
   while (done < config_.steps && !stop_.load(std::memory_order_relaxed)) {
     std::int64_t rows = 0;
-    for (std::size_t i = 0; i < pupils_.size(); ++i) {
-      batches_[i] = pupils_[i].learner->Stage(pupils_[i].first.batch().slots);
-      pupils_[i].learner->Act(batches_[i]);
+    for (std::size_t i = 0; i < trainees_.size(); ++i) {
+      batches_[i] = trainees_[i].learner->Stage(trainees_[i].first.batch().slots);
+      trainees_[i].learner->Act(batches_[i]);
       rows += batches_[i].rows();
     }
     const Status stepped = link_->Step(batches_, done + rows >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes);
     if (!stepped.ok()) return stepped;
     done += rows;
-    for (std::size_t i = 0; i < pupils_.size(); ++i) {
-      pupils_[i].learner->Record(batches_[i]);
-      pupils_[i].episodes.Add(batches_[i], done, *report_);
+    for (std::size_t i = 0; i < trainees_.size(); ++i) {
+      trainees_[i].learner->Record(batches_[i]);
+      trainees_[i].episodes.Add(batches_[i], done, *report_);
     }
     double reward = 0.0;
     for (const Batch& batch : batches_) {
@@ -182,13 +187,14 @@ Status Training::Loop() {
     }
     report_->OnStep(done, reward);
     LearnWhatIsDue();
+    for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
     if (CheckpointDue()) (void)Checkpoint();
   }
   return Status::Ok();
 }
 
 bool Training::CheckpointDue() const {
-  const std::int64_t updates = pupils_[0].learner->updates();
+  const std::int64_t updates = trainees_[0].learner->updates();
   if (updates == checkpoint_updates_) return false;  // between updates there is nothing new to lose
   if (config_.checkpoint_every_updates > 0) return updates - checkpoint_updates_ >= config_.checkpoint_every_updates;
   return config_.checkpoint_every_s > 0 && Now() - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
@@ -216,7 +222,7 @@ Status Training::Checkpoint() {
                             ? directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints)
                             : writer.status();
   checkpoint_time_ = Now();
-  checkpoint_updates_ = pupils_[0].learner->updates();
+  checkpoint_updates_ = trainees_[0].learner->updates();
   if (!status.ok() && !save_failed_) {
     report_->Line("error: a checkpoint could not be saved: " + status.message() +
                   "; training goes on, the last good one stays");
@@ -226,12 +232,12 @@ Status Training::Checkpoint() {
 }
 
 std::string Training::ModelPath(const std::string& behaviour) const {
-  return directory_->File(pupils_.size() == 1 ? "model.consac" : behaviour + ".consac");
+  return directory_->File(trainees_.size() == 1 ? "model.consac" : behaviour + ".consac");
 }
 
 Status Training::SaveModel() {
-  for (const Pupil& pupil : pupils_) {
-    PolicyData data = pupil.learner->Snapshot();
+  for (const Trainee& trainee : trainees_) {
+    PolicyData data = trainee.learner->Snapshot();
     nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
     training["algorithm"] = config_.algorithm;
     training["world"] = link_->spec().id.empty() ? config_.world : link_->spec().id;
@@ -247,23 +253,21 @@ Status Training::SaveModel() {
 
 Result<RunSummary> Training::Finish(double seconds) {
   // The checkpoint first: it holds more, and --resume needs it.
-  const Status checkpoint = Checkpoint();
-  CONSAC_RETURN_IF_ERROR(SaveModel());
-  const Status report = report_->Finish();
-  if (!checkpoint.ok()) return checkpoint;
-  if (!report.ok()) return report;
+  // Each is tried, whatever became of the others.
+  const Status checkpoint = Checkpoint(), model = SaveModel(), report = report_->Finish();
+  for (const Status& status : {checkpoint, model, report}) CONSAC_RETURN_IF_ERROR(status);
   RunSummary summary;
   summary.directory = directory_->path();
   summary.model_path = ModelPath(link_->spec().behaviours[0].name);
   summary.steps = steps();
-  summary.updates = pupils_[0].learner->updates();
+  summary.updates = trainees_[0].learner->updates();
   summary.seconds = seconds;
   summary.mean_episode_reward = report_->mean_episode_reward();
   summary.interrupted = summary.steps < config_.steps;
-  for (const Pupil& pupil : pupils_) summary.interrupted = summary.interrupted || pupil.learner->LearningDue();
+  for (const Trainee& trainee : trainees_) summary.interrupted = summary.interrupted || trainee.learner->LearningDue();
   StateHasher hasher;
-  for (const Pupil& pupil : pupils_) {
-    PolicyData data = pupil.learner->Snapshot();
+  for (const Trainee& trainee : trainees_) {
+    PolicyData data = trainee.learner->Snapshot();
     hasher("parameters", data.parameters);
     hasher("log_std", data.log_std);
   }

@@ -18,7 +18,7 @@
 namespace consac::run {
 
 /// What is learned for one behaviour.
-struct Pupil {
+struct Trainee {
   std::unique_ptr<learn::Learner> learner;
   BatchBuffer first;  // where first observations arrive
   EpisodeSums episodes;
@@ -43,6 +43,8 @@ class Training {
   Result<RunSummary> Finish(double seconds);
   /// Where lines go.
   Report& report() { return *report_; }
+  /// Agent steps that a round of learning needs.
+  std::int64_t steps_per_update() const { return trainees_[0].learner->steps_per_update(); }
   /// As resolved.
   const RunConfig& config() const { return config_; }
 
@@ -50,7 +52,7 @@ class Training {
   std::int64_t steps() const;
   std::string ModelPath(const std::string& behaviour) const;
   Status SaveModel();
-  Status MakePupils();
+  Status MakeLearners();
   std::int64_t ShareOfSteps(const BehaviourSpec& behaviour) const;
   Status Restore();
   Status OpenReport(bool resumed);
@@ -68,8 +70,8 @@ class Training {
   std::unique_ptr<WorldLink> link_;
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
-  std::vector<Pupil> pupils_;  // one per behaviour of the world, in its order
-  std::int64_t slots_ = 0;     // agents of all behaviours
+  std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
+  std::int64_t slots_ = 0;         // agents of all behaviours
   std::vector<Batch> batches_;
   const learn::Algorithm* algorithm_ = nullptr;
   bool restored_ = false;  // from a checkpoint, be it of step 0

@@ -139,6 +139,8 @@ TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
   };
   EXPECT_THAT(error([](RunConfig& c) { c.seed = 8; }),
               HasSubstr("the run began with seed = '3' and cannot go on with '8'"));
+  EXPECT_THAT(error([](RunConfig& c) { ASSERT_TRUE(ApplySetting("seed=0", &c).ok()); }), HasSubstr("with '0'"))
+      << "asked for by name, even though it is the default";
   EXPECT_THAT(error([](RunConfig& c) { c.envs = 4; }), HasSubstr("envs"));
   EXPECT_THAT(error([](RunConfig& c) { c.world = "cartpole-v1"; }), HasSubstr("world"));
   EXPECT_THAT(error([](RunConfig& c) { c.algorithm = "ppo"; }), HasSubstr("algorithm"));
@@ -152,6 +154,15 @@ TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
   RunConfig whole = SmallRun(scratch.path(), "whole");
   whole.steps = 256;
   EXPECT_EQ(TrainOk(bare).weights_hash, TrainOk(whole).weights_hash) << "a name is enough to go on";
+}
+
+TEST(Training, LearningThatDivergedEndsItAndSaysWhy) {
+  testing::ScratchFolder scratch("diverged");
+  RunConfig config = SmallRun(scratch.path());
+  config.hyperparameters.emplace_back("learning_rate", "1e30");
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  EXPECT_EQ(summary.status().code(), StatusCode::kNonFinite);
+  EXPECT_THAT(summary.status().message(), HasSubstr("learning rate"));
 }
 
 TEST(Training, OnlyTheLatestCheckpointsAreKept) {

@@ -115,6 +115,66 @@ TEST_F(ProgramTest, UnknownNamesFindTheirNearest) {
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--frobnicate"}), 2, "--frobnicate");
 }
 
+TEST_F(ProgramTest, NumbersThatCannotBeMeantAreRefusedByEveryVerb) {
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--steps", "0", "--name", "z"}), 2, "at least 1");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--seed", "-1"}), 2, "seed = '-1'");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--seed", "99999999999999999999"}), 2, "seed");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--steps", "1.5"}), 2, "whole number");
+  ExpectRefusal(RunProgram(folder(), {"train", "tcp://127.0.0.1:1", "--deadline", "nan"}), 2, "deadline_s");
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--rate", "nan"}), 2, "--rate");
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "70000"}), 2, "from 0 to 65535");
+  ExpectRefusal(RunProgram(folder(), {"play", "x", "--delay", "inf"}), 2, "--delay");
+  ExpectRefusal(RunProgram(folder(), {"eval", "x", "--episodes", "0"}), 2, "at least 1");
+  EXPECT_EQ(RunProgram(folder(), {"train", "road-v0", "--steps", "1e3", "--name", "e", "--no-table"}).code, 0);
+}
+
+TEST_F(ProgramTest, OptionsThatContradictAreRefused) {
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--forever"}), 2, "--forever");
+  ExpectRefusal(RunProgram(folder(), {"train", "--resume", "--force", "--name", "x"}), 2, "--resume");
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--name", ""}), 2, "--name is empty");
+}
+
+TEST_F(ProgramTest, MoreMemoryThanThereIsIsRefusedNotTaken) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers reserve more memory than there is";
+#endif
+  const Outcome outcome = RunProgram(
+      folder(), {"train", "cartpole-v1", "--envs", "1000000", "--set", "n_steps=1000", "--no-progress", "--no-table"});
+  EXPECT_EQ(outcome.code, 6) << outcome.error;
+  EXPECT_NE(outcome.error.find("memory"), std::string::npos) << outcome.error;
+}
+
+TEST_F(ProgramTest, AFullOrClosedOutputIsNoticedAndStopsNothing) {
+  const std::string program = CONSAC_PROGRAM, there = "cd " + folder() + " && ";
+  const auto code = [&](const std::string& command) {
+    const int status = std::system((there + command).c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(code(program + " list worlds > /dev/full 2> full"), 6);
+  EXPECT_NE(ReadText(folder() + "/full").find("standard output"), std::string::npos);
+  EXPECT_EQ(code("{ " + program + " list hyperparameters ppo2; echo $? > closed; } | true"), 0);
+  EXPECT_EQ(ReadText(folder() + "/closed"), "0\n") << "a reader that leaves is no error";
+  EXPECT_EQ(code("{ " + program + " train road-v0 --steps 2000 --name piped; echo $? > train; } | head -1 > one"), 0);
+  EXPECT_EQ(ReadText(folder() + "/train"), "0\n");
+  EXPECT_TRUE(Policy::Load(folder() + "/runs/piped/model.consac").ok()) << "it trains to its end all the same";
+}
+
+TEST_F(ProgramTest, AModelPlaysInAnEngineToo) {
+  const std::string model = SmallRun("player");
+  EnvServerOptions options;
+  options.training_length = 1000;
+  const testing::ServedWorld engine("road-v0", options);
+  const Outcome outcome = RunProgram(folder(), {"play", model, engine.url(), "--steps", "5"});
+  EXPECT_EQ(outcome.code, 0) << outcome.error;
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 5) << outcome.out;
+}
+
+TEST_F(ProgramTest, ForeignFilesSayWhatTheyAreNot) {
+  std::ofstream(folder() + "/notes.txt") << "# these are only notes\n";
+  ExpectRefusal(RunProgram(folder(), {"inspect", "notes.txt"}), 6, "no .consac file");
+  ExpectRefusal(RunProgram(folder(), {"inspect", "/dev/null"}), 2, "no regular file");
+}
+
 TEST_F(ProgramTest, ARunThatExistsIsNeverOverwrittenUnasked) {
   const std::string model = SmallRun("mine");
   const std::string before = ReadText(model);

@@ -54,6 +54,7 @@ StepResult Maze::Step(const Action* action, Rng&, float* observation) {
 void Maze::Visit(Archive& archive) {
   archive("row", row_);
   archive("column", column_);
+  archive.Check("column", Open(row_, column_));
 }
 
 }  // namespace consac::worlds

@@ -7,8 +7,10 @@
 #if defined(_WIN32)
 #include <io.h>
 #include <process.h>
+#include <windows.h>
 #else
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #endif
 
@@ -22,7 +24,7 @@ Status FileError(const char* action, const std::string& path, int error) {
 #endif
   const StatusCode code = error == ENOENT ? StatusCode::kNotFound
                           : full          ? StatusCode::kResourceExhausted
-                                          : StatusCode::kUnavailable;
+                                          : StatusCode::kDataLoss;
   return {code, std::string("cannot ") + action + " '" + path + "': " + std::strerror(error)};
 }
 
@@ -56,11 +58,23 @@ void SyncFolderOf(const std::string& path) {
 #endif
 }
 
+// A rename would put a file in the place of a device.
+bool IsSpecial(const std::string& path) {
+#if defined(_WIN32)
+  (void)path;
+  return false;
+#else
+  struct stat what;
+  return stat(path.c_str(), &what) == 0 && !S_ISREG(what.st_mode);
+#endif
+}
+
 bool ReplaceFile(const std::string& from, const std::string& to) {
 #if defined(_WIN32)
-  std::remove(to.c_str());
-#endif
+  return MoveFileExA(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0;
+#else
   return std::rename(from.c_str(), to.c_str()) == 0;
+#endif
 }
 
 }  // namespace
@@ -87,6 +101,8 @@ Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t lim
 }
 
 Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes) {
+  if (IsSpecial(path))
+    return {StatusCode::kInvalidArgument, "'" + path + "' is a device or folder and is not replaced; name a file"};
   const std::string temporary = path + ".tmp-" + std::to_string(ProcessId());
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return FileError("create", temporary, errno);

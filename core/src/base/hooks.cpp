@@ -54,7 +54,11 @@ void ReportAssertion(const char* expression, const char* file, int line) {
     return;
   }
   std::fprintf(stderr, "consac: broken precondition '%s' at %s:%d\n", expression, file, line);
+#if defined(_MSC_VER) && !defined(__clang__)
+  __debugbreak();
+#else
   __builtin_trap();
+#endif
 }
 
 }  // namespace consac

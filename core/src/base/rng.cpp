@@ -85,6 +85,7 @@ void Rng::Visit(Archive& archive) {
   archive("counter", std::span<std::uint32_t>(counter_));
   archive("block", std::span<std::uint32_t>(block_));
   archive("used", used_);
+  archive.Check("used", used_ <= 4);
   archive("has_normal", has_normal_);
   archive("normal", normal_);
 }

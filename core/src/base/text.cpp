@@ -18,12 +18,27 @@ std::size_t FormatShortest(Number value, std::span<char, 32> out) {
 // fast_float reads "nan" and "inf" too; both are refused by their value.
 template <class Number>
 bool ParseFinite(std::string_view text, Number* value) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  if (!text.empty() && text.front() == '+') {
+    text.remove_prefix(1);
+    if (!text.empty() && text.front() == '-') return false;
+  }
   Number parsed{};
   const auto result = fast_float::from_chars(text.data(), text.data() + text.size(), parsed);
   if (result.ec != std::errc() || result.ptr != text.data() + text.size() || !std::isfinite(parsed)) return false;
   *value = parsed;
   return true;
+}
+
+/// "1_000_000" as "1000000"; an underscore that does not stand between digits stays, and spoils the number.
+std::string WithoutSeparators(std::string_view text) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool separator =
+        text[i] == '_' && i > 0 && i + 1 < text.size() && is_digit(text[i - 1]) && is_digit(text[i + 1]);
+    if (!separator) out += text[i];
+  }
+  return out;
 }
 
 std::size_t EditDistance(std::string_view a, std::string_view b) {
@@ -67,6 +82,20 @@ bool ParseNumber(std::string_view text, std::int64_t* value) {
   const auto result = std::from_chars(text.data(), text.data() + text.size(), parsed);
   if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return false;
   *value = parsed;
+  return true;
+}
+
+bool ParseHumanNumber(std::string_view text, double* value) {
+  return ParseNumber(WithoutSeparators(text), value);
+}
+
+bool ParseHumanNumber(std::string_view text, std::int64_t* value) {
+  constexpr double kExactWhole = 9007199254740992.0;  // 2^53: whole numbers that a double holds exactly
+  const std::string plain = WithoutSeparators(text);
+  if (ParseNumber(plain, value)) return true;
+  double real = 0.0;
+  if (!ParseNumber(plain, &real) || real != std::floor(real) || std::fabs(real) > kExactWhole) return false;
+  *value = static_cast<std::int64_t>(real);
   return true;
 }
 

@@ -158,6 +158,12 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   std::uint64_t header_bytes = 0;
   std::memcpy(&header_bytes, bytes.data(), kLengthBytes);
   if (header_bytes > kLargestHeader || header_bytes > bytes.size() - kLengthBytes) {
+    const bool text = std::all_of(bytes.begin(), bytes.begin() + kLengthBytes,
+                                  [](std::byte b) { return std::to_integer<int>(b) >= 0x09; });
+    if (text)
+      return Status{StatusCode::kDataLoss,
+                    "this is no .consac file: it begins " +
+                        Quote(std::string_view(reinterpret_cast<const char*>(bytes.data()), kLengthBytes))};
     return Damaged("its header claims " + std::to_string(header_bytes) + " bytes of a file of " +
                    std::to_string(bytes.size()));
   }

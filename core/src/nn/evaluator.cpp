@@ -74,6 +74,7 @@ Evaluator& Evaluator::operator=(Evaluator&&) noexcept = default;
 
 void Evaluator::Load(std::span<const float> parameters) {
   CONSAC_ASSERT(static_cast<std::int64_t>(parameters.size()) >= state_->parameter_count);
+  if (static_cast<std::int64_t>(parameters.size()) < state_->parameter_count) return;
   for (std::size_t s = 0; s < state_->plan.steps.size(); ++s) {
     const PlanStep& step = state_->plan.steps[s];
     step.op->pack(step.block, parameters.data() + step.parameter_offset, state_->packed.data() + state_->packed_at[s]);
@@ -81,12 +82,16 @@ void Evaluator::Load(std::span<const float> parameters) {
 }
 
 void Evaluator::Forward(std::span<const float* const> inputs, std::int64_t rows) {
-  CONSAC_ASSERT(rows <= state_->max_rows && inputs.size() == state_->plan.input_count);
+  const bool fits = rows <= state_->max_rows && inputs.size() == state_->plan.input_count;
+  CONSAC_ASSERT(fits);
+  if (!fits) return;
   state_->Run(state_->all_steps, inputs, rows);
 }
 
 void Evaluator::ForwardTo(std::size_t index, std::span<const float* const> inputs, std::int64_t rows) {
-  CONSAC_ASSERT(rows <= state_->max_rows && inputs.size() == state_->plan.input_count);
+  const bool fits = rows <= state_->max_rows && inputs.size() == state_->plan.input_count;
+  CONSAC_ASSERT(fits);
+  if (!fits) return;
   state_->Run(state_->steps_to[index], inputs, rows);
 }
 

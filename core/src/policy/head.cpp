@@ -8,9 +8,6 @@
 namespace consac {
 namespace {
 
-constexpr float kMaskedLogit = -1e8f;
-constexpr float kLogTwoPi = 1.8378770664093453f;
-
 /// A run of logits that is one categorical choice, with its part of the mask.
 struct Choice {
   const float* logits;       // [n]
@@ -91,15 +88,8 @@ float Sigmoid(float x) {
   return 1.0f / (1.0f + std::exp(-x));
 }
 
-// log(1 + exp(x)) without overflow.
-float Softplus(float x) {
-  return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x)));
-}
-
-// Masks of a bit are two bytes: 0 legal, 1 legal. A forced bit has a certain logit.
 float BitLogit(const float* head, const std::uint8_t* mask, std::int64_t i) {
-  if (mask == nullptr || (mask[2 * i] != 0 && mask[2 * i + 1] != 0)) return head[i];
-  return mask[2 * i + 1] != 0 ? -kMaskedLogit : kMaskedLogit;
+  return MaskedBitLogit(head[i], mask == nullptr ? nullptr : mask + 2 * i);
 }
 
 /// What one leaf sees of a row.
@@ -184,6 +174,15 @@ const std::uint8_t* MaskRow(const Layout& action, const std::uint8_t* masks, std
 }
 
 }  // namespace
+
+float Softplus(float x) {
+  return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x)));
+}
+
+float MaskedBitLogit(float logit, const std::uint8_t* mask) {
+  if (mask == nullptr || (mask[0] != 0 && mask[1] != 0)) return logit;
+  return mask[1] != 0 ? -kMaskedLogit : kMaskedLogit;
+}
 
 std::int64_t HeadSize(const Layout& action) {
   return action.feature_count;

@@ -7,6 +7,7 @@
 #include "consac/base/hash.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
+#include "consac/nn/ops.h"
 #include "policy/space_json.h"
 
 namespace consac {
@@ -14,7 +15,7 @@ namespace {
 
 using SpecJson = nlohmann::json;
 
-constexpr std::string_view kKnownFeatures[] = {"dense", "categorical", "gaussian", "bernoulli"};
+constexpr std::string_view kHeads[] = {"categorical", "gaussian", "bernoulli"};
 
 Status BadSpec(const std::string& what) {
   return {StatusCode::kDataLoss, "the model's specification " + what};
@@ -103,8 +104,8 @@ Result<nn::NetworkSpec> GraphFromJson(const SpecJson& json) {
   return network;
 }
 
-/// Copies a float32 tensor of exactly `count` elements.
-Status ReadFloats(const ModelFile& file, const std::string& name, std::size_t count, float* out) {
+/// Copies a float32 tensor of exactly `count` elements; takes no memory for one of another size.
+Status ReadFloats(const ModelFile& file, const std::string& name, std::size_t count, std::vector<float>* out) {
   const auto found = file.tensors.find(name);
   if (found == file.tensors.end()) return {StatusCode::kDataLoss, "the model lacks the tensor " + Quote(name)};
   const std::span<const float> values = found->second.floats();
@@ -112,7 +113,7 @@ Status ReadFloats(const ModelFile& file, const std::string& name, std::size_t co
     return {StatusCode::kDataLoss, "the model's tensor " + Quote(name) + " has " + std::to_string(values.size()) +
                                        " float32 elements, expected " + std::to_string(count)};
   }
-  if (count > 0) std::memcpy(out, values.data(), count * sizeof(float));
+  out->insert(out->end(), values.begin(), values.end());
   return Status::Ok();
 }
 
@@ -121,10 +122,8 @@ Status ReadNormaliser(const ModelFile& file, const SpecJson& json, std::size_t f
   const SpecJson& clip = SpecField(json, "clip");
   if (!clip.is_number()) return BadSpec("has a normaliser without clip");
   out->clip = clip.get<float>();
-  out->mean.resize(features);
-  out->scale.resize(features);
-  CONSAC_RETURN_IF_ERROR(ReadFloats(file, "norm/obs/mean", features, out->mean.data()));
-  return ReadFloats(file, "norm/obs/scale", features, out->scale.data());
+  CONSAC_RETURN_IF_ERROR(ReadFloats(file, "norm/obs/mean", features, &out->mean));
+  return ReadFloats(file, "norm/obs/scale", features, &out->scale);
 }
 
 Status ReadSelfTest(const SpecJson& json, std::vector<SelfTestPair>* selftest) {
@@ -140,8 +139,8 @@ Status ReadSelfTest(const SpecJson& json, std::vector<SelfTestPair>* selftest) {
 Status CheckRequires(const SpecJson& json) {
   for (const SpecJson& feature : json) {
     const std::string name = feature.is_string() ? feature.get<std::string>() : feature.dump();
-    bool known = false;
-    for (const std::string_view candidate : kKnownFeatures) known = known || candidate == name;
+    const bool known =
+        nn::FindOp(name) != nullptr || std::find(std::begin(kHeads), std::end(kHeads), name) != std::end(kHeads);
     if (!known) return BadSpec("requires " + Quote(name) + ", which this program does not know; use a newer CONSAC");
   }
   return Status::Ok();
@@ -166,7 +165,7 @@ SpecJson InterfaceJson(const PolicyData& data) {
 
 void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selftest, ModelFile* file) {
   SpecJson interface_json = InterfaceJson(data);
-  const std::string canonical = interface_json.dump();
+  const std::string canonical = interface_json.dump(-1, ' ', false, SpecJson::error_handler_t::replace);
   const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(canonical))};
   interface_json["hash"] = Sha256Hex(pieces);
   interface_json["heads"] = HeadsJson(Layout::Of(data.action_space));
@@ -223,23 +222,14 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
   const Result<nn::Network> network = nn::Network::Create(data.network);
   if (!network.ok()) return BadSpec("has an unusable graph: " + network.status().message());
 
-  // Every parameter must be in the file before memory for all of them is taken.
+  // In arena order, one behind the other.
   for (const nn::Parameter& parameter : network->parameters()) {
-    if (file.tensors.find(parameter.name) == file.tensors.end())
-      return BadSpec("names the tensor " + Quote(parameter.name) + ", which the file lacks");
-    if (file.tensors.find(parameter.name)->second.floats().size() != static_cast<std::size_t>(parameter.count)) {
-      return BadSpec("gives the tensor " + Quote(parameter.name) + " another size than the file");
-    }
+    CONSAC_ASSERT(parameter.offset == static_cast<std::int64_t>(data.parameters.size()));
+    CONSAC_RETURN_IF_ERROR(
+        ReadFloats(file, parameter.name, static_cast<std::size_t>(parameter.count), &data.parameters));
   }
-  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
-  for (const nn::Parameter& parameter : network->parameters()) {
-    CONSAC_RETURN_IF_ERROR(ReadFloats(file, parameter.name, static_cast<std::size_t>(parameter.count),
-                                      data.parameters.data() + parameter.offset));
-  }
-  const Layout action_layout = Layout::Of(data.action_space);
-  data.log_std.resize(static_cast<std::size_t>(LogStdSize(action_layout)));
-  if (!data.log_std.empty())
-    CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", data.log_std.size(), data.log_std.data()));
+  const auto log_std_size = static_cast<std::size_t>(LogStdSize(Layout::Of(data.action_space)));
+  if (log_std_size > 0) CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", log_std_size, &data.log_std));
   const auto features = static_cast<std::size_t>(data.observation_space.flat_size());
   CONSAC_RETURN_IF_ERROR(ReadNormaliser(file, SpecField(interface_json, "normalise"), features, &data.normaliser));
   CONSAC_RETURN_IF_ERROR(ReadSelfTest(SpecField(spec, "selftest"), selftest));

@@ -1,5 +1,6 @@
 // Observations and actions of text protocol 1, straight between bytes and rows: no allocation but for an error.
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
 #include "consac/base/text.h"
@@ -85,7 +86,23 @@ char* PutRow(const Layout& layout, const std::byte* row, char* at) {
   return at;
 }
 
+Status NotSendable(std::string_view kind, const std::string& what, float value) {
+  return {StatusCode::kNonFinite,
+          std::string(kind) + ": " + what + " is " + NumberText(value) + "; it is not sent, mend where it comes from"};
+}
+
 }  // namespace
+
+Status CheckSendable(std::string_view kind, const Layout& layout, const std::byte* row, float reward) {
+  if (!std::isfinite(reward)) return NotSendable(kind, "the reward", reward);
+  const Leaf& leaf = layout.leaves[0];
+  if (leaf.space.kind() == SpaceKind::kDiscrete) return Status::Ok();
+  const auto* values = reinterpret_cast<const float*>(row + leaf.offset);
+  for (std::int64_t i = 0; i < leaf.count; ++i) {
+    if (!std::isfinite(values[i])) return NotSendable(kind, "number " + std::to_string(i + 1), values[i]);
+  }
+  return Status::Ok();
+}
 
 std::size_t MaxText(const Layout& layout) {
   return static_cast<std::size_t>(layout.leaves[0].count) * (kLongestNumber + 1) + kLongestNumber + 8;
@@ -125,6 +142,7 @@ Status ParseAction(std::string_view message, const Layout& action, std::byte* ro
 std::size_t EncodeObservation(const Layout& observation, const std::byte* row, float reward, bool done,
                               Terminator terminator, std::span<char> out) {
   CONSAC_ASSERT(out.size() >= MaxText(observation));
+  if (out.size() < MaxText(observation)) return 0;
   char* at = PutRow(observation, row, out.data());
   *at++ = '#';
   at = PutNumber(reward, at);
@@ -136,6 +154,7 @@ std::size_t EncodeObservation(const Layout& observation, const std::byte* row, f
 
 std::size_t EncodeAction(const Layout& action, const std::byte* row, Terminator terminator, std::span<char> out) {
   CONSAC_ASSERT(out.size() >= MaxText(action));
+  if (out.size() < MaxText(action)) return 0;
   char* at = PutRow(action, row, out.data());
   if (terminator == Terminator::kNewline) *at++ = '\n';
   return static_cast<std::size_t>(at - out.data());

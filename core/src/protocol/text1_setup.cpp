@@ -16,7 +16,9 @@ Status SetupError(std::string_view message, const std::string& what) {
 }
 
 std::string BoundText(double bound) {
-  return NumberText(std::isinf(bound) ? std::copysign(kUnboundedOnWire, bound) : bound);
+  char digits[32];
+  const auto sent = static_cast<float>(std::isinf(bound) ? std::copysign(kUnboundedOnWire, bound) : bound);
+  return std::string(digits, FormatNumber(sent, std::span<char, 32>(digits)));
 }
 
 void AppendSpace(const Space& space, std::string* out) {
@@ -116,7 +118,10 @@ Result<Setup> ParseSetup(std::string_view message) {
     return SetupError(
         message,
         "it has " + std::to_string(fields.size()) +
-            " fields, expected ActType#ActSize#ActLowHigh#ObsType#ObsSize#ObsLowHigh#TrainingLength[#ModelName]");
+            " fields, expected ActType#ActSize#ActLowHigh#ObsType#ObsSize#ObsLowHigh#TrainingLength[#ModelName]" +
+            (fields.size() > 8 ? "; if the first observation is joined to it, let the engine end its setup with a "
+                                 "newline, or wait 0.05 s after it"
+                               : ""));
   }
   Setup setup;
   Result<Space> action = ParseSpace(message, "action", std::span(fields).subspan(0, 3));

@@ -24,13 +24,16 @@ class TextClient final : public EnvClient {
 
   Status ReadSetup() {
     framer_.SetExpect(Framer::Expect::kSetup, false);
-    Result<std::string_view> message = ReadMessage(options_.setup_timeout_s, nullptr);
+    const double timeout_s = std::min(options_.setup_timeout_s, options_.deadline_s);
+    Result<std::string_view> message = ReadMessage(timeout_s, nullptr);
     if (!message.ok()) {
       if (message.status().code() != StatusCode::kDeadlineExceeded) return message.status();
       return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but sent no setup within " +
-                                                 NumberText(options_.setup_timeout_s) +
+                                                 NumberText(timeout_s) +
                                                  " s; an engine sends its setup first, so is this another service?"};
     }
+    if (message->starts_with(text1::kBusyPrefix))
+      return {StatusCode::kUnavailable, transport_->peer() + " is " + std::string(*message)};
     if (!message->starts_with("D#") && !message->starts_with("B#")) {
       return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " +
                                          Quote(*message) + ", expected a setup such as D#3#0#B#2#0,0,40,40#1000"};
@@ -49,14 +52,17 @@ class TextClient final : public EnvClient {
   const SessionRequest& request() const override { return request_; }
 
   Status Reset(std::span<Batch> batches) override {
-    bool done = false;
+    bool done = true;
     float reward = 0.0f;
-    return ReadObservation(batches[0].next_observations, &reward, &done, nullptr);
+    // An engine may begin with the end of what it played before; nothing is learned from that.
+    while (done) CONSAC_RETURN_IF_ERROR(ReadObservation(batches[0].next_observations, &reward, &done, kAfterEndHint));
+    return Status::Ok();
   }
 
   Status Step(std::span<Batch> batches, MoreSteps more) override {
     Batch& batch = batches[0];
     const BehaviourSpec& behaviour = spec_.behaviours[0];
+    CONSAC_RETURN_IF_ERROR(text1::CheckSendable("action", behaviour.action_layout, batch.actions, 0.0f));
     const std::size_t length =
         text1::EncodeAction(behaviour.action_layout, batch.actions, text1::Terminator::kNewline, action_text_);
     const auto action = std::as_bytes(std::span<const char>(action_text_).first(length));

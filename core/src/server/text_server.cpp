@@ -39,9 +39,9 @@ class TextServer final : public EnvServer {
     if (!open_) return {StatusCode::kFailedPrecondition, "the server is closed; create it again to serve"};
     CONSAC_RETURN_IF_ERROR(AcceptOne(0.0));
     if (transport_ == nullptr) return Status::Ok();
-    // Bounded: a fast trainer must not keep the engine's tick.
-    constexpr int kMostStepsPerPoll = 1;
-    for (int i = 0; i < kMostStepsPerPoll; ++i) {
+    // Up to one step of the world: a fast trainer must not keep the engine's tick, a slow one not lose one.
+    const std::int64_t steps_before = steps_;
+    while (steps_ == steps_before) {
       const Result<bool> progressed = Pump(0.0);
       if (!progressed.ok()) return EndSession(progressed.status());
       if (!*progressed) break;
@@ -64,7 +64,7 @@ class TextServer final : public EnvServer {
       if (stop.load(std::memory_order_relaxed)) {
         (void)EndSession(Status::Ok());
         return {StatusCode::kCancelled,
-                "stopped in the middle of a session, after " + std::to_string(steps_) + " steps"};
+                "stopped in the middle of a session, after " + std::to_string(session_steps()) + " steps"};
       }
       CONSAC_RETURN_IF_ERROR(AcceptOne(0.0));
     }
@@ -73,7 +73,7 @@ class TextServer final : public EnvServer {
   SessionState state() const override {
     return transport_ == nullptr ? SessionState::kWaiting : SessionState::kConnected;
   }
-  std::int64_t session_steps() const override { return steps_; }
+  std::int64_t session_steps() const override { return steps_.load(std::memory_order_relaxed); }
   int port() const override { return listener_->port(); }
 
   void Close() override {
@@ -96,7 +96,13 @@ class TextServer final : public EnvServer {
   /// Takes a waiting connection: as the trainer, or to turn it away.
   Status AcceptOne(double timeout_s) {
     Result<std::unique_ptr<Transport>> accepted = listener_->Accept(timeout_s);
-    if (!accepted.ok()) return accepted.status();
+    if (!accepted.ok()) {
+      if (transport_ == nullptr) return accepted.status();
+      if (!accept_failed_) Log(LogLevel::kWarning, accepted.status().message());  // the session there is goes on
+      accept_failed_ = true;
+      return Status::Ok();
+    }
+    accept_failed_ = false;
     if (*accepted == nullptr) return Status::Ok();
     if (transport_ != nullptr) {
       (void)(*accepted)->Write(std::as_bytes(std::span(kBusyLine)), 0.0);
@@ -202,7 +208,7 @@ class TextServer final : public EnvServer {
     Batch& batch = buffer_.batch();
     if (options_.min_step_s > 0.0) last_step_ = std::max(Now(), last_step_ + options_.min_step_s);
     env_.Step({&batch, 1});
-    ++steps_;
+    steps_.fetch_add(1, std::memory_order_relaxed);
     const bool done = (batch.terminated[0] | batch.truncated[0]) != 0;
     if (!done) return Then(SendObservation(batch.next_observations, batch.rewards[0], false), Phase::kAwaitAction);
     if (options_.wait_after_end)
@@ -215,6 +221,10 @@ class TextServer final : public EnvServer {
     }
     // Both messages in one write: the end of this episode and the first observation of the next.
     const Layout& layout = behaviour_.observation_layout;
+    for (const std::byte* row : {batch.final_observations, batch.next_observations}) {
+      const Status sendable = text1::CheckSendable("observation", layout, row, batch.rewards[0]);
+      if (!sendable.ok()) return Refuse(sendable);
+    }
     std::size_t length =
         text1::EncodeObservation(layout, batch.final_observations, batch.rewards[0], true, options_.terminator, text_);
     length += text1::EncodeObservation(layout, batch.next_observations, 0.0f, false, options_.terminator,
@@ -223,6 +233,8 @@ class TextServer final : public EnvServer {
   }
 
   Status SendObservation(const std::byte* row, float reward, bool done) {
+    const Status sendable = text1::CheckSendable("observation", behaviour_.observation_layout, row, reward);
+    if (!sendable.ok()) return Refuse(sendable);
     const std::size_t length =
         text1::EncodeObservation(behaviour_.observation_layout, row, reward, done, options_.terminator, text_);
     return Send({text_.data(), length});
@@ -236,7 +248,7 @@ class TextServer final : public EnvServer {
     transport_.reset();
     if (why.ok() || why.code() != StatusCode::kUnavailable) return why;
     if (steps_ >= options_.training_length) return Status::Ok();
-    return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_) + " of " +
+    return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(session_steps()) + " of " +
                                           std::to_string(options_.training_length) + " steps: " + why.message()};
   }
 
@@ -249,9 +261,10 @@ class TextServer final : public EnvServer {
   std::vector<char> text_;  // one or two outgoing observations
   Framer framer_;
   std::unique_ptr<Transport> transport_;
-  bool open_ = true;
+  bool open_ = true, accept_failed_ = false;
   Phase phase_ = Phase::kSendFirst;
-  std::int64_t steps_ = 0, sessions_ = 0;
+  std::atomic<std::int64_t> steps_{0};
+  std::int64_t sessions_ = 0;
   double not_before_ = 0.0, last_heard_ = 0.0, last_step_ = 0.0;
 };
 

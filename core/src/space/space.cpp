@@ -60,11 +60,17 @@ std::string_view GymnasiumName(DType dtype) {
   return "?";
 }
 
-std::string BoundsText(const std::vector<double>& bounds) {
+std::string BoundText(double bound, DType dtype) {
+  if (dtype != DType::kF32) return NumberText(bound);
+  char digits[32];
+  return std::string(digits, FormatNumber(static_cast<float>(bound), std::span<char, 32>(digits)));
+}
+
+std::string BoundsText(const std::vector<double>& bounds, DType dtype) {
   const bool same = std::all_of(bounds.begin(), bounds.end(), [&](double bound) { return bound == bounds[0]; });
-  if (same) return NumberText(bounds[0]);
+  if (same) return BoundText(bounds[0], dtype);
   std::string out = "[";
-  for (std::size_t i = 0; i < bounds.size() && i < 8; ++i) out += (i > 0 ? ", " : "") + NumberText(bounds[i]);
+  for (std::size_t i = 0; i < bounds.size() && i < 8; ++i) out += (i > 0 ? ", " : "") + BoundText(bounds[i], dtype);
   return out + (bounds.size() > 8 ? ", ...]" : "]");
 }
 
@@ -80,7 +86,8 @@ Result<Space> Space::Discrete(std::int64_t n, std::int64_t start) {
   if (n < 1 || n > kLargestElementCount) {
     return SpaceError("a Discrete space has " + std::to_string(n) + " choices; it needs at least 1 and at most 2^28");
   }
-  if (std::abs(start) > std::numeric_limits<std::int32_t>::max() / 2) {
+  constexpr std::int64_t kFurthestStart = std::numeric_limits<std::int32_t>::max() / 2;
+  if (start > kFurthestStart || start < -kFurthestStart) {
     return SpaceError("a Discrete space starts at " + std::to_string(start) + "; its choices must fit 32 bits");
   }
   Space space;
@@ -113,6 +120,11 @@ Result<Space> Space::Box(std::vector<double> low, std::vector<double> high, std:
   space.dtype_ = dtype;
   space.n_ = 0;
   space.shape_ = std::move(shape);
+  // As Gymnasium does: bounds are numbers of the space's own type, so that a value clipped to them lies within.
+  if (dtype == DType::kF32) {
+    for (double& bound : low) bound = static_cast<float>(bound);
+    for (double& bound : high) bound = static_cast<float>(bound);
+  }
   space.low_ = std::move(low);
   space.high_ = std::move(high);
   return space;
@@ -129,11 +141,11 @@ Result<Space> Space::MultiDiscrete(std::vector<std::int64_t> nvec) {
   if (nvec.empty()) return SpaceError("a MultiDiscrete space has no elements; give at least one");
   std::int64_t sum = 0;
   for (const std::int64_t n : nvec) {
-    sum += n;
-    if (n < 1 || sum > kLargestElementCount) {
+    if (n < 1 || n > kLargestElementCount - sum) {
       return SpaceError("a MultiDiscrete space has an element with " + std::to_string(n) +
-                        " choices; it needs at least 1");
+                        " choices; each needs at least 1, and all together at most 2^28");
     }
+    sum += n;
   }
   Space space;
   space.kind_ = SpaceKind::kMultiDiscrete;
@@ -206,7 +218,7 @@ std::string Space::ToString() const {
     case SpaceKind::kDiscrete:
       return "Discrete(" + std::to_string(n_) + (start_ != 0 ? ", start=" + std::to_string(start_) : "") + ")";
     case SpaceKind::kBox:
-      return "Box(" + BoundsText(low_) + ", " + BoundsText(high_) + ", " + ShapeText(shape_) + ", " +
+      return "Box(" + BoundsText(low_, dtype_) + ", " + BoundsText(high_, dtype_) + ", " + ShapeText(shape_) + ", " +
              std::string(GymnasiumName(dtype_)) + ")";
     case SpaceKind::kMultiDiscrete:
       for (const std::int64_t n : nvec_) out += (out.empty() ? "" : " ") + std::to_string(n);

@@ -1,5 +1,7 @@
 // TCP on standalone Asio, without exceptions: non-blocking sockets, bounded spin, then poll with the deadline.
+#include <algorithm>
 #include <asio/error_code.hpp>
+#include <cerrno>
 #include <cmath>
 #include <exception>
 
@@ -34,23 +36,28 @@ using asio::ip::tcp;
 
 enum class WaitFor : std::uint8_t { kReadable, kWritable };
 
-/// Sleeps until the socket is ready or the time is over; false when it is over.
+/// Sleeps until the socket is ready or the time is over; false when it is over. A signal (a job stopped and continued)
+/// does not shorten the wait.
 bool WaitForSocket(tcp::socket::native_handle_type handle, WaitFor what, double timeout_s) {
+  constexpr double kLongestWait = 1e6;  // s
+  const double deadline = Now() + std::clamp(timeout_s, 0.0, kLongestWait);
+  while (true) {
+    const double left = std::max(deadline - Now(), 0.0);
 #if defined(_WIN32)
-  WSAPOLLFD entry = {handle, static_cast<SHORT>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
-  return WSAPoll(&entry, 1, static_cast<int>(std::ceil(timeout_s * 1e3))) > 0;
+    WSAPOLLFD entry = {handle, static_cast<SHORT>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
+    return WSAPoll(&entry, 1, static_cast<int>(std::ceil(left * 1e3))) > 0;
 #else
-  pollfd entry = {handle, static_cast<short>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
-  timespec time;
-  const double clamped = std::clamp(timeout_s, 0.0, 1e6);
-  time.tv_sec = static_cast<time_t>(clamped);
-  time.tv_nsec = static_cast<long>((clamped - std::floor(clamped)) * 1e9);
-  return ppoll(&entry, 1, &time, nullptr) > 0;
+    pollfd entry = {handle, static_cast<short>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
+    timespec time;
+    time.tv_sec = static_cast<time_t>(left);
+    time.tv_nsec = static_cast<long>((left - std::floor(left)) * 1e9);
+    const int ready = ppoll(&entry, 1, &time, nullptr);
+    if (ready >= 0 || errno != EINTR) return ready > 0;
 #endif
+  }
 }
 
 std::string EndpointText(const tcp::endpoint& endpoint) {
-  asio::error_code ignored;
   return endpoint.address().to_string() + ":" + std::to_string(endpoint.port());
 }
 
@@ -134,7 +141,7 @@ class TcpTransport final : public Transport {
 
 class TcpListener final : public Listener {
  public:
-  explicit TcpListener(const std::string& host) : acceptor_(context_), host_(host) {}
+  TcpListener() : acceptor_(context_) {}
 
   Status Open(const Endpoint& endpoint) {
     asio::error_code error;
@@ -189,7 +196,6 @@ class TcpListener final : public Listener {
  private:
   asio::io_context context_;
   tcp::acceptor acceptor_;
-  std::string host_;
   int port_ = 0;
 };
 
@@ -213,7 +219,7 @@ asio::error_code ConnectSocket(tcp::socket& socket, const tcp::endpoint& remote,
 }  // namespace
 
 Result<std::unique_ptr<Listener>> ListenTcp(const Endpoint& endpoint) {
-  auto listener = std::make_unique<TcpListener>(endpoint.host);
+  auto listener = std::make_unique<TcpListener>();
   CONSAC_RETURN_IF_ERROR(listener->Open(endpoint));
   return std::unique_ptr<Listener>(std::move(listener));
 }

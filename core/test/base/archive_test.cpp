@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
+#include "consac/base/rng.h"
+
 namespace consac {
 namespace {
 
@@ -76,6 +80,21 @@ TEST(Archive, MissingFieldAndOtherLengthAreNamed) {
   StateReader shorter(state);
   object.Visit(shorter);
   EXPECT_NE(shorter.status().message().find("'fixed'"), std::string::npos);
+}
+
+TEST(Archive, AnImpossibleValueIsNamedWithItsPath) {
+  struct Generator {
+    Rng rng;
+    void Visit(Archive& archive) { archive("rng", rng); }
+  } object;
+  StateWriter writer;
+  object.Visit(writer);
+  const std::uint32_t beyond = 7;
+  std::memcpy(writer.fields().at("rng/used").bytes.data(), &beyond, sizeof(beyond));
+  StateReader reader(writer.fields());
+  object.Visit(reader);
+  EXPECT_EQ(reader.status().code(), StatusCode::kDataLoss);
+  EXPECT_NE(reader.status().message().find("'rng/used'"), std::string::npos) << reader.status().message();
 }
 
 TEST(Archive, ANameTwiceIsOurMistakeAndReported) {

@@ -31,6 +31,13 @@ TEST(File, WritesAndReadsBack) {
   std::filesystem::remove(path);
 }
 
+TEST(File, ADeviceOrFolderIsNotReplaced) {
+  for (const char* path : {"/dev/null", "/tmp"}) {
+    EXPECT_EQ(WriteFileAtomically(path, {}).code(), StatusCode::kInvalidArgument) << path;
+  }
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
 TEST(File, MissingFileIsNamed) {
   const auto result = ReadFile("/nonexistent/model.consac");
   EXPECT_EQ(result.status().code(), StatusCode::kNotFound);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "consac/nn/kernels.h"
 #include "consac/nn/net_arch.h"
 
 namespace consac {
@@ -94,6 +95,38 @@ TEST(Policy, AWrongSelfTestIsRefused) {
   EXPECT_NE(loaded.status().message().find("self-test"), std::string::npos);
 }
 
+// Another machine has another instruction set; the model must pass its self-test there. Rectifiers and wide bounds
+// are the hard case: large terms that nearly cancel.
+TEST(Policy, EveryInstructionSetAcceptsWhatAnotherSaved) {
+  const Space wide = *Space::Box(-1e6, 1e6, {12});
+  for (const bool normalised : {false, true}) {
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+      PolicyData data = SmallPolicy(wide, *Space::Box(-1, 1, {3}), seed);
+      for (nn::Block& block : data.network.blocks) {
+        if (block.activation == nn::Activation::kTanh) block.activation = nn::Activation::kRelu;
+      }
+      if (normalised) {
+        RunningMoments moments(12);
+        Rng rng(seed, 2);
+        for (double& mean : moments.mean) mean = 1e4 * rng.Normal();
+        for (double& variance : moments.variance) variance = 1e6;
+        data.normaliser = ObservationNormaliser::Of(moments, 1e-8, 10);
+      }
+      for (const std::string_view saver : nn::InstructionSets()) {
+        ASSERT_TRUE(nn::UseInstructionSet(saver));
+        const auto policy = Policy::Create(data, 1);
+        const auto bytes = policy->ToFile(seed).Serialise();
+        for (const std::string_view reader : nn::InstructionSets()) {
+          ASSERT_TRUE(nn::UseInstructionSet(reader));
+          const auto loaded = Policy::FromBytes(bytes);
+          EXPECT_TRUE(loaded.ok()) << saver << " to " << reader << ": " << loaded.status().message();
+        }
+      }
+    }
+  }
+  ASSERT_TRUE(nn::UseInstructionSet(nn::InstructionSets().front()));
+}
+
 TEST(Policy, AMissingTensorAndAnUnknownFeatureAreNamed) {
   auto policy = Policy::Create(SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3), 1);
   ModelFile file = policy->ToFile();
@@ -126,6 +159,12 @@ TEST(Policy, WhatDoesNotFitTogetherIsRefused) {
   data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
   data.action_space = *Space::Discrete(4);
   EXPECT_FALSE(Policy::Create(data, 1).ok());
+  data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Box(-1, 1, {2}), 3);
+  data.log_std[1] = std::nanf("");
+  EXPECT_EQ(Policy::Create(data, 1).status().code(), StatusCode::kNonFinite);
+  data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
+  data.normaliser = ObservationNormaliser::Of(RunningMoments(2), 1e-8, -1);
+  EXPECT_EQ(Policy::Create(data, 1).status().code(), StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <limits>
 #include <thread>
 
 #include "consac/env/buffer.h"
@@ -205,6 +206,75 @@ TEST(Server, PollNeverWaitsAndServesAWholeSession) {
   server->Close();
   server->Close();
   EXPECT_EQ(server->Poll().code(), StatusCode::kFailedPrecondition);
+}
+
+// The trainer asks as fast as it is answered: then every tick of the engine is one step of the world.
+TEST(Server, PollTakesOneStepOfTheWorldATick) {
+  Counter world;
+  EnvServerOptions options;
+  options.training_length = 100;
+  auto server = *EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), options);
+  auto trainer = *ConnectTcp({"127.0.0.1", server->port()}, 2.0);
+  ASSERT_TRUE(server->Poll().ok());
+  ASSERT_TRUE(server->Poll().ok());
+  for (int step = 1; step <= 20; ++step) {
+    const std::string_view action = "1\n";
+    ASSERT_TRUE(trainer->Write(std::as_bytes(std::span(action)), 1.0).ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    ASSERT_TRUE(server->Poll().ok());
+    EXPECT_EQ(server->session_steps(), step);
+  }
+}
+
+// A number that is none is the world's fault: its engine says so and ends the session, and sends nothing of it.
+TEST(Server, NaNIsNeverSent) {
+  class Broken final : public VectorEnv {
+   public:
+    const EnvSpec& spec() const override { return counter_.spec(); }
+    void Reset(std::uint64_t seed, std::span<Batch> batches) override { counter_.Reset(seed, batches); }
+    void Step(std::span<Batch> batches) override {
+      counter_.Step(batches);
+      batches[0].rewards[0] = std::numeric_limits<float>::quiet_NaN();
+    }
+    void Visit(Archive&) override {}
+
+   private:
+    Counter counter_;
+  } world;
+  EnvServerOptions options;
+  options.training_length = 100;
+  auto server = *EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), options);
+  Status served;
+  std::thread engine([&] { served = server->ServeSession(kNeverStop); });
+  auto client = EnvClient::Open(*ConnectTcp({"127.0.0.1", server->port()}, 2.0), {});
+  BatchBuffer buffer((*client)->spec().behaviours[0]);
+  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  const Status step = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
+  engine.join();
+  EXPECT_EQ(served.code(), StatusCode::kNonFinite);
+  EXPECT_NE(step.message().find("the reward is nan"), std::string::npos) << step.message();
+}
+
+TEST(Client, ABusyEngineSaysSo) {
+  const Status status = OpenScripted("busy: another trainer is connected to this engine\n", false);
+  EXPECT_EQ(status.code(), StatusCode::kUnavailable);
+  EXPECT_EQ(status.message().find("no CONSAC engine"), std::string::npos) << status.message();
+}
+
+TEST(Client, ASetupThatIsJoinedToAnObservationIsHintedAt) {
+  const Status status = OpenScripted("D#3#0#B#2#0,0,40,40#100010,30#0#0\n", false);
+  EXPECT_NE(status.message().find("0.05 s"), std::string::npos) << status.message();
+}
+
+TEST(Client, AnEndBeforeTheFirstStepIsPassedOver) {
+  ScriptedPeer peer;
+  auto transport = peer.Connect();
+  peer.Say("D#3#0#B#2#0,0,40,40#100\n7,7#1#1\n10,20#0#0\n", false);
+  auto client = EnvClient::Open(std::move(transport), {});
+  ASSERT_TRUE(client.ok()) << client.status().message();
+  BatchBuffer buffer((*client)->spec().behaviours[0]);
+  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  EXPECT_EQ(reinterpret_cast<const float*>(buffer.batch().next_observations)[0], 10.0f);
 }
 
 TEST(Server, AFrameBoundEngineKeepsItsRate) {

@@ -28,9 +28,20 @@ TEST(Space, RefusesWhatIsNoSpace) {
   EXPECT_FALSE(Space::Box(-kInfinity, kInfinity, {1}, DType::kU8).ok());
   EXPECT_FALSE(Space::Box(std::nan(""), 1, {1}).ok());
   EXPECT_FALSE(Space::MultiDiscrete({2, 0}).ok());
+  EXPECT_FALSE(Space::MultiDiscrete({1, std::numeric_limits<std::int64_t>::max()}).ok());
+  EXPECT_FALSE(Space::Discrete(2, std::numeric_limits<std::int64_t>::min()).ok());
   EXPECT_FALSE(Space::MultiBinary(0).ok());
   EXPECT_FALSE(Space::Dict({{"a", *Space::Discrete(2)}, {"a", *Space::Discrete(2)}}).ok());
   EXPECT_FALSE(Space::Tuple({}).ok());
+}
+
+// 0.1 is no float32: the bound is the nearest one, as in Gymnasium, so that what is clipped to it lies within.
+TEST(Space, BoundsAreNumbersOfTheSpacesType) {
+  const Layout layout = Layout::Of(*Space::Box(-0.1, 0.1, {1}));
+  float value = 5.0f;
+  ClipRow(layout, reinterpret_cast<std::byte*>(&value));
+  EXPECT_TRUE(CheckRow(layout, reinterpret_cast<std::byte*>(&value)).ok());
+  EXPECT_EQ(layout.leaves[0].space.ToString(), "Box(-0.1, 0.1, (1,), float32)");
 }
 
 TEST(Space, FlatSizeIsGymnasiums) {

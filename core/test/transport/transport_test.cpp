@@ -3,8 +3,11 @@
 #include "consac/transport/transport.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sched.h>
 
+#include <atomic>
+#include <csignal>
 #include <thread>
 
 #include "consac/base/hooks.h"
@@ -66,6 +69,32 @@ TEST_P(BothTransports, APeerThatTakesNothingIsADeadline) {
   auto [a, b] = GetParam()();
   const std::vector<std::byte> much(64 << 20);
   EXPECT_EQ(a->Write(much, 0.1).code(), StatusCode::kDeadlineExceeded);
+}
+
+// A job that is stopped and continued, or a debugger that attaches, interrupts system calls.
+TEST(Tcp, ASignalDoesNotEndAWait) {
+  struct sigaction action {};
+  action.sa_handler = [](int) {};
+  struct sigaction before {};
+  ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
+  auto [a, b] = TcpPair();
+  const pthread_t reader = pthread_self();
+  std::atomic<bool> over{false};
+  std::thread disturber([&] {
+    for (int i = 0; i < 20; ++i) {
+      pthread_kill(reader, SIGUSR1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    over = true;
+    const std::byte byte{1};
+    EXPECT_TRUE(a->Write({&byte, 1}, 1.0).ok());
+  });
+  std::byte got{};
+  const auto count = b->Read({&got, 1}, 5.0);
+  EXPECT_TRUE(over) << "the wait ended with a signal";
+  EXPECT_TRUE(count.ok() && *count == 1);
+  disturber.join();
+  sigaction(SIGUSR1, &before, nullptr);
 }
 
 TEST(Tcp, APortInUseAndAClosedPortAreNamed) {

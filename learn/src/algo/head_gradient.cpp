@@ -7,17 +7,6 @@
 #include "consac/policy/head.h"
 
 namespace consac::learn {
-namespace {
-
-constexpr float kIllegalLogit = -1e8f;
-constexpr float kLogOfTwoPi = 1.8378770664093453f;
-
-float StableSoftplus(float x) {
-  return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x)));
-}
-
-}  // namespace
-
 HeadGradient::HeadGradient(const Layout& action)
     : head_size_(HeadSize(action)), raw_size_(RawActionSize(action)), mask_bytes_(action.mask_bytes) {
   std::int64_t raw_offset = 0, log_std_offset = 0;
@@ -72,7 +61,7 @@ void HeadGradient::ForwardChoice(const Segment& segment) {
     const float* z = head_ + r * head_size_ + segment.head_offset;
     const std::uint8_t* mask = masks_ == nullptr ? nullptr : masks_ + r * mask_bytes_ + segment.mask_offset;
     float* shifted = p + r * n;
-    for (std::int64_t j = 0; j < n; ++j) shifted[j] = mask == nullptr || mask[j] != 0 ? z[j] : kIllegalLogit;
+    for (std::int64_t j = 0; j < n; ++j) shifted[j] = mask == nullptr || mask[j] != 0 ? z[j] : kMaskedLogit;
     const float largest = *std::max_element(shifted, shifted + n);
     for (std::int64_t j = 0; j < n; ++j) shifted[j] -= largest;
     log_sum[r] = largest;
@@ -100,7 +89,7 @@ void HeadGradient::ForwardChoice(const Segment& segment) {
 
 void HeadGradient::ForwardGaussian(const Segment& segment) {
   const float log_std = log_std_[segment.log_std_offset], inverse = std::exp(-log_std);
-  const float constant = log_std + 0.5f * kLogOfTwoPi;
+  const float constant = log_std + 0.5f * kLogTwoPi;
   float* z = probability_.data() + segment.head_offset * kBlockRows;
   for (std::int64_t r = 0; r < rows_; ++r) {
     z[r] = (raw_[r * raw_size_ + segment.raw_offset] - head_[r * head_size_ + segment.head_offset]) * inverse;
@@ -111,8 +100,7 @@ void HeadGradient::ForwardGaussian(const Segment& segment) {
 
 float HeadGradient::BitLogit(const Segment& segment, std::int64_t row) const {
   const std::uint8_t* mask = masks_ == nullptr ? nullptr : masks_ + row * mask_bytes_ + segment.mask_offset;
-  if (mask == nullptr || (mask[0] != 0 && mask[1] != 0)) return head_[row * head_size_ + segment.head_offset];
-  return mask[1] != 0 ? -kIllegalLogit : kIllegalLogit;
+  return MaskedBitLogit(head_[row * head_size_ + segment.head_offset], mask);
 }
 
 void HeadGradient::ForwardBit(const Segment& segment) {
@@ -121,8 +109,8 @@ void HeadGradient::ForwardBit(const Segment& segment) {
     const float logit = BitLogit(segment, r);
     p[r] = 1.0f / (1.0f + std::exp(-logit));
     const bool set = raw_[r * raw_size_ + segment.raw_offset] > 0.5f;
-    neglogp_[static_cast<std::size_t>(r)] += StableSoftplus(set ? -logit : logit);
-    entropy_[static_cast<std::size_t>(r)] += p[r] * StableSoftplus(-logit) + (1.0f - p[r]) * StableSoftplus(logit);
+    neglogp_[static_cast<std::size_t>(r)] += Softplus(set ? -logit : logit);
+    entropy_[static_cast<std::size_t>(r)] += p[r] * Softplus(-logit) + (1.0f - p[r]) * Softplus(logit);
   }
 }
 
@@ -167,7 +155,7 @@ void HeadGradient::Backward(std::span<const float> d_neglogp, std::span<const fl
       }
       // A forced bit does not depend on its logit. dH/dz = -z p (1 - p).
       const float logit = BitLogit(segment, r);
-      const bool forced = logit == kIllegalLogit || logit == -kIllegalLogit;
+      const bool forced = logit == kMaskedLogit || logit == -kMaskedLogit;
       const float set = raw_[r * raw_size_ + segment.raw_offset] > 0.5f ? 1.0f : 0.0f;
       d = forced ? 0.0f : d_neglogp[row] * (saved[r] - set) - d_entropy[row] * logit * saved[r] * (1.0f - saved[r]);
     }

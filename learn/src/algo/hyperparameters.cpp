@@ -26,15 +26,6 @@ std::string LowerCase(std::string_view text) {
   return out;
 }
 
-// "1_000_000" reads as a number, as in Python.
-std::string WithoutUnderscores(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c != '_') out += c;
-  }
-  return out;
-}
-
 std::string RangeText(const Hyperparameter& row) {
   const bool low = std::isfinite(row.low), high = std::isfinite(row.high);
   if (low && high) return "from " + NumberText(row.low) + " to " + NumberText(row.high);
@@ -45,7 +36,7 @@ std::string RangeText(const Hyperparameter& row) {
 Result<std::string> CanonicalNumber(const Hyperparameter& row, std::string_view text, std::string_view number) {
   double value = 0.0;
   const bool whole = row.type == ParameterType::kInteger;
-  const bool fits = ParseNumber(WithoutUnderscores(number), &value) && value >= row.low && value <= row.high &&
+  const bool fits = ParseHumanNumber(number, &value) && value >= row.low && value <= row.high &&
                     (!whole || value == std::floor(value));
   if (fits) return NumberText(value);
   const std::string range = RangeText(row);

@@ -9,6 +9,8 @@ namespace {
 
 using enum ParameterType;
 
+constexpr const char* kActivations = "tanh|relu|sigmoid|elu|leaky_relu|silu|softplus|linear";
+
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 constexpr const char* kSb2 = "Stable Baselines 2.10.2, PPO2";
 constexpr const char* kSb3 = "Stable Baselines3, PPO";
@@ -31,8 +33,7 @@ constexpr Hyperparameter kPpo2Own[] = {
     {"cliprange_vf", "clip_range_vf", kSchedule, "none", -kUnlimited, kUnlimited, "none",
      "how far the value may move; none: as cliprange, negative: no clipping", kSb2},
     {"batch_size", "", kInteger, "none", 1, 1e9, "none", "rows per minibatch, instead of nminibatches", kSb3},
-    {"act_fun", "activation_fn", kChoice, "tanh", 0, 0, "tanh|relu|sigmoid|elu|leaky_relu|silu|softplus|linear",
-     "activation of hidden layers", kSb2},
+    {"act_fun", "activation_fn", kChoice, "tanh", 0, 0, kActivations, "activation of hidden layers", kSb2},
     {"target_kl", "", kReal, "none", 0, kUnlimited, "none", "stop an update's epochs past 1.5 times this divergence",
      kSb3},
     {"normalize_advantage", "", kBoolean, "true", 0, 0, "", "standardise advantages per minibatch", kSb3},
@@ -63,8 +64,7 @@ constexpr Hyperparameter kPpoOwn[] = {
     {"target_kl", "", kReal, "none", 0, kUnlimited, "none", "stop an update's epochs past 1.5 times this divergence",
      kSb3},
     {"nminibatches", "", kInteger, "none", 1, 1e9, "none", "minibatches per epoch, instead of batch_size", kSb2},
-    {"activation_fn", "act_fun", kChoice, "tanh", 0, 0, "tanh|relu|sigmoid|elu|leaky_relu|silu|softplus|linear",
-     "activation of hidden layers", kSb3},
+    {"activation_fn", "act_fun", kChoice, "tanh", 0, 0, kActivations, "activation of hidden layers", kSb3},
     {"advantage_std", "", kChoice, "sample", 0, 0, "population|sample", "deviation by n (SB2) or n - 1 (SB3)", kOurs},
     {"value_loss", "", kChoice, "sb3", 0, 0, "sb2|sb3",
      "half the mean of the larger of both errors, or the mean of one", kOurs},

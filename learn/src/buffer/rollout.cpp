@@ -103,6 +103,8 @@ std::int64_t Rollout::ListRows(std::span<std::int32_t> rows) const {
 
 void Rollout::Visit(Archive& archive) {
   archive("time", std::span<std::int64_t>(time_));
+  archive.Check("time",
+                std::all_of(time_.begin(), time_.end(), [&](std::int64_t t) { return t >= 0 && t <= n_steps_; }));
   archive("full", full_);
   archive("observations", std::span<std::uint8_t>(reinterpret_cast<std::uint8_t*>(bytes_.data()), bytes_.size()));
   archive("masks", std::span<std::uint8_t>(masks_));

@@ -86,8 +86,10 @@ Backpropagation::Backpropagation(Backpropagation&&) noexcept = default;
 void Backpropagation::Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor,
                           BlockLoss& loss) {
   State& state = *state_;
-  CONSAC_ASSERT(static_cast<std::int64_t>(parameters.size()) == state.network_count + state.extra);
-  CONSAC_ASSERT(rows > 0 && rows <= state.max_rows);
+  const bool fits = static_cast<std::int64_t>(parameters.size()) == state.network_count + state.extra && rows > 0 &&
+                    rows <= state.max_rows;
+  CONSAC_ASSERT(fits);
+  if (!fits) return;
   state.schedule.Pack(parameters.data());
   const std::int64_t lanes = LaneCountFor(rows);
   executor.ForEach(lanes, [&](std::int64_t lane) { state.RunLane(lane, lanes, rows, loss); });

@@ -46,6 +46,13 @@ class Archive {
   /// The first thing that did not fit; ok so far otherwise. After a failure nothing further is read.
   const Status& status() const { return status_; }
 
+  /// Fails a load whose field `name` has a value that the object cannot have; call right after the field.
+  void Check(std::string_view name, bool sane) {
+    if (!loading() || sane) return;
+    Fail({StatusCode::kDataLoss, "state field '" + prefix_ + std::string(name) +
+                                     "' is out of its range; the checkpoint was changed by somebody else's hand"});
+  }
+
   /// One number or enum.
   template <class T>
   requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) void operator()(std::string_view name, T& value) {

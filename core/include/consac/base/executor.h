@@ -3,6 +3,7 @@
 // block never changes a result, because blocks do not depend on the number of threads and are reduced in order.
 
 #include <cstdint>
+#include <type_traits>
 
 namespace consac {
 
@@ -20,8 +21,9 @@ struct Executor {
       for (std::int64_t i = 0; i < count; ++i) body(i);
       return;
     }
+    using Callable = std::remove_reference_t<Body>;
     run(
-        user, count, [](void* context, std::int64_t index) { (*static_cast<Body*>(context))(index); }, &body);
+        user, count, [](void* context, std::int64_t index) { (*static_cast<Callable*>(context))(index); }, &body);
   }
 };
 

@@ -13,7 +13,8 @@ namespace consac {
 
 /// The file's bytes; kNotFound, kDataLoss (unreadable) or kResourceExhausted (larger than `limit_bytes`).
 Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes = std::size_t{1} << 31);
-/// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full.
+/// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full,
+/// kInvalidArgument when `path` is no regular file.
 Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes);
 
 }  // namespace consac

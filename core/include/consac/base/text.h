@@ -25,6 +25,11 @@ bool ParseNumber(std::string_view text, double* value);
 /// The same for an integer.
 bool ParseNumber(std::string_view text, std::int64_t* value);
 
+/// As people write them in flags and files: "1_000_000" (an underscore between digits, as in Python).
+bool ParseHumanNumber(std::string_view text, double* value);
+/// The same for a whole number, which may also be written "1e6".
+bool ParseHumanNumber(std::string_view text, std::int64_t* value);
+
 /// `text` in quotes, cut to `limit` characters, control characters shown as \xNN: safe to put on one line.
 std::string Quote(std::string_view text, std::size_t limit = 80);
 /// The known name nearest to `name` by edit distance; empty when none is near enough to be meant.

@@ -4,6 +4,7 @@
 // because a connection can fail and Step cannot: see server/env_client.h.
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,7 +34,8 @@ struct EnvSpec {
   std::string id;                         ///< "road-v0"; "" for a foreign engine that has not said
   std::vector<BehaviourSpec> behaviours;  ///< at least one
   std::int64_t max_episode_steps = 0;     ///< time limit that truncates; 0: none
-  double reward_threshold = 0.0;          ///< mean return at which the world counts as solved; NaN: none
+  double reward_threshold =
+      std::numeric_limits<double>::quiet_NaN();  ///< mean return at which the world counts as solved; NaN: none
 };
 
 /// N copies of a world, stepped together. Autoreset in the same step: a row whose episode ended carries its last

@@ -63,7 +63,7 @@ struct Parameter {
   std::int64_t count = 0;           ///< elements
 };
 
-/// A checked NetworkSpec that can be run. Immutable and shareable between threads; memory is the Workspace's.
+/// A checked NetworkSpec that can be run. Immutable and shareable between threads; memory is the Evaluator's.
 class Network {
  public:
   /// Checks names, widths and order; the error names the block.

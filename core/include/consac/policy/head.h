@@ -21,6 +21,15 @@ std::int64_t RawActionSize(const Layout& action);
 /// Ok when a head exists for every leaf (Box leaves must be float32 and one-dimensional).
 Status CheckHead(const Layout& action);
 
+/// The logit of what a mask forbids; a forced bit has minus or plus this.
+inline constexpr float kMaskedLogit = -1e8f;
+/// log(2 pi), of the normal distribution's density.
+inline constexpr float kLogTwoPi = 1.8378770664093453f;
+/// log(1 + exp(x)) without overflow.
+float Softplus(float x);
+/// The logit of a bit given its two mask bytes (0 legal, 1 legal) or null.
+float MaskedBitLogit(float logit, const std::uint8_t* mask);
+
 /// How an action is drawn from its distribution.
 enum class ActionMode : std::uint8_t { kSample, kDeterministic };
 

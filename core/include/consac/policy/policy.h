@@ -28,7 +28,7 @@ struct PolicyData {
   std::string training_json = "{}";   ///< algorithm, hyperparameters, steps, seed, world: for people
 };
 
-/// An acting model. Not thread-safe (it holds activations): one per thread, made by Clone or loaded again.
+/// An acting model. Not thread-safe (it holds activations): one per thread, each created or loaded on its own.
 class Policy {
  public:
   /// Checks that everything fits and makes room for `max_rows` rows per call.

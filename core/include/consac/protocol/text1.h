@@ -73,13 +73,19 @@ class Framer {
   bool single_character_ = false;
 };
 
+/// How the one line begins that a second trainer is turned away with.
+inline constexpr std::string_view kBusyPrefix = "busy: ";
+
 /// Reads "o1,o2,...#reward#done" (or "o1,o2,..." alone where `act_only`) into a row. NaN, infinity, wrong counts and
 /// anything else that does not fit is one line that quotes the text.
 Status ParseObservation(std::string_view message, const Layout& observation, bool act_only, std::byte* row,
                         float* reward, bool* done);
 /// Reads an action into a row; a Discrete action must be a choice, Box numbers are clipped to their bounds.
 Status ParseAction(std::string_view message, const Layout& action, std::byte* row);
-/// Writes an observation into `out`, which must hold MaxObservationText; returns the bytes written, terminator
+/// kNonFinite when the reward or a number of the row is NaN or infinite: such numbers are never sent. `kind` names the
+/// message in the error.
+Status CheckSendable(std::string_view kind, const Layout& layout, const std::byte* row, float reward);
+/// Writes an observation (see CheckSendable) into `out`, which must hold MaxText; returns the bytes written, terminator
 /// included.
 std::size_t EncodeObservation(const Layout& observation, const std::byte* row, float reward, bool done,
                               Terminator terminator, std::span<char> out);

@@ -51,7 +51,7 @@ class EnvClient {
   virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;
   /// Ends the session; calling it again does nothing.
   virtual void Close() = 0;
-  /// "tcp 127.0.0.1:5005, text protocol 1", for people.
+  /// "127.0.0.1:5005, text protocol 1", for people.
   virtual std::string description() const = 0;
 };
 

@@ -29,7 +29,7 @@ struct EnvServerOptions {
 /// How a session stands.
 enum class SessionState : std::uint8_t { kWaiting, kConnected };
 
-/// Serves one world. One thread.
+/// Serves one world. One thread, but for session_steps.
 class EnvServer {
  public:
   /// `env` must outlive the server and fit the protocol (text protocol 1: one world, one agent, simple spaces).
@@ -37,15 +37,15 @@ class EnvServer {
                                                    const EnvServerOptions& options);
   virtual ~EnvServer() = default;
 
-  /// Does what can be done without waiting: accepts, reads, steps, answers. A broken session is reported once and
-  /// the server then waits for the next trainer.
+  /// Does what can be done without waiting, up to one step of the world: accepts, reads, steps, answers. A broken
+  /// session is reported once and the server then waits for the next trainer.
   virtual Status Poll() = 0;
   /// Waits for a trainer and serves it until it leaves or `stop` is set. Ok when the trainer closed in order.
   virtual Status ServeSession(const std::atomic<bool>& stop) = 0;
 
   /// Whether a trainer is connected.
   virtual SessionState state() const = 0;
-  /// Steps that the present (or latest) session has taken.
+  /// Steps that the present (or latest) session has taken. The one call that any thread may make at any time.
   virtual std::int64_t session_steps() const = 0;
   /// The port that is open.
   virtual int port() const = 0;

@@ -37,6 +37,9 @@ struct RunConfig {
   bool resume = false;                        ///< go on with runs/NAME
   bool force = false;                         ///< overwrite runs/NAME
   bool forever = false;                       ///< serve one session of the engine after another
+  /// Names of fields that a file or a setting has set. --resume takes these over, and any other that is not as the
+  /// defaults above say.
+  std::vector<std::string> given;
 };
 
 /// Reads YAML text over `config`: fields of RunConfig, hyperparameters of its algorithm below `hyperparameters:` or

@@ -30,15 +30,16 @@ Result<RunSummary> Train(const RunConfig& config, const std::atomic<bool>& stop)
 
 /// How a model is judged.
 struct EvaluateOptions {
-  std::string model;                      ///< path of a .consac file, or a run's name
-  std::string world;                      ///< "road-v0" or "tcp://host:port"; "": the world it was trained on
-  std::string directory = "runs";         ///< where run names are looked up
-  std::int64_t episodes = 100;            ///< to average over
-  std::uint64_t seed = 1000;              ///< of the worlds
-  bool deterministic = true;              ///< the mode, or a sample
-  std::int64_t max_episode_steps = 1000;  ///< an episode of a world without a time limit of its own counts after these
-  double connect_timeout_s = 60.0;        ///< keep trying to reach an engine for so long
-  double deadline_s = 60.0;               ///< longest silence of an engine
+  std::string model;               ///< path of a .consac file, or a run's name
+  std::string world;               ///< "road-v0" or "tcp://host:port"; "": the world it was trained on
+  std::string directory = "runs";  ///< where run names are looked up
+  std::int64_t episodes = 100;     ///< to average over
+  std::uint64_t seed = 1000;       ///< of the worlds
+  bool deterministic = true;       ///< the mode, or a sample
+  /// A world without a time limit of its own: after so many steps an episode counts as one; the world is not reset.
+  std::int64_t max_episode_steps = 1000;
+  double connect_timeout_s = 60.0;  ///< keep trying to reach an engine for so long
+  double deadline_s = 60.0;         ///< longest silence of an engine
 };
 
 /// The verdict.
@@ -51,7 +52,7 @@ struct EvaluateSummary {
   double mean_length = 0.0;   ///< steps
 };
 
-/// Mean return over episodes. Source: Stable Baselines, evaluate_policy.
+/// Mean return over episodes; of fewer than asked for once `stop` is set. Source: Stable Baselines, evaluate_policy.
 Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop);
 
 /// The file of a model given as a path or as a run's name; kNotFound names what was looked for.

@@ -52,7 +52,7 @@ class Learner {
  public:
   virtual ~Learner() = default;
 
-  /// Where the next transition of `slots` (ascending, unique) goes. After BeginSlots or Record the observations of
+  /// Where the next transition of `slots` (ascending, unique) goes. After Begin or Record the observations of
   /// these slots are already in place. Spans are valid until Record. Must not be called while learning is due.
   virtual Batch Stage(std::span<const std::int32_t> slots) = 0;
   /// First observations of slots that begin (or begin again after a lost connection): copies
@@ -77,6 +77,8 @@ class Learner {
   virtual void SetTotalSteps(std::int64_t total_steps) = 0;
   /// Numbers of the latest finished update; valid until the next Learn.
   virtual std::span<const Metric> metrics() const = 0;
+  /// Ok while learning makes sense; kNonFinite once a whole update had no finite gradient.
+  virtual Status health() const = 0;
   /// A complete acting model of this moment.
   virtual PolicyData Snapshot() const = 0;
   /// Everything that the future depends on.

@@ -1,0 +1,35 @@
+#include "cli/flags.h"
+
+#include "consac/base/text.h"
+
+namespace consac::cli {
+namespace {
+
+std::string Expected(const std::string& text, const std::string& kind, const std::string& low, const std::string& high,
+                     bool bounded) {
+  return Quote(text) + " cannot be used; expected " + kind +
+         (bounded ? " from " + low + " to " + high : " of at least " + low);
+}
+
+}  // namespace
+
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, double* value, double low, double high,
+                       const std::string& help) {
+  const auto read = [name, value, low, high](const std::string& text) {
+    if (ParseHumanNumber(text, value) && *value >= low && *value <= high) return;
+    throw CLI::ValidationError(name, Expected(text, "a number", NumberText(low), NumberText(high), true));
+  };
+  return app.add_option_function<std::string>(name, read, help)->type_name("NUMBER");
+}
+
+CLI::Option* AddWhole(CLI::App& app, const std::string& name, std::int64_t* value, std::int64_t low, std::int64_t high,
+                      const std::string& help) {
+  const auto read = [name, value, low, high](const std::string& text) {
+    if (ParseHumanNumber(text, value) && *value >= low && *value <= high) return;
+    throw CLI::ValidationError(
+        name, Expected(text, "a whole number", std::to_string(low), std::to_string(high), high < kMostWhole));
+  };
+  return app.add_option_function<std::string>(name, read, help)->type_name("NUMBER");
+}
+
+}  // namespace consac::cli
