@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Stable Baselines3's default PPO beside CONSAC's default `ppo`, on the very same worlds: SB3 learns ours over text
-protocol 1 through the few lines below. Five seeds; mean return of 100 episodes with sampled actions (the policy that PPO
+protocol 1 through the few lines below. Five seeds; mean return with sampled actions (the policy that PPO
 optimises; taken greedily, a half-learned one may walk to and fro between two cells of the maze for ever).
 
     .venv/bin/python bench/compare/sb3_learn.py build/release/cli/consac point-v0 maze-v0 reach3-v0
@@ -16,7 +16,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 # 51,200 steps are 25 whole rollouts of 2048: both sides learn from every step.
-SEEDS, STEPS, LIMIT = range(1, 11), 51_200, 100
+SEEDS, STEPS, LIMIT, EPISODES = range(1, 11), 51_200, 100, 300
 
 
 def make_env(consac, world, seed):
@@ -78,7 +78,7 @@ def theirs(consac, world, seed):
     env = Monitor(make_env(consac, world, seed))
     model = PPO("MlpPolicy", env, device="cpu", seed=seed)
     model.learn(STEPS)
-    result = evaluate_policy(model, env, n_eval_episodes=100, deterministic=False)[0]
+    result = evaluate_policy(model, env, n_eval_episodes=EPISODES, deterministic=False)[0]
     env.close()
     return float(result)
 
@@ -87,7 +87,7 @@ def ours(consac, world, seed):
     with tempfile.TemporaryDirectory() as folder:
         command = [consac, "train", world, "--algo", "ppo", "--steps", str(STEPS), "--seed", str(seed), "--name", "run", "--dir", folder, "--json", "--no-tensorboard"]
         subprocess.run(command, check=True, capture_output=True)
-        output = subprocess.run([consac, "eval", "run", "--dir", folder, "--stochastic", "--json"], check=True, capture_output=True, text=True).stdout
+        output = subprocess.run([consac, "eval", "run", "--dir", folder, "--stochastic", "--json", "--episodes", str(EPISODES), "--seed", str(1000 + seed)], check=True, capture_output=True, text=True).stdout
     return json.loads(output)["mean_reward"]
 
 
@@ -107,7 +107,7 @@ if __name__ == "__main__":
         sys.exit()
     import stable_baselines3
 
-    print(f"stable-baselines3 {stable_baselines3.__version__}, {STEPS:,} steps, seeds 1 to 10, both at their defaults; mean return of 100 episodes with sampled actions, +- its standard error\n")
+    print(f"stable-baselines3 {stable_baselines3.__version__}, {STEPS:,} steps, seeds 1 to 10, both at their defaults; mean return of {EPISODES} episodes with sampled actions, +- its standard error\n")
     print("| world | consac `ppo`, by seed | mean | Stable Baselines3 PPO, by seed | mean |\n|---|---|---|---|---|")
     for name in sys.argv[2:]:
         print(row(sys.argv[1], name), flush=True)

@@ -1,0 +1,361 @@
+"""Protocol 2 as bytes: frames, spaces as JSON, rows of a batch. No sockets here; spec/protocol2.md is the law."""
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+from gymnasium import spaces
+
+MAGIC = 0x43534EC0  # the bytes C0 4E 53 43
+VERSION = 2
+HEADER = struct.Struct("<IHHIIQII")  # magic, type, flags, length, crc, request, session, reserved
+FLAG_CRC = 1
+OPTIONAL = 0x8000  # a type with this bit is skipped by those who do not know it
+LARGEST_BEFORE_WELCOME = 4096
+LARGEST_FRAME = 64 << 20
+LARGEST_JSON = 1 << 20
+DEEPEST_JSON = 32
+
+HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED, RENDER, FRAME = range(1, 17)
+
+TERMINATED, TRUNCATED, FINAL, FIRST, ACTIVE = 1, 2, 4, 8, 16  # a slot's state in RESULT
+PART_FINALS, PART_INFOS = 1, 2  # parts of a RESULT
+WITH_SEEDS, WITH_OPTIONS = 1, 2  # flags of a RESET
+
+DTYPES = {"BOOL": np.bool_, "U8": np.uint8, "I8": np.int8, "U16": np.uint16, "I16": np.int16, "U32": np.uint32, "I32": np.int32,
+          "U64": np.uint64, "I64": np.int64, "F32": np.float32, "F64": np.float64}
+NAMES = {np.dtype(dtype): name for name, dtype in DTYPES.items()}
+
+
+class WireError(Exception):
+    """Bytes that are no protocol 2. `code` is the error's name in spec/protocol2.md."""
+
+    def __init__(self, code: str, message: str):
+        super().__init__(f"{code}: {message}")
+        self.code, self.message = code, message
+
+
+@dataclass
+class Frame:
+    """One frame: its header's fields and its payload."""
+
+    type: int
+    payload: bytes | memoryview = b""
+    request: int = 0
+    session: int = 0
+    flags: int = 0
+
+
+def pack(frame: Frame) -> bytes:
+    """The frame as bytes, header and payload in one piece."""
+    return HEADER.pack(MAGIC, frame.type, frame.flags, len(frame.payload), crc32c(frame.payload) if frame.flags & FLAG_CRC else 0,
+                       frame.request, frame.session, 0) + bytes(frame.payload)
+
+
+def unpack_header(data, limit: int) -> tuple[Frame, int, int]:
+    """A frame without its payload, the payload's length and its CRC, from 32 bytes; `limit` bounds the length."""
+    magic, kind, flags, length, crc, request, session, reserved = HEADER.unpack_from(data)
+    if magic != MAGIC:
+        raise WireError("BAD_MAGIC", f"a frame begins {bytes(data[:4])!r}, expected {struct.pack('<I', MAGIC)!r}; is this protocol 2?")
+    if flags & ~FLAG_CRC or reserved != 0:
+        raise WireError("MALFORMED", f"a frame has flags {flags:#x} and reserved {reserved}; unknown bits must be 0")
+    if length > limit:
+        raise WireError("FRAME_TOO_LARGE", f"a frame claims {length} bytes, at most {limit} are taken")
+    return Frame(kind, b"", request, session, flags), length, crc
+
+
+def check_crc(frame: Frame, crc: int) -> None:
+    """Raises CRC_MISMATCH unless the payload is whole."""
+    if frame.flags & FLAG_CRC and crc32c(frame.payload) != crc:
+        raise WireError("CRC_MISMATCH", "a frame's payload was changed on its way")
+
+
+class FrameReader:
+    """Bytes in, frames out, however they are cut. `limit` may be raised once WELCOME is there."""
+
+    def __init__(self, limit: int = LARGEST_BEFORE_WELCOME):
+        self.limit, self._data = limit, bytearray()
+
+    def feed(self, data) -> None:
+        self._data += data
+
+    def next(self) -> Frame | None:
+        """The next whole frame, or None."""
+        if len(self._data) < HEADER.size:
+            if self._data and not struct.pack("<I", MAGIC).startswith(bytes(self._data[:4])):
+                unpack_header(bytes(self._data).ljust(HEADER.size, b"\0"), self.limit)
+            return None
+        frame, length, crc = unpack_header(self._data, self.limit)
+        end = HEADER.size + length
+        if len(self._data) < end:
+            return None
+        frame.payload = bytes(self._data[HEADER.size:end])
+        del self._data[:end]
+        check_crc(frame, crc)
+        return frame
+
+
+def _crc_table() -> list[int]:
+    table = []
+    for byte in range(256):
+        value = byte
+        for _ in range(8):
+            value = (value >> 1) ^ (0x82F63B78 if value & 1 else 0)
+        table.append(value)
+    return table
+
+
+_CRC_TABLE = _crc_table()
+
+
+def crc32c(data) -> int:
+    """CRC-32C (Castagnoli), as in iSCSI. Slow in Python: loopback does without."""
+    crc = 0xFFFFFFFF
+    for byte in bytes(data):
+        crc = _CRC_TABLE[(crc ^ byte) & 0xFF] ^ (crc >> 8)
+    return crc ^ 0xFFFFFFFF
+
+
+def dump_json(value) -> bytes:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()
+
+
+def canonical_json(value) -> bytes:
+    return json.dumps(value, separators=(",", ":"), sort_keys=True, allow_nan=False).encode()
+
+
+def load_json(payload) -> dict:
+    """The object in a JSON payload; MALFORMED says what is wrong with it."""
+    if len(payload) > LARGEST_JSON:
+        raise WireError("MALFORMED", f"a JSON payload of {len(payload)} bytes; at most {LARGEST_JSON} are taken")
+
+    def no_constant(text):
+        raise WireError("MALFORMED", f"{text} in a JSON payload; an unbounded side is null")
+
+    def no_twice(pairs):
+        keys = [key for key, _ in pairs]
+        if len(keys) != len(set(keys)):
+            raise WireError("MALFORMED", f"a JSON object names {next(k for k in keys if keys.count(k) > 1)!r} twice")
+        return dict(pairs)
+
+    text = bytes(payload)
+    depth = deepest = 0
+    quoted = escaped = False
+    for byte in text:
+        if escaped:
+            escaped = False
+        elif byte == 0x5C and quoted:
+            escaped = True
+        elif byte == 0x22:
+            quoted = not quoted
+        elif not quoted and byte in b"[{":
+            depth += 1
+            deepest = max(deepest, depth)
+        elif not quoted and byte in b"]}":
+            depth -= 1
+    if deepest > DEEPEST_JSON:
+        raise WireError("MALFORMED", f"JSON nested {deepest} deep; at most {DEEPEST_JSON} is taken")
+    try:
+        value = json.loads(text.decode(), parse_constant=no_constant, object_pairs_hook=no_twice)
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise WireError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
+    if not isinstance(value, dict):
+        raise WireError("MALFORMED", "a JSON payload is no object")
+    return value
+
+
+# ---- spaces
+
+def space_to_json(space: spaces.Space) -> dict:
+    """A Gymnasium space as SPEC writes it; TypeError names a kind that has no form there."""
+    if isinstance(space, spaces.Discrete):
+        return {"type": "discrete", "n": int(space.n), "start": int(space.start), "dtype": NAMES[np.dtype(space.dtype)]}
+    if isinstance(space, spaces.Box):
+        return {"type": "box", "shape": list(space.shape), "dtype": NAMES[np.dtype(space.dtype)], "low": _bounds(space.low), "high": _bounds(space.high)}
+    if isinstance(space, spaces.MultiDiscrete):
+        out = {"type": "multi_discrete", "nvec": [int(n) for n in np.ravel(space.nvec)], "dtype": NAMES[np.dtype(space.dtype)]}
+        if np.any(space.start):
+            raise TypeError(f"{space} starts at {space.start}; MultiDiscrete must start at 0, so wrap it")
+        return out if space.nvec.ndim == 1 else out | {"shape": list(space.nvec.shape)}
+    if isinstance(space, spaces.MultiBinary):
+        out = {"type": "multi_binary", "n": int(np.prod(space.shape))}
+        return out if len(space.shape) == 1 else out | {"shape": list(space.shape)}
+    if isinstance(space, spaces.Dict):
+        return {"type": "dict", "spaces": [{"name": name, "space": space_to_json(space.spaces[name])} for name in sorted(space.spaces, key=str.encode)]}
+    if isinstance(space, spaces.Tuple):
+        return {"type": "tuple", "spaces": [{"name": str(i), "space": space_to_json(child)} for i, child in enumerate(space.spaces)]}
+    raise TypeError(f"{space} cannot be sent; use Box, Discrete, MultiDiscrete, MultiBinary, Dict or Tuple of them")
+
+
+def _bounds(bounds: np.ndarray):
+    flat = [None if np.isinf(bound) else bound.item() for bound in np.ravel(bounds)]
+    return flat[0] if len(flat) > 1 and all(bound == flat[0] for bound in flat) and flat[0] is not None else flat
+
+
+def space_from_json(value: dict) -> spaces.Space:
+    """The reverse of space_to_json."""
+    kind = value.get("type")
+    dtype = DTYPES.get(value.get("dtype", "I64"), np.int64)
+    if kind == "discrete":
+        return spaces.Discrete(value["n"], start=value.get("start", 0), dtype=dtype)
+    if kind == "box":
+        shape, dtype = tuple(value["shape"]), DTYPES[value["dtype"]]
+
+        def side(bounds, unbounded):
+            listed = bounds if isinstance(bounds, list) else [bounds] * int(np.prod(shape, dtype=np.int64))
+            return np.array([unbounded if bound is None else bound for bound in listed], dtype=dtype).reshape(shape)
+
+        return spaces.Box(side(value["low"], -np.inf), side(value["high"], np.inf), shape, dtype)
+    if kind == "multi_discrete":
+        return spaces.MultiDiscrete(np.array(value["nvec"], dtype=np.int64).reshape(value.get("shape", [-1])), dtype=dtype)
+    if kind == "multi_binary":
+        return spaces.MultiBinary(value.get("shape", value["n"]))
+    if kind == "dict":
+        return spaces.Dict({child["name"]: space_from_json(child["space"]) for child in value["spaces"]})
+    if kind == "tuple":
+        return spaces.Tuple([space_from_json(child["space"]) for child in value["spaces"]])
+    raise WireError("MALFORMED", f"a space of unknown type {kind!r}; use a newer consac")
+
+
+# ---- rows
+
+@dataclass
+class Leaf:
+    """Where one leaf of a space lies in a row."""
+
+    path: tuple  # keys and indices from the root
+    space: spaces.Space
+    dtype: np.dtype  # in the row
+    shape: tuple  # of one value
+    offset: int = 0
+
+
+@dataclass
+class Layout:
+    """Where every leaf of a space lies in a row of bytes."""
+
+    space: spaces.Space
+    leaves: list[Leaf] = field(default_factory=list)
+    row_bytes: int = 0
+    mask_bytes: int = 0
+
+    @classmethod
+    def of(cls, space: spaces.Space) -> "Layout":
+        layout = cls(space)
+        layout._append(space, ())
+        alignment = max(leaf.dtype.itemsize for leaf in layout.leaves)
+        layout.row_bytes = -(-layout.row_bytes // alignment) * alignment
+        return layout
+
+    def _append(self, space: spaces.Space, path: tuple) -> None:
+        if isinstance(space, spaces.Dict):
+            for name in sorted(space.spaces, key=str.encode):
+                self._append(space.spaces[name], path + (name,))
+            return
+        if isinstance(space, spaces.Tuple):
+            for index, child in enumerate(space.spaces):
+                self._append(child, path + (index,))
+            return
+        if isinstance(space, spaces.Discrete):
+            dtype, shape, masks = np.dtype(np.int32), (), int(space.n)
+        elif isinstance(space, spaces.MultiDiscrete):
+            dtype, shape, masks = np.dtype(np.int32), space.nvec.shape, int(space.nvec.sum())
+        elif isinstance(space, spaces.MultiBinary):
+            dtype, shape, masks = np.dtype(np.uint8), space.shape, 2 * int(np.prod(space.shape))
+        else:
+            dtype, shape, masks = np.dtype(space.dtype), space.shape, 0
+        offset = -(-self.row_bytes // dtype.itemsize) * dtype.itemsize
+        self.leaves.append(Leaf(path, space, dtype, shape, offset))
+        self.row_bytes = offset + dtype.itemsize * int(np.prod(shape, dtype=np.int64))
+        self.mask_bytes += masks
+
+    def to_json(self) -> dict:
+        """The leaf table of SPEC."""
+        return {"bytes": self.row_bytes,
+                "leaves": [{"path": "/".join(map(str, leaf.path)), "dtype": NAMES[leaf.dtype], "count": int(np.prod(leaf.shape, dtype=np.int64)), "offset": leaf.offset}
+                           for leaf in self.leaves]}
+
+    def views(self, buffer, slots: int, offset: int) -> list[np.ndarray]:
+        """For each leaf an array [slots, *shape] over `slots` rows that lie in `buffer` from `offset`: no copy."""
+        return [np.ndarray((slots, *leaf.shape), leaf.dtype, buffer, offset + leaf.offset, (self.row_bytes, *_strides(leaf))) for leaf in self.leaves]
+
+    def pick(self, value, leaf: Leaf):
+        """The part of a space's value that belongs to `leaf`."""
+        for key in leaf.path:
+            value = value[key]
+        return value
+
+    def build(self, parts: list):
+        """A value of the space from one part per leaf, in order; Dict, Tuple or the only part itself."""
+        parts = iter(parts)
+
+        def assemble(space):
+            if isinstance(space, spaces.Dict):
+                built = {name: assemble(space.spaces[name]) for name in sorted(space.spaces, key=str.encode)}
+                return {name: built[name] for name in space.spaces}
+            if isinstance(space, spaces.Tuple):
+                return tuple(assemble(child) for child in space.spaces)
+            return next(parts)
+
+        return assemble(self.space)
+
+
+def _strides(leaf: Leaf) -> tuple:
+    strides, size = [], leaf.dtype.itemsize
+    for length in reversed(leaf.shape):
+        strides.insert(0, size)
+        size *= length
+    return tuple(strides)
+
+
+def align(offset: int) -> int:
+    """The next multiple of 8."""
+    return -(-offset // 8) * 8
+
+
+# ---- what SPEC says
+
+@dataclass
+class Behaviour:
+    """One kind of agent of SPEC."""
+
+    name: str
+    agents: list[str]
+    observation: Layout
+    action: Layout
+    slots: int
+    masks_actions: bool = False
+
+    @classmethod
+    def from_json(cls, value: dict, environments: int) -> "Behaviour":
+        observation, action = Layout.of(space_from_json(value["observation"])), Layout.of(space_from_json(value["action"]))
+        for layout, key in ((observation, "observation_row"), (action, "action_row")):
+            if layout.to_json() != value[key]:
+                raise WireError("MALFORMED", f"the server lays out {key} as {value[key]}, expected {layout.to_json()}")
+        return cls(value["name"], value["agents"], observation, action, environments * len(value["agents"]), value.get("masks_actions", False))
+
+    def to_json(self) -> dict:
+        return {"name": self.name, "agents": self.agents, "observation": space_to_json(self.observation.space), "action": space_to_json(self.action.space),
+                "masks_actions": self.masks_actions, "observation_row": self.observation.to_json(), "action_row": self.action.to_json(),
+                "mask_bytes": self.action.mask_bytes if self.masks_actions else 0}
+
+
+def first_difference(expected, found, path: str = "") -> tuple[str, object, object] | None:
+    """Path and both values where two JSON values first differ; members that only `found` has do not count."""
+    if isinstance(expected, dict) and isinstance(found, dict):
+        for key, value in expected.items():
+            below = f"{path}/{key}" if path else key
+            difference = first_difference(value, found[key], below) if key in found else (below, value, None)
+            if difference:
+                return difference
+        return None
+    if isinstance(expected, list) and isinstance(found, list) and len(expected) == len(found):
+        for index, (value, other) in enumerate(zip(expected, found)):
+            name = value["name"] if isinstance(value, dict) and "space" in value else index
+            difference = first_difference(value, other, f"{path}/{name}" if path else str(name))
+            if difference:
+                return difference
+        return None
+    return None if expected == found else (path, expected, found)
