@@ -239,7 +239,7 @@ double StepRate(int count) {
   auto transport = ConnectTcp({"127.0.0.1", engine.port()}, 1.0);
   auto client = EnvClient::Open(std::move(*transport), {});
   BatchBuffer buffer((*client)->spec().behaviours[0]);
-  if (!(*client)->Reset({&buffer.batch(), 1}).ok()) return std::nan("");
+  if (!(*client)->Reset(0, {&buffer.batch(), 1}).ok()) return std::nan("");
   const double start = Now();
   for (int i = 0; i < count; ++i) {
     buffer.Advance();

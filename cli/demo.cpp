@@ -30,6 +30,7 @@ class Engine {
     if (!listener.ok()) return listener.status();
     EnvServerOptions options;
     options.training_length = flags.steps;
+    options.protocol = Protocol::kText1;  // the thesis'
     options.seed = static_cast<std::uint64_t>(flags.seed);
     Result<std::unique_ptr<EnvServer>> server = EnvServer::Create(*env_, std::move(*listener), options);
     if (!server.ok()) return server.status();

@@ -73,7 +73,7 @@ int ExamineEndpoint(const DoctorFlags& flags) {
       (*client)->description(), behaviour.observation_space.ToString(), behaviour.action_space.ToString(),
       request.training_length, request.model_name.empty() ? "none given" : request.model_name);
   BatchBuffer buffer(behaviour);
-  Status status = (*client)->Reset({&buffer.batch(), 1});
+  Status status = (*client)->Reset(0, {&buffer.batch(), 1});
   if (!status.ok()) return Fail("doctor", status);
   Rng rng(1, StreamId("doctor"));
   constexpr std::int64_t kMostSteps = 50;

@@ -123,7 +123,7 @@ Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& optio
 Status Walk(Policy& policy, EnvClient& engine, const WalkOptions& options, const std::atomic<bool>& stop) {
   CONSAC_RETURN_IF_ERROR(policy.Fits(engine.spec().behaviours[0]));
   BatchBuffer buffer(engine.spec().behaviours[0]);
-  CONSAC_RETURN_IF_ERROR(engine.Reset({&buffer.batch(), 1}));
+  CONSAC_RETURN_IF_ERROR(engine.Reset(0, {&buffer.batch(), 1}));
   const auto step = [&](Batch& batch) { return engine.Step({&batch, 1}, MoreSteps::kYes); };
   return WalkAlong(policy, buffer, options, stop, step, {});
 }

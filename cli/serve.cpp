@@ -3,6 +3,7 @@
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
+#include "consac/base/text.h"
 #include "consac/server/env_server.h"
 #include "worlds/registry.h"
 
@@ -12,8 +13,8 @@ namespace {
 constexpr std::int64_t kDefaultSteps = 100000;
 
 struct ServeFlags {
-  std::string world, host = "127.0.0.1", port_file, model;
-  std::int64_t port = 5005, steps = -1, sessions = 0, seed = 0;  // steps: -1 is not given
+  std::string world, host = "127.0.0.1", port_file, model, token, protocol = "auto";
+  std::int64_t port = 5005, steps = -1, sessions = 0, seed = 0, envs = 1;  // steps: -1 is not given
   double rate = 0.0, deadline = 60.0, quiet_time = 0.002;
   bool no_newline = false, wait_after_end = false;
 };
@@ -28,6 +29,10 @@ Result<std::unique_ptr<EnvServer>> OpenServer(const ServeFlags& flags, VectorEnv
   const std::int64_t unless_given = flags.model.empty() ? kDefaultSteps : 0;  // 0 asks for the model to act
   options.training_length = flags.steps >= 0 ? flags.steps : unless_given;
   options.model_name = flags.model;
+  options.token = flags.token;
+  options.protocol = flags.protocol == "text1" ? Protocol::kText1
+                     : flags.protocol == "2"   ? Protocol::kProtocol2
+                                               : Protocol::kAuto;
   options.seed = static_cast<std::uint64_t>(flags.seed);
   options.terminator = flags.no_newline ? text1::Terminator::kNone : text1::Terminator::kNewline;
   options.min_step_s = flags.rate > 0.0 ? 1.0 / flags.rate : 0.0;
@@ -41,7 +46,11 @@ int Serve(const ServeFlags& flags) {
   const std::atomic<bool>& stop = StopSignal();
   const Result<const worlds::World*> world = worlds::FindWorld(flags.world);
   if (!world.ok()) return Fail("serve", world.status());
-  const std::unique_ptr<VectorEnv> env = (*world)->create(1);
+  const bool loopback = flags.host == "localhost" || flags.host == "::1" || flags.host.starts_with("127.");
+  if (!loopback && flags.token.empty())
+    return Fail("serve", {StatusCode::kInvalidArgument,
+                          "--host " + Quote(flags.host) + " lets other machines in; that needs an access --token"});
+  const std::unique_ptr<VectorEnv> env = (*world)->create(static_cast<std::int32_t>(flags.envs));
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);
   if (!server.ok()) return Fail("serve", server.status());
   const int port = (*server)->port();
@@ -71,6 +80,10 @@ Action AddServe(CLI::App& app) {
   app.add_option("world", flags->world, "a built-in world (consac list worlds)")->required();
   app.add_option("--host", flags->host, "address to listen on; anything but loopback lets other machines in");
   AddWhole(app, "--port", &flags->port, 0, 65535, "port; 0 takes a free one");
+  AddWhole(app, "--envs", &flags->envs, 1, 1000000, "copies of the world in one session; more than 1 needs protocol 2");
+  app.add_option("--protocol", flags->protocol, "auto, text1 or 2: what trainers may speak")
+      ->check(CLI::IsMember({"auto", "text1", "2"}));
+  app.add_option("--token", flags->token, "access token that trainers must show; needs protocol 2");
   app.add_option("--port-file", flags->port_file, "write the port that is open to this file");
   AddWhole(app, "--steps", &flags->steps, 0, kMostWhole, "training length sent to the trainer; 100000 unless given");
   app.add_option("--model", flags->model,

@@ -15,6 +15,7 @@ namespace {
 struct TrainFlags {
   std::string world, config_file;
   std::optional<std::string> name, directory;
+  std::string token;
   std::vector<std::string> fields;    // "steps=1e5", in the order given
   std::vector<std::string> settings;  // of --set
   bool resume = false, force = false, forever = false, json = false;
@@ -43,6 +44,7 @@ Result<run::RunConfig> Resolve(const TrainFlags& flags) {
   for (const std::string& setting : flags.settings) CONSAC_RETURN_IF_ERROR(run::ApplySetting(setting, &config));
   if (flags.name.has_value()) config.name = *flags.name;
   if (flags.directory.has_value()) config.directory = *flags.directory;
+  config.token = flags.token;
   config.resume = flags.resume;
   config.force = flags.force;
   config.forever = flags.forever;
@@ -121,6 +123,8 @@ Action AddTrain(CLI::App& app) {
                "serve one session of the engine after another, training or acting as it asks");
   AddSwitch(app, flags, "--answer-done", "answer_done=true",
             "answer an episode's last observation, for engines that wait there");
+  AddField(app, flags, "--protocol", "protocol", "what to speak with an engine: auto, text1 or 2; auto unless given");
+  app.add_option("--token", flags->token, "access token that the engine asks for");
   AddField(app, flags, "--connect-timeout", "connect_timeout_s", "seconds to keep trying to reach an engine");
   AddField(app, flags, "--deadline", "deadline_s", "seconds of an engine's silence that end the session");
   AddField(app, flags, "--quiet-time", "quiet_s", "seconds of silence that end a message without newline");

@@ -57,16 +57,22 @@ TEST(Allocations, NonePerActionOfAModel) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-TEST(Allocations, NonePerStepAtBothEndsOfAConnection) {
+class EitherProtocol : public ::testing::TestWithParam<Protocol> {};
+INSTANTIATE_TEST_SUITE_P(Each, EitherProtocol, ::testing::Values(Protocol::kText1, Protocol::kProtocol2));
+
+TEST_P(EitherProtocol, AllocatesNothingPerStepAtEitherEnd) {
   EnvServerOptions options;
+  options.protocol = GetParam();
   options.training_length = 100000;
   testing::ServedWorld engine("road-v0", options);
   auto transport = ConnectTcp(*Endpoint::Parse(engine.url()), 5.0);
   ASSERT_TRUE(transport.ok()) << transport.status().message();
-  auto client = EnvClient::Open(std::move(*transport), {});
+  EnvClientOptions client_options;
+  client_options.protocol = GetParam();
+  auto client = EnvClient::Open(std::move(*transport), client_options);
   ASSERT_TRUE(client.ok()) << client.status().message();
   BatchBuffer buffer((*client)->spec().behaviours[0]);
-  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  ASSERT_TRUE((*client)->Reset(0, {&buffer.batch(), 1}).ok());
   const auto step = [&](int i) {
     buffer.Advance();
     *reinterpret_cast<std::int32_t*>(buffer.batch().actions) = i % 3;

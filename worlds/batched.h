@@ -23,7 +23,7 @@ struct StepResult {
   bool terminated = false;  ///< the episode ended in a terminal state
 };
 
-/// N copies of W. Copy i draws from stream "world", index i.
+/// N copies of W. Copy i draws from stream "world" of seed + i.
 template <class W>
 class Batched final : public VectorEnv {
  public:
@@ -33,19 +33,26 @@ class Batched final : public VectorEnv {
   const EnvSpec& spec() const override { return spec_; }
 
   void Reset(std::uint64_t seed, std::span<Batch> batches) override {
-    for (std::size_t i = 0; i < worlds_.size(); ++i) {
-      worlds_[i].rng = Rng(seed, StreamId("world"), static_cast<std::uint32_t>(i));
-      worlds_[i].steps = 0;
-      worlds_[i].world.Reset(worlds_[i].rng, Row(batches[0].next_observations, i));
-    }
+    for (std::size_t i = 0; i < worlds_.size(); ++i) (void)ResetWorld(static_cast<std::int32_t>(i), seed + i, batches);
   }
+
+  bool ResetWorld(std::int32_t world, std::optional<std::uint64_t> seed, std::span<Batch> batches) override {
+    const auto i = static_cast<std::size_t>(world);
+    Copy& copy = worlds_[i];
+    if (seed.has_value()) copy.rng = Rng(*seed, StreamId("world"));
+    copy.steps = 0;
+    copy.world.Reset(copy.rng, Row(batches[0].next_observations, i));
+    return true;
+  }
+
+  bool steps_some() const override { return true; }
 
   void Step(std::span<Batch> batches) override {
     Batch& batch = batches[0];
     const auto* actions = reinterpret_cast<const typename W::Action*>(batch.actions);
     const std::size_t action_size = spec_.behaviours[0].action_layout.row_bytes / sizeof(typename W::Action);
-    for (std::size_t i = 0; i < worlds_.size(); ++i) {
-      Copy& copy = worlds_[i];
+    for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+      Copy& copy = worlds_[static_cast<std::size_t>(batch.slots[i])];
       float* observation = Row(batch.next_observations, i);
       const StepResult result = copy.world.Step(actions + i * action_size, copy.rng, observation);
       ++copy.steps;

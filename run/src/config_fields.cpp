@@ -22,7 +22,13 @@ Status CheckWorld(std::string_view value) {
   return worlds::FindWorld(value).status();
 }
 
-// `name`, `directory`, `resume`, `force` and `forever` belong to one start of a run, not to the run: flags only.
+Status CheckProtocol(std::string_view value) {
+  if (value == "auto" || value == "text1" || value == "2") return Status::Ok();
+  return {StatusCode::kInvalidArgument, "protocol = " + Quote(value) + " cannot be used; expected auto, text1 or 2"};
+}
+
+// `token` is a secret and is written nowhere. `name`, `directory`, `resume`, `force` and `forever` belong to one start
+// of a run, not to the run: flags only.
 constexpr Field kFields[] = {
     {"world", &RunConfig::world, 0, 0, OnResume::kMustStay, CheckWorld,
      "a built-in world, or tcp://host:port of an engine"},
@@ -50,6 +56,8 @@ constexpr Field kFields[] = {
      "longest silence of an engine, seconds"},
     {"quiet_s", &RunConfig::quiet_s, 0, 1e3, OnResume::kMayChange, nullptr,
      "text protocol 1: a message without terminator ends after this silence, seconds"},
+    {"protocol", &RunConfig::protocol, 0, 0, OnResume::kMayChange, CheckProtocol,
+     "what to speak with an engine: auto, text1 or 2"},
     {"answer_done", &RunConfig::answer_done, 0, 0, OnResume::kMayChange, nullptr,
      "text protocol 1: answer an episode's last observation"},
 };

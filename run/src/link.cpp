@@ -10,8 +10,9 @@
 namespace consac::run {
 namespace {
 
-constexpr double kRetryPause = 0.2;  // s between attempts to connect
-constexpr double kSayEvery = 3.0;    // s between lines about it
+constexpr double kRetryPause = 0.2;        // s between attempts to connect
+constexpr double kReconnectTimeout = 2.0;  // s
+constexpr double kSayEvery = 3.0;          // s between lines about it
 
 class LocalLink final : public WorldLink {
  public:
@@ -39,7 +40,7 @@ class EngineLink final : public WorldLink {
   explicit EngineLink(std::unique_ptr<EnvClient> client) : client_(std::move(client)) {}
   ~EngineLink() override { client_->Close(); }
   const EnvSpec& spec() const override { return client_->spec(); }
-  Status Reset(std::uint64_t, std::span<Batch> batches) override { return client_->Reset(batches); }
+  Status Reset(std::uint64_t seed, std::span<Batch> batches) override { return client_->Reset(seed, batches); }
   Status Step(std::span<Batch> batches, MoreSteps more) override { return client_->Step(batches, more); }
   void Visit(Archive&) override {}
   SessionRequest request() const override { return client_->request(); }
@@ -71,6 +72,22 @@ Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transpo
   return std::unique_ptr<WorldLink>(std::make_unique<EngineLink>(std::move(*client)));
 }
 
+namespace {
+
+// An old engine that was slow to send its text setup has heard a HELLO by then: it is asked again, without one.
+Result<std::unique_ptr<WorldLink>> OpenEitherProtocol(const Endpoint& endpoint, std::unique_ptr<Transport> transport,
+                                                      EnvClientOptions options) {
+  options.reconnect = [endpoint] { return ConnectTcp(endpoint, kReconnectTimeout); };
+  Result<std::unique_ptr<WorldLink>> link = OpenEngine(std::move(transport), options);
+  if (link.ok() || link.status().code() != StatusCode::kFailedPrecondition) return link;
+  options.protocol = Protocol::kText1;
+  Result<std::unique_ptr<Transport>> again = ConnectTcp(endpoint, kReconnectTimeout);
+  if (!again.ok()) return again.status();
+  return OpenEngine(std::move(*again), options);
+}
+
+}  // namespace
+
 Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options,
                                                  const std::function<void(const std::string&)>& say) {
   const Result<Endpoint> endpoint = Endpoint::Parse(options.url);
@@ -82,7 +99,7 @@ Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options,
     if (stop != nullptr && stop->load())
       return Status{StatusCode::kCancelled, "stopped while waiting for an engine at " + options.url};
     Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, 2.0);
-    if (transport.ok()) return OpenEngine(std::move(*transport), options.client);
+    if (transport.ok()) return OpenEitherProtocol(*endpoint, std::move(*transport), options.client);
     if (transport.status().code() != StatusCode::kUnavailable) return transport.status();
     const double waited = Now() - start;
     if (waited >= options.connect_timeout_s) {

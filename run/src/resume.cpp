@@ -55,6 +55,7 @@ Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   config.name = asked.name;
   config.directory = asked.directory;
   config.forever = asked.forever;
+  config.token = asked.token;
   config.given = asked.given;
   config.resume = true;
   return config;

@@ -34,6 +34,10 @@ Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std
   options.client.deadline_s = config.deadline_s;
   options.client.quiet_s = config.quiet_s;
   options.client.answer_done = config.answer_done;
+  options.client.token = config.token;
+  options.client.protocol = config.protocol == "text1" ? Protocol::kText1
+                            : config.protocol == "2"   ? Protocol::kProtocol2
+                                                       : Protocol::kAuto;
   options.client.stop = &stop;
   Result<RunSummary> last = RunSummary{};
   do {

@@ -8,7 +8,7 @@
 #include "consac/base/text.h"
 #include "consac/base/version.h"
 #include "consac/nn/ops.h"
-#include "policy/space_json.h"
+#include "space/space_json.h"
 
 namespace consac {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "consac/base/text.h"
 #include "consac/protocol/text1.h"
-#include "consac/server/env_client.h"
+#include "server/clients.h"
 
 namespace consac {
 namespace {
@@ -19,8 +19,11 @@ Status AtStep(const Status& status, std::int64_t step) {
 
 class TextClient final : public EnvClient {
  public:
-  TextClient(std::unique_ptr<Transport> transport, const EnvClientOptions& options)
-      : transport_(std::move(transport)), options_(options) {}
+  TextClient(std::unique_ptr<Transport> transport, const EnvClientOptions& options, std::span<const std::byte> first)
+      : transport_(std::move(transport)), options_(options) {
+    std::memcpy(framer_.Writable().data(), first.data(), first.size());
+    (void)framer_.Commit(first.size());
+  }
 
   Status ReadSetup() {
     framer_.SetExpect(Framer::Expect::kSetup, false);
@@ -51,7 +54,7 @@ class TextClient final : public EnvClient {
   const EnvSpec& spec() const override { return spec_; }
   const SessionRequest& request() const override { return request_; }
 
-  Status Reset(std::span<Batch> batches) override {
+  Status Reset(std::uint64_t, std::span<Batch> batches) override {
     bool done = true;
     float reward = 0.0f;
     // An engine may begin with the end of what it played before; nothing is learned from that.
@@ -164,9 +167,9 @@ class TextClient final : public EnvClient {
 
 }  // namespace
 
-Result<std::unique_ptr<EnvClient>> EnvClient::Open(std::unique_ptr<Transport> transport,
-                                                   const EnvClientOptions& options) {
-  auto client = std::make_unique<TextClient>(std::move(transport), options);
+Result<std::unique_ptr<EnvClient>> OpenTextClient(std::unique_ptr<Transport> transport, const EnvClientOptions& options,
+                                                  std::span<const std::byte> first) {
+  auto client = std::make_unique<TextClient>(std::move(transport), options, first);
   CONSAC_RETURN_IF_ERROR(client->ReadSetup());
   return std::unique_ptr<EnvClient>(std::move(client));
 }

@@ -55,6 +55,7 @@ class Counter final : public VectorEnv {
 struct Engine {
   explicit Engine(EnvServerOptions options = {}) {
     if (options.training_length == 0 && options.model_name.empty()) options.training_length = 7;
+    options.protocol = Protocol::kText1;
     auto listener = ListenTcp({"127.0.0.1", 0});
     server = *EnvServer::Create(world, std::move(*listener), options);
     thread = std::thread([this] { status = server->ServeSession(stop); });
@@ -99,7 +100,7 @@ Status OpenScripted(std::string_view text, bool close, EnvClientOptions options 
 /// Runs `steps` steps with action 2 and checks what comes of each.
 void WholeSession(EnvClient& client, int steps) {
   BatchBuffer buffer(client.spec().behaviours[0]);
-  ASSERT_TRUE(client.Reset({&buffer.batch(), 1}).ok());
+  ASSERT_TRUE(client.Reset(0, {&buffer.batch(), 1}).ok());
   for (int i = 1; i <= steps; ++i) {
     buffer.Advance();
     Batch& batch = buffer.batch();
@@ -144,7 +145,7 @@ TEST(Server, ATrainerThatLeavesEarlyIsNamedWithItsSteps) {
   Engine engine;
   auto client = EnvClient::Open(engine.Connect(), {});
   BatchBuffer buffer((*client)->spec().behaviours[0]);
-  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  ASSERT_TRUE((*client)->Reset(0, {&buffer.batch(), 1}).ok());
   ASSERT_TRUE((*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes).ok());
   (*client)->Close();
   const Status status = engine.Finish();
@@ -189,6 +190,7 @@ TEST(Server, PollNeverWaitsAndServesAWholeSession) {
   Counter world;
   auto listener = ListenTcp({"127.0.0.1", 0});
   EnvServerOptions options;
+  options.protocol = Protocol::kText1;
   options.training_length = 9;
   auto server = *EnvServer::Create(world, std::move(*listener), options);
   const double start = Now();
@@ -212,6 +214,7 @@ TEST(Server, PollNeverWaitsAndServesAWholeSession) {
 TEST(Server, PollTakesOneStepOfTheWorldATick) {
   Counter world;
   EnvServerOptions options;
+  options.protocol = Protocol::kText1;
   options.training_length = 100;
   auto server = *EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), options);
   auto trainer = *ConnectTcp({"127.0.0.1", server->port()}, 2.0);
@@ -242,13 +245,14 @@ TEST(Server, NaNIsNeverSent) {
     Counter counter_;
   } world;
   EnvServerOptions options;
+  options.protocol = Protocol::kText1;
   options.training_length = 100;
   auto server = *EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), options);
   Status served;
   std::thread engine([&] { served = server->ServeSession(kNeverStop); });
   auto client = EnvClient::Open(*ConnectTcp({"127.0.0.1", server->port()}, 2.0), {});
   BatchBuffer buffer((*client)->spec().behaviours[0]);
-  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  ASSERT_TRUE((*client)->Reset(0, {&buffer.batch(), 1}).ok());
   const Status step = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
   engine.join();
   EXPECT_EQ(served.code(), StatusCode::kNonFinite);
@@ -273,7 +277,7 @@ TEST(Client, AnEndBeforeTheFirstStepIsPassedOver) {
   auto client = EnvClient::Open(std::move(transport), {});
   ASSERT_TRUE(client.ok()) << client.status().message();
   BatchBuffer buffer((*client)->spec().behaviours[0]);
-  ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+  ASSERT_TRUE((*client)->Reset(0, {&buffer.batch(), 1}).ok());
   EXPECT_EQ(reinterpret_cast<const float*>(buffer.batch().next_observations)[0], 10.0f);
 }
 
@@ -293,6 +297,7 @@ TEST(Server, WorldsThatTheProtocolCannotCarryAreRefused) {
   EnvServerOptions nothing_asked;
   EXPECT_FALSE(EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), nothing_asked).ok());
   EnvServerOptions hash;
+  hash.protocol = Protocol::kText1;
   hash.training_length = 1;
   hash.model_name = "a#b";
   EXPECT_FALSE(EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), hash).ok());
@@ -319,7 +324,7 @@ TEST(Client, AnEngineThatDiesAtAnyByteIsAnError) {
     auto client = EnvClient::Open(std::move(transport), options);
     if (!client.ok()) continue;
     BatchBuffer buffer((*client)->spec().behaviours[0]);
-    Status status = (*client)->Reset({&buffer.batch(), 1});
+    Status status = (*client)->Reset(0, {&buffer.batch(), 1});
     for (int i = 0; i < 3 && status.ok(); ++i) {
       buffer.Advance();
       status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
@@ -343,7 +348,7 @@ TEST(Client, BadObservationsAreNamedWithTheirStep) {
     auto client = EnvClient::Open(std::move(transport), {});
     ASSERT_TRUE(client.ok());
     BatchBuffer buffer((*client)->spec().behaviours[0]);
-    ASSERT_TRUE((*client)->Reset({&buffer.batch(), 1}).ok());
+    ASSERT_TRUE((*client)->Reset(0, {&buffer.batch(), 1}).ok());
     const Status status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
     EXPECT_EQ(status.code(), entry.code) << status.message();
     EXPECT_NE(status.message().find("step 1"), std::string::npos) << status.message();
@@ -360,9 +365,9 @@ TEST(Client, SilenceIsADeadlineAndStopEndsAWait) {
   options.stop = &stop;
   auto client = EnvClient::Open(std::move(transport), options);
   BatchBuffer buffer((*client)->spec().behaviours[0]);
-  EXPECT_EQ((*client)->Reset({&buffer.batch(), 1}).code(), StatusCode::kDeadlineExceeded);
+  EXPECT_EQ((*client)->Reset(0, {&buffer.batch(), 1}).code(), StatusCode::kDeadlineExceeded);
   stop = true;
-  EXPECT_EQ((*client)->Reset({&buffer.batch(), 1}).code(), StatusCode::kCancelled);
+  EXPECT_EQ((*client)->Reset(0, {&buffer.batch(), 1}).code(), StatusCode::kCancelled);
 }
 
 TEST(Client, AnEngineThatWaitsAfterAnEndIsHintedAt) {
@@ -381,7 +386,7 @@ TEST(Client, AnEngineThatWaitsAfterAnEndIsHintedAt) {
     options.deadline_s = 0.5;
     auto client = EnvClient::Open(engine.Connect(), options);
     BatchBuffer buffer((*client)->spec().behaviours[0]);
-    Status status = (*client)->Reset({&buffer.batch(), 1});
+    Status status = (*client)->Reset(0, {&buffer.batch(), 1});
     for (int i = 0; i < 3 && status.ok(); ++i) status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
     EXPECT_EQ(status.code(), StatusCode::kDeadlineExceeded);
     (*client)->Close();

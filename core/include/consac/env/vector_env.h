@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@ struct BehaviourSpec {
   Layout action_layout;          ///< of action_space
   bool masks_actions = false;    ///< the world says at every step which actions are legal; false: masks stay null
   std::int32_t slots = 1;        ///< agents of this behaviour over all worlds: slot ids are 0..slots-1
+  std::vector<std::string> agents = {"agent"};  ///< of one world; slot = world * agents.size() + place in this list
 
   /// Fills the layouts from the spaces.
   static BehaviourSpec Of(std::string name, Space observation_space, Space action_space, std::int32_t slots);
@@ -36,6 +38,11 @@ struct EnvSpec {
   std::int64_t max_episode_steps = 0;     ///< time limit that truncates; 0: none
   double reward_threshold =
       std::numeric_limits<double>::quiet_NaN();  ///< mean return at which the world counts as solved; NaN: none
+
+  /// Copies of the world: the same for every behaviour.
+  std::int32_t environments() const {
+    return behaviours[0].slots / static_cast<std::int32_t>(behaviours[0].agents.size());
+  }
 };
 
 /// N copies of a world, stepped together. Autoreset in the same step: a row whose episode ended carries its last
@@ -46,11 +53,19 @@ class VectorEnv {
   virtual ~VectorEnv() = default;
   /// What it offers; constant for life.
   virtual const EnvSpec& spec() const = 0;
-  /// Starts every world afresh, world i from stream i of `seed`, and writes the first observations into
+  /// Starts every world afresh, world i from `seed` + i, and writes the first observations into
   /// batches[b].next_observations (and next_action_masks), b counting behaviours; batches hold every slot.
   virtual void Reset(std::uint64_t seed, std::span<Batch> batches) = 0;
   /// One step of every world: reads actions, writes everything below them. Never fails, never allocates.
   virtual void Step(std::span<Batch> batches) = 0;
+  /// Starts one world afresh, from `seed` or, without one, going on with its own random numbers, and writes the first
+  /// observations of its slots. `batches` hold every slot. False when this environment cannot.
+  virtual bool ResetWorld(std::int32_t world, std::optional<std::uint64_t> seed, std::span<Batch> batches) {
+    (void)world, (void)seed, (void)batches;
+    return false;
+  }
+  /// True when Step takes batches that hold some of the slots only: all of those of the worlds that are to be stepped.
+  virtual bool steps_some() const { return false; }
   /// Exact state of all worlds, generators included.
   virtual void Visit(Archive& archive) = 0;
 };

@@ -1,14 +1,16 @@
 #pragma once
-// The trainer's end of a connection to an engine: a world that can fail. Looks like VectorEnv, but every call
-// returns a Status. The protocol behind it is found out at connect; so far text protocol 1 (one world, one agent).
+// The trainer's end of a connection to an engine: worlds that can fail. Looks like VectorEnv, but every call returns a
+// Status. Behind it is text protocol 1 (one world, one agent) or protocol 2, whichever the engine speaks.
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
 #include "consac/env/vector_env.h"
+#include "consac/server/protocol.h"
 #include "consac/transport/transport.h"
 
 namespace consac {
@@ -20,7 +22,12 @@ struct EnvClientOptions {
   double quiet_s = 0.002;         ///< an engine without terminators: a message ends after this silence
   double after_end_s = 2.0;       ///< silence after an episode's end that is reported with a hint at answer_done
   const std::atomic<bool>* stop = nullptr;  ///< once true, a waiting call returns kCancelled within 0.1 s
-  bool answer_done = false;  ///< answer an episode's last observation with an action that the engine ignores
+  bool answer_done = false;             ///< answer an episode's last observation with an action that the engine ignores
+  Protocol protocol = Protocol::kAuto;  ///< kProtocol2 says HELLO at once; kAuto first waits 0.1 s for a text setup
+  std::string token;                    ///< protocol 2: the engine's access token
+  /// Protocol 2: a new connection after the first has broken, to go on with the session; null: do not.
+  std::function<Result<std::unique_ptr<Transport>>()> reconnect;
+  double resume_s = 10.0;  ///< how long a lost connection is tried again
 };
 
 /// What the engine asked for in its setup.
@@ -44,8 +51,9 @@ class EnvClient {
   virtual const EnvSpec& spec() const = 0;
   /// What the engine asked for.
   virtual const SessionRequest& request() const = 0;
-  /// Waits for the first observation of the session and writes next_observations.
-  virtual Status Reset(std::span<Batch> batches) = 0;
+  /// Begins every environment, environment i from `seed` + i (text protocol 1: as the engine pleases), and writes
+  /// next_observations.
+  virtual Status Reset(std::uint64_t seed, std::span<Batch> batches) = 0;
   /// Sends the actions and waits for what comes of them; writes everything below `actions`. After an episode's end it
   /// also waits for the next episode's first observation, unless `more` is kLast. Never allocates once warm.
   virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;

@@ -33,6 +33,8 @@ struct RunConfig {
   double connect_timeout_s = 60.0;            ///< keep trying to reach an engine for so long
   double deadline_s = 60.0;                   ///< longest silence of an engine
   double quiet_s = 0.002;                     ///< text protocol 1 without terminators
+  std::string protocol = "auto";              ///< auto, text1 or 2: what to speak with an engine
+  std::string token;                          ///< access token that an engine asks for
   bool answer_done = false;                   ///< text protocol 1: answer an episode's last observation
   bool resume = false;                        ///< go on with runs/NAME
   bool force = false;                         ///< overwrite runs/NAME

@@ -1,5 +1,6 @@
-#include "policy/space_json.h"
+#include "space/space_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,16 +15,24 @@ using SpaceJson = nlohmann::json;
 constexpr int kDeepestSpace = 16;
 
 Status BadSpace(const std::string& what) {
-  return {StatusCode::kDataLoss, "a space in the model " + what};
+  return {StatusCode::kDataLoss, "a space " + what};
 }
 
+// One number holds for all elements: the bounds of an image are not 28,000 times 0.
 SpaceJson BoundsToJson(const std::vector<double>& bounds) {
+  const bool same = bounds.size() > 1 && std::isfinite(bounds[0]) &&
+                    std::all_of(bounds.begin(), bounds.end(), [&](double bound) { return bound == bounds[0]; });
+  if (same) return bounds[0];
   SpaceJson out = SpaceJson::array();
   for (const double bound : bounds) out.push_back(std::isfinite(bound) ? SpaceJson(bound) : SpaceJson(nullptr));
   return out;
 }
 
-bool BoundsFromJson(const SpaceJson& json, double unbounded, std::vector<double>* out) {
+bool BoundsFromJson(const SpaceJson& json, std::size_t count, double unbounded, std::vector<double>* out) {
+  if (json.is_number()) {
+    out->assign(count, json.get<double>());
+    return true;
+  }
   if (!json.is_array()) return false;
   for (const SpaceJson& bound : json) {
     if (!bound.is_number() && !bound.is_null()) return false;
@@ -55,9 +64,13 @@ Result<Space> BoxFromJson(const SpaceJson& json) {
   const SpaceJson& type = Field(json, "dtype");
   if (!type.is_string() || !ParseDType(type.get_ref<const std::string&>(), &dtype))
     return BadSpace("has no known dtype");
-  if (!IntegersFromJson(Field(json, "shape"), &shape) || !BoundsFromJson(Field(json, "low"), -kInfinity, &low) ||
-      !BoundsFromJson(Field(json, "high"), kInfinity, &high)) {
-    return BadSpace("is a box without shape, low or high");
+  if (!IntegersFromJson(Field(json, "shape"), &shape)) return BadSpace("is a box without shape");
+  const Result<Space> any = Space::Box(0, 0, shape, dtype);  // checks the shape before memory is taken for it
+  if (!any.ok()) return any.status();
+  const auto count = static_cast<std::size_t>(any->flat_size());
+  if (!BoundsFromJson(Field(json, "low"), count, -kInfinity, &low) ||
+      !BoundsFromJson(Field(json, "high"), count, kInfinity, &high)) {
+    return BadSpace("is a box without low or high");
   }
   return Space::Box(std::move(low), std::move(high), std::move(shape), dtype);
 }

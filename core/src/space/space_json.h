@@ -1,5 +1,5 @@
 #pragma once
-// Spaces as JSON, as model files hold them. Private to core.
+// Spaces as JSON, as model files and protocol 2 hold them. Private to core.
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -1,0 +1,205 @@
+#pragma once
+// Protocol 2 as bytes: frames, control messages and the blocks of STEP and RESULT. Sans-I/O: bytes in, frames out, no
+// sockets, no allocation per step. Used by server, client, tests and fuzzers. spec/protocol2.md is the law.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "consac/base/status.h"
+#include "consac/env/vector_env.h"
+
+namespace consac::protocol2 {
+
+inline constexpr std::uint32_t kMagic = 0x43534EC0;  ///< the bytes C0 4E 53 43
+inline constexpr int kVersion = 2;                   ///< lowest and highest that this code speaks
+inline constexpr std::size_t kHeaderBytes = 32;
+inline constexpr std::size_t kLargestBeforeWelcome = 4096;
+inline constexpr std::size_t kLargestFrame = std::size_t{64} << 20;
+inline constexpr std::size_t kLargestJson = std::size_t{1} << 20;
+
+/// What a frame is.
+enum class FrameType : std::uint16_t {
+  kHello = 1,
+  kWelcome,
+  kConfigure,
+  kSpec,
+  kReset,
+  kStep,
+  kResult,
+  kError,
+  kGoAway,
+  kBye,
+  kPing,
+  kPong,
+  kPaused,
+  kResumed,
+  kRender,
+  kFrame
+};
+inline constexpr std::uint16_t kOptionalType = 0x8000;  ///< skipped by those who do not know it
+
+/// The fields of a header that carry meaning.
+struct FrameHeader {
+  FrameType type = FrameType::kHello;
+  bool checked = false;       ///< the payload's CRC-32C travels with it
+  std::uint32_t length = 0;   ///< of the payload
+  std::uint32_t crc = 0;      ///< CRC-32C of the payload where `checked`
+  std::uint64_t request = 0;  ///< number of the request, or of the one that is answered
+  std::uint32_t session = 0;
+};
+
+/// Writes 32 bytes.
+void WriteHeader(const FrameHeader& header, std::byte* out);
+/// Reads 32 bytes; `limit` bounds the payload. Errors begin with their name in the specification, "BAD_MAGIC: ...".
+Result<FrameHeader> ReadHeader(const std::byte* bytes, std::size_t limit);
+
+/// A failure under a name of the specification, as kProtocol "NAME: text".
+Status Fault(std::string_view name, const std::string& text);
+/// The name of such a failure; "MALFORMED" where it has none.
+std::string_view FaultName(const Status& status);
+
+/// One frame that has arrived.
+struct Frame {
+  FrameHeader header;
+  std::span<const std::byte> payload;  // valid until the reader is written to again
+};
+
+/// Bytes in, frames out, however they were cut or joined.
+class FrameReader {
+ public:
+  /// Payloads of at most `limit` bytes.
+  explicit FrameReader(std::size_t limit = kLargestBeforeWelcome);
+  /// Once WELCOME has said how much.
+  void SetLimit(std::size_t limit) { limit_ = limit; }
+  /// Where the next bytes go; never empty.
+  std::span<std::byte> Writable();
+  /// So many of them have arrived.
+  void Commit(std::size_t count) { end_ += count; }
+  /// The next whole frame; false when there is none yet. After an error the stream cannot be read further.
+  Result<bool> Next(Frame* frame);
+  /// Bytes that belong to no whole frame, for error messages.
+  std::span<const std::byte> pending() const { return std::span(buffer_).subspan(begin_, end_ - begin_); }
+
+ private:
+  std::vector<std::byte> buffer_;
+  std::size_t begin_ = 0, end_ = 0, limit_;
+};
+
+/// Who a client is and what it can do.
+struct Hello {
+  int lowest = kVersion, highest = kVersion;
+  std::string client;
+  std::vector<std::string> capabilities;
+  std::string token;   ///< of the server's access check; "" for none
+  std::string resume;  ///< of a session to go on with; ""
+  std::size_t max_frame = kLargestFrame;
+};
+
+/// The server's answer.
+struct Welcome {
+  std::string server;
+  std::uint32_t session = 0;
+  std::string resume;  ///< to come back with after a lost connection
+  std::vector<std::string> capabilities;
+  std::size_t max_frame = kLargestFrame;
+  double heartbeat_s = 10.0;
+  std::uint64_t last_request = 0;
+  bool resumed = false;
+};
+
+/// How the next episode of an environment begins.
+enum class Autoreset : std::uint8_t { kSameStep, kNextStep, kDisabled };
+
+/// What the client asks of the session.
+struct Configure {
+  Autoreset autoreset = Autoreset::kSameStep;
+  std::string expect_json;  ///< behaviours that it was made for, as SPEC writes them; ""
+  bool shared_memory = false;
+};
+
+/// Where the frames lie in a shared region.
+struct SharedMemorySpec {
+  std::string path;  ///< to open and map; "" when there is none
+  std::uint64_t bytes = 0, request_offset = 0, request_bytes = 0, result_offset = 0, result_bytes = 0;
+  std::int64_t spin_us = 0;
+};
+
+/// What SPEC says.
+struct SpecMessage {
+  EnvSpec env;
+  Autoreset autoreset = Autoreset::kSameStep;
+  std::int64_t training_length = 0;
+  std::string model_name;
+  SharedMemorySpec shared_memory;
+};
+
+/// What ERROR says.
+struct ErrorMessage {
+  std::string code;
+  bool ends_connection = false;
+  std::string message;
+  std::string path;  ///< of the first difference; ""
+  double retry_after_s = 0.0;
+};
+
+// Each as JSON, and back. A message that does not fit is MALFORMED.
+std::string EncodeHello(const Hello& hello);
+Result<Hello> ParseHello(std::span<const std::byte> payload);
+std::string EncodeWelcome(const Welcome& welcome);
+Result<Welcome> ParseWelcome(std::span<const std::byte> payload);
+std::string EncodeConfigure(const Configure& configure);
+Result<Configure> ParseConfigure(std::span<const std::byte> payload);
+std::string EncodeSpec(const SpecMessage& spec);
+Result<SpecMessage> ParseSpec(std::span<const std::byte> payload);
+std::string EncodeError(const ErrorMessage& error);
+Result<ErrorMessage> ParseError(std::span<const std::byte> payload);
+
+/// The behaviours of SPEC alone, as a JSON list.
+std::string BehavioursJson(const EnvSpec& env);
+/// Ok when `found` has every member of `expected` (both lists of behaviours in JSON); otherwise SPEC_MISMATCH, and
+/// `path` names the first difference.
+Status CompareBehaviours(const std::string& expected, const std::string& found, std::string* path);
+
+/// A slot's state in RESULT.
+enum SlotState : std::uint8_t { kTerminated = 1, kTruncated = 2, kFinal = 4, kFirst = 8, kActive = 16 };
+
+/// Offsets of one behaviour's blocks, from the payload's first byte.
+struct BehaviourBlocks {
+  std::size_t actions = 0;                                           // in STEP
+  std::size_t observations = 0, rewards = 0, states = 0, masks = 0;  // in RESULT
+};
+
+/// Where everything lies in RESET, STEP and RESULT of one SPEC.
+class Blocks {
+ public:
+  Blocks() = default;
+  /// For what SPEC describes.
+  explicit Blocks(const EnvSpec& env);
+  std::size_t environments = 0;
+  std::size_t seeds = 0;           // offset in RESET
+  std::size_t options = 0;         // offset in RESET, after seeds
+  std::size_t step_bytes = 0;      // whole payload of STEP
+  std::size_t result_bytes = 0;    // payload of RESULT without finals and infos, which follow
+  std::size_t largest_result = 0;  // with a final row for every slot
+  std::vector<BehaviourBlocks> behaviours;
+};
+
+inline constexpr std::size_t kActiveOffset = 8;  ///< of the byte per environment in RESET and STEP
+inline constexpr std::uint32_t kWithSeeds = 1, kWithOptions = 2, kPartFinals = 1, kPartInfos = 2;
+
+/// The next multiple of 8.
+constexpr std::size_t AlignBlock(std::size_t offset) {
+  return (offset + 7) & ~std::size_t{7};
+}
+
+/// Reads a RESULT into `batches`, one per behaviour with all its slots. Where `same_step`, an ended slot's final
+/// observation is its final row, otherwise the observation row. `states` [all slots, behaviour after behaviour] may be
+/// null.
+Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload, bool same_step,
+                  std::span<Batch> batches, std::uint8_t* states);
+
+}  // namespace consac::protocol2

@@ -1,0 +1,123 @@
+// Frames of protocol 2: headers, and cutting a stream into them.
+#include <cstring>
+
+#include "consac/base/hash.h"
+#include "consac/base/text.h"
+#include "consac/protocol/protocol2.h"
+
+namespace consac::protocol2 {
+namespace {
+
+constexpr std::uint16_t kFlagChecked = 1;
+constexpr std::size_t kFirstRoom = 65536;
+constexpr std::size_t kLeastRoom = 16384;
+
+template <class T>
+T Load(const std::byte* at) {
+  T value;
+  std::memcpy(&value, at, sizeof(value));
+  return value;
+}
+
+template <class T>
+void Store(T value, std::byte* at) {
+  std::memcpy(at, &value, sizeof(value));
+}
+
+}  // namespace
+
+Status Fault(std::string_view name, const std::string& text) {
+  return {StatusCode::kProtocol, std::string(name) + ": " + text};
+}
+
+std::string_view FaultName(const Status& status) {
+  const std::string_view message = status.message();
+  const std::size_t colon = message.find(": ");
+  if (colon == std::string_view::npos) return "MALFORMED";
+  for (const char c : message.substr(0, colon)) {
+    if ((c < 'A' || c > 'Z') && c != '_') return "MALFORMED";
+  }
+  return message.substr(0, colon);
+}
+
+void WriteHeader(const FrameHeader& header, std::byte* out) {
+  Store(kMagic, out);
+  Store(static_cast<std::uint16_t>(header.type), out + 4);
+  Store(header.checked ? kFlagChecked : std::uint16_t{0}, out + 6);
+  Store(header.length, out + 8);
+  Store(header.crc, out + 12);
+  Store(header.request, out + 16);
+  Store(header.session, out + 24);
+  Store(std::uint32_t{0}, out + 28);
+}
+
+Result<FrameHeader> ReadHeader(const std::byte* bytes, std::size_t limit) {
+  if (Load<std::uint32_t>(bytes) != kMagic) {
+    return Fault("BAD_MAGIC", "a frame begins with " + Quote({reinterpret_cast<const char*>(bytes), 4}) +
+                                  ", expected '\\xc0NSC'; is this protocol 2?");
+  }
+  FrameHeader header;
+  header.type = static_cast<FrameType>(Load<std::uint16_t>(bytes + 4));
+  const auto flags = Load<std::uint16_t>(bytes + 6);
+  header.checked = (flags & kFlagChecked) != 0;
+  header.length = Load<std::uint32_t>(bytes + 8);
+  header.crc = Load<std::uint32_t>(bytes + 12);
+  header.request = Load<std::uint64_t>(bytes + 16);
+  header.session = Load<std::uint32_t>(bytes + 24);
+  if ((flags & ~kFlagChecked) != 0 || Load<std::uint32_t>(bytes + 28) != 0) {
+    return Fault("MALFORMED", "a frame has flags " + std::to_string(flags) + " and reserved " +
+                                  std::to_string(Load<std::uint32_t>(bytes + 28)) + "; unknown bits must be 0");
+  }
+  if (header.length > limit) {
+    return Fault("FRAME_TOO_LARGE", "a frame claims " + std::to_string(header.length) + " bytes, at most " +
+                                        std::to_string(limit) + " are taken");
+  }
+  return header;
+}
+
+FrameReader::FrameReader(std::size_t limit) : buffer_(kFirstRoom), limit_(limit) {}
+
+std::span<std::byte> FrameReader::Writable() {
+  if (begin_ == end_) begin_ = end_ = 0;
+  if (buffer_.size() - end_ < kLeastRoom && begin_ > 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  if (buffer_.size() - end_ < kLeastRoom) buffer_.resize(buffer_.size() * 2);
+  return std::span(buffer_).subspan(end_);
+}
+
+Result<bool> FrameReader::Next(Frame* frame) {
+  const std::size_t there = end_ - begin_;
+  const std::byte* at = buffer_.data() + begin_;
+  if (there < kHeaderBytes) {
+    // A wrong first byte is told at once, not after 32.
+    if (there >= 4 && Load<std::uint32_t>(at) != kMagic) {
+      std::byte padded[kHeaderBytes] = {};
+      std::memcpy(padded, at, there);
+      return ReadHeader(padded, limit_).status();
+    }
+    return false;
+  }
+  const Result<FrameHeader> header = ReadHeader(at, limit_);
+  if (!header.ok()) return header.status();
+  const std::size_t whole = kHeaderBytes + header->length;
+  if (there < whole) {
+    if (begin_ + whole > buffer_.size()) {
+      std::memmove(buffer_.data(), at, there);
+      begin_ = 0;
+      end_ = there;
+      if (whole > buffer_.size()) buffer_.resize(whole + kLeastRoom);
+    }
+    return false;
+  }
+  frame->header = *header;
+  frame->payload = {at + kHeaderBytes, header->length};
+  begin_ += whole;
+  if (header->checked && Crc32c(frame->payload) != header->crc)
+    return Fault("CRC_MISMATCH", "a frame's payload was changed on its way");
+  return true;
+}
+
+}  // namespace consac::protocol2

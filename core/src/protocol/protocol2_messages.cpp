@@ -1,0 +1,381 @@
+// The control messages of protocol 2 as JSON.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "consac/base/hash.h"
+#include "consac/base/text.h"
+#include "consac/protocol/protocol2.h"
+#include "space/space_json.h"
+
+namespace consac::protocol2 {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kDeepestJson = 32;
+constexpr std::string_view kAutoresetNames[] = {"same_step", "next_step", "disabled"};
+
+std::string Dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// Depth is bounded before the parser, which would recurse, sees the text.
+int DepthOf(std::string_view text) {
+  int depth = 0, deepest = 0;
+  bool quoted = false, escaped = false;
+  for (const char c : text) {
+    if (escaped) {
+      escaped = false;
+    } else if (quoted && c == '\\') {
+      escaped = true;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (!quoted && (c == '{' || c == '[')) {
+      deepest = std::max(deepest, ++depth);
+    } else if (!quoted && (c == '}' || c == ']')) {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
+Result<Json> ParseObject(std::span<const std::byte> payload) {
+  const std::string_view text(reinterpret_cast<const char*>(payload.data()), payload.size());
+  if (text.size() > kLargestJson)
+    return Fault("MALFORMED", "JSON of " + std::to_string(text.size()) + " bytes; at most 1 MiB is taken");
+  if (const int depth = DepthOf(text); depth > kDeepestJson)
+    return Fault("MALFORMED", "JSON nested " + std::to_string(depth) + " deep; at most 32 is taken");
+  std::vector<std::set<std::string>> keys;
+  std::string twice;
+  const Json::parser_callback_t watch = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+      twice = parsed.get<std::string>();
+    return true;
+  };
+  Json json = Json::parse(text.begin(), text.end(), watch, false);
+  if (!json.is_object()) return Fault("MALFORMED", "a payload is no JSON object: " + Quote(text));
+  if (!twice.empty()) return Fault("MALFORMED", "a JSON object names " + Quote(twice) + " twice");
+  return json;
+}
+
+/// Members of an object, with what holds where they are missing or of another type.
+struct Members {
+  const Json& json;
+
+  const Json* Find(const char* name) const {
+    const auto found = json.find(name);
+    return found == json.end() ? nullptr : &*found;
+  }
+  std::string Text(const char* name) const {
+    const Json* value = Find(name);
+    return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
+  }
+  std::int64_t Whole(const char* name, std::int64_t otherwise = 0) const {
+    const Json* value = Find(name);
+    return value != nullptr && value->is_number_integer() ? value->get<std::int64_t>() : otherwise;
+  }
+  double Number(const char* name, double otherwise) const {
+    const Json* value = Find(name);
+    return value != nullptr && value->is_number() ? value->get<double>() : otherwise;
+  }
+  bool Truth(const char* name) const {
+    const Json* value = Find(name);
+    return value != nullptr && value->is_boolean() && value->get<bool>();
+  }
+  std::vector<std::string> Texts(const char* name) const {
+    std::vector<std::string> texts;
+    const Json* value = Find(name);
+    if (value == nullptr || !value->is_array()) return texts;
+    for (const Json& text : *value) {
+      if (text.is_string()) texts.push_back(text.get<std::string>());
+    }
+    return texts;
+  }
+  /// A size that the peer will take, kept within what is sane.
+  std::size_t FrameLimit() const {
+    const std::int64_t asked = Whole("max_frame", static_cast<std::int64_t>(kLargestFrame));
+    return static_cast<std::size_t>(std::clamp<std::int64_t>(asked, static_cast<std::int64_t>(kLargestBeforeWelcome),
+                                                             static_cast<std::int64_t>(kLargestFrame)));
+  }
+};
+
+Json RowJson(const Layout& layout) {
+  Json leaves = Json::array();
+  for (const Leaf& leaf : layout.leaves) {
+    leaves.push_back(
+        {{"path", leaf.name}, {"dtype", NameOf(leaf.dtype)}, {"count", leaf.count}, {"offset", leaf.offset}});
+  }
+  return {{"bytes", layout.row_bytes}, {"leaves", leaves}};
+}
+
+Json BehaviourJson(const BehaviourSpec& behaviour) {
+  return {{"name", behaviour.name},
+          {"agents", behaviour.agents},
+          {"observation", SpaceToJson(behaviour.observation_space)},
+          {"action", SpaceToJson(behaviour.action_space)},
+          {"masks_actions", behaviour.masks_actions},
+          {"observation_row", RowJson(behaviour.observation_layout)},
+          {"action_row", RowJson(behaviour.action_layout)},
+          {"mask_bytes", behaviour.masks_actions ? behaviour.action_layout.mask_bytes : 0}};
+}
+
+Json BehavioursToJson(const EnvSpec& env) {
+  Json behaviours = Json::array();
+  for (const BehaviourSpec& behaviour : env.behaviours) behaviours.push_back(BehaviourJson(behaviour));
+  return behaviours;
+}
+
+Result<Space> SpaceOf(const Json& behaviour, const char* name) {
+  const Json* json = Members{behaviour}.Find(name);
+  if (json == nullptr) return Fault("MALFORMED", "a behaviour of SPEC has no " + std::string(name));
+  Result<Space> space = SpaceFromJson(*json);
+  if (!space.ok()) return Fault("MALFORMED", std::string(name) + ": " + space.status().message());
+  return space;
+}
+
+Status CheckRow(const Json& behaviour, const char* name, const Layout& layout) {
+  const Json* row = Members{behaviour}.Find(name);
+  if (row != nullptr && *row == RowJson(layout)) return Status::Ok();
+  return Fault("MALFORMED", std::string(name) + " is " + Quote(row == nullptr ? "missing" : Dump(*row), 200) +
+                                ", expected " + Quote(Dump(RowJson(layout)), 200));
+}
+
+Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environments) {
+  constexpr std::int64_t kMostSlots = 1 << 20;
+  if (!json.is_object()) return Fault("MALFORMED", "a behaviour of SPEC is no object");
+  Result<Space> observation = SpaceOf(json, "observation"), action = SpaceOf(json, "action");
+  if (!observation.ok()) return observation.status();
+  if (!action.ok()) return action.status();
+  const Members members{json};
+  std::vector<std::string> agents = members.Texts("agents");
+  const auto slots = environments * static_cast<std::int64_t>(agents.size());
+  if (agents.empty() || environments < 1 || environments > kMostSlots || slots > kMostSlots) {
+    return Fault("MALFORMED", "SPEC offers " + std::to_string(environments) + " environments with " +
+                                  std::to_string(agents.size()) + " agents; 1 to 2^20 slots can be taken");
+  }
+  BehaviourSpec behaviour = BehaviourSpec::Of(members.Text("name"), std::move(*observation), std::move(*action),
+                                              static_cast<std::int32_t>(slots));
+  behaviour.agents = std::move(agents);
+  behaviour.masks_actions = members.Truth("masks_actions") && behaviour.action_layout.mask_bytes > 0;
+  CONSAC_RETURN_IF_ERROR(CheckRow(json, "observation_row", behaviour.observation_layout));
+  CONSAC_RETURN_IF_ERROR(CheckRow(json, "action_row", behaviour.action_layout));
+  return behaviour;
+}
+
+SharedMemorySpec SharedMemoryFromJson(const Json& json) {
+  const Members members{json};
+  const auto size = [&](const char* name) {
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole(name), 0));
+  };
+  return {members.Text("path"),  size("bytes"),        size("request_offset"),     size("request_bytes"),
+          size("result_offset"), size("result_bytes"), members.Whole("spin_us", 0)};
+}
+
+Json SharedMemoryToJson(const SharedMemorySpec& shared) {
+  return {{"path", shared.path},
+          {"bytes", shared.bytes},
+          {"request_offset", shared.request_offset},
+          {"request_bytes", shared.request_bytes},
+          {"result_offset", shared.result_offset},
+          {"result_bytes", shared.result_bytes},
+          {"spin_us", shared.spin_us}};
+}
+
+/// Path and both values where `found` first lacks or differs from `expected`; "" when it has everything.
+std::string FirstDifference(const Json& expected, const Json& found, const std::string& path, std::string* text) {
+  const auto below = [&](const std::string& name) { return path.empty() ? name : path + "/" + name; };
+  if (expected.is_object() && found.is_object()) {
+    for (const auto& [key, value] : expected.items()) {
+      const auto other = found.find(key);
+      const std::string difference = FirstDifference(value, other == found.end() ? Json() : *other, below(key), text);
+      if (!difference.empty()) return difference;
+    }
+    return "";
+  }
+  if (expected.is_array() && found.is_array() && expected.size() == found.size()) {
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const bool named = expected[i].is_object() && expected[i].contains("space") && expected[i].contains("name");
+      const std::string name =
+          named && expected[i]["name"].is_string() ? expected[i]["name"].get<std::string>() : std::to_string(i);
+      const std::string difference = FirstDifference(expected[i], found[i], below(name), text);
+      if (!difference.empty()) return difference;
+    }
+    return "";
+  }
+  if (expected == found) return "";
+  *text =
+      Quote(Dump(expected)) + " was expected, the engine offers " + Quote(found.is_null() ? "nothing" : Dump(found));
+  return path.empty() ? "/" : path;
+}
+
+}  // namespace
+
+std::string EncodeHello(const Hello& hello) {
+  Json json = {{"protocol", {hello.lowest, hello.highest}},
+               {"client", hello.client},
+               {"capabilities", hello.capabilities},
+               {"max_frame", hello.max_frame}};
+  if (!hello.token.empty()) json["token"] = hello.token;
+  if (!hello.resume.empty()) json["resume"] = hello.resume;
+  return Dump(json);
+}
+
+Result<Hello> ParseHello(std::span<const std::byte> payload) {
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  const Members members{*json};
+  const Json* range = members.Find("protocol");
+  const bool whole = range != nullptr && range->is_array() && range->size() == 2 && (*range)[0].is_number_integer() &&
+                     (*range)[1].is_number_integer();
+  if (!whole) return Fault("MALFORMED", "HELLO lacks \"protocol\": [lowest, highest]");
+  Hello hello;
+  hello.lowest = static_cast<int>(std::clamp<std::int64_t>((*range)[0].get<std::int64_t>(), 0, 1 << 30));
+  hello.highest = static_cast<int>(std::clamp<std::int64_t>((*range)[1].get<std::int64_t>(), 0, 1 << 30));
+  hello.client = members.Text("client");
+  hello.capabilities = members.Texts("capabilities");
+  hello.token = members.Text("token");
+  hello.resume = members.Text("resume");
+  hello.max_frame = members.FrameLimit();
+  return hello;
+}
+
+std::string EncodeWelcome(const Welcome& welcome) {
+  return Dump({{"protocol", kVersion},
+               {"server", welcome.server},
+               {"session", welcome.session},
+               {"resume", welcome.resume},
+               {"capabilities", welcome.capabilities},
+               {"max_frame", welcome.max_frame},
+               {"heartbeat_s", welcome.heartbeat_s},
+               {"last_request", welcome.last_request},
+               {"resumed", welcome.resumed}});
+}
+
+Result<Welcome> ParseWelcome(std::span<const std::byte> payload) {
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  const Members members{*json};
+  if (members.Whole("protocol") != kVersion)
+    return Fault("UNSUPPORTED_VERSION",
+                 "the engine chose protocol " + std::to_string(members.Whole("protocol")) + ", which was not offered");
+  Welcome welcome;
+  welcome.server = members.Text("server");
+  welcome.session = static_cast<std::uint32_t>(members.Whole("session"));
+  welcome.resume = members.Text("resume");
+  welcome.capabilities = members.Texts("capabilities");
+  welcome.max_frame = members.FrameLimit();
+  welcome.heartbeat_s = std::clamp(members.Number("heartbeat_s", 10.0), 0.1, 1e6);
+  welcome.last_request = static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole("last_request"), 0));
+  welcome.resumed = members.Truth("resumed");
+  return welcome;
+}
+
+std::string EncodeConfigure(const Configure& configure) {
+  Json json = {{"autoreset", kAutoresetNames[static_cast<std::size_t>(configure.autoreset)]},
+               {"transport", configure.shared_memory ? "shm" : "tcp"}};
+  if (!configure.expect_json.empty()) json["expect"] = Json::parse(configure.expect_json, nullptr, false);
+  return Dump(json);
+}
+
+namespace {
+
+Result<Autoreset> AutoresetOf(const Members& members) {
+  const std::string name = members.Text("autoreset");
+  if (name.empty()) return Autoreset::kSameStep;
+  for (std::size_t i = 0; i < std::size(kAutoresetNames); ++i) {
+    if (kAutoresetNames[i] == name) return static_cast<Autoreset>(i);
+  }
+  return Fault("UNSUPPORTED", "autoreset " + Quote(name) + " is none of same_step, next_step and disabled");
+}
+
+}  // namespace
+
+Result<Configure> ParseConfigure(std::span<const std::byte> payload) {
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  const Members members{*json};
+  const Result<Autoreset> autoreset = AutoresetOf(members);
+  if (!autoreset.ok()) return autoreset.status();
+  Configure configure;
+  configure.autoreset = *autoreset;
+  if (const Json* expect = members.Find("expect"); expect != nullptr) configure.expect_json = Dump(*expect);
+  configure.shared_memory = members.Text("transport") == "shm";
+  return configure;
+}
+
+std::string BehavioursJson(const EnvSpec& env) {
+  return Dump(BehavioursToJson(env));
+}
+
+Status CompareBehaviours(const std::string& expected, const std::string& found, std::string* path) {
+  const Json wanted = Json::parse(expected, nullptr, false), there = Json::parse(found, nullptr, false);
+  if (wanted.is_discarded() || !wanted.is_array()) return Fault("MALFORMED", "\"expect\" is no list of behaviours");
+  std::string text;
+  *path = FirstDifference({{"behaviours", wanted}}, {{"behaviours", there}}, "", &text);
+  if (path->empty()) return Status::Ok();
+  return Fault("SPEC_MISMATCH", "at " + *path + " " + text);
+}
+
+std::string EncodeSpec(const SpecMessage& spec) {
+  const Json behaviours = BehavioursToJson(spec.env);
+  const std::string canonical = Dump(behaviours);
+  const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(canonical))};
+  Json json = {{"id", spec.env.id},
+               {"environments", spec.env.environments()},
+               {"max_episode_steps", spec.env.max_episode_steps},
+               {"autoreset", kAutoresetNames[static_cast<std::size_t>(spec.autoreset)]},
+               {"training_length", spec.training_length},
+               {"model_name", spec.model_name},
+               {"deterministic", true},
+               {"hash", Sha256Hex(pieces)},
+               {"behaviours", behaviours}};
+  if (!spec.shared_memory.path.empty()) json["shm"] = SharedMemoryToJson(spec.shared_memory);
+  return Dump(json);
+}
+
+Result<SpecMessage> ParseSpec(std::span<const std::byte> payload) {
+  constexpr std::size_t kMostBehaviours = 4096;
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  const Members members{*json};
+  const Result<Autoreset> autoreset = AutoresetOf(members);
+  if (!autoreset.ok()) return autoreset.status();
+  SpecMessage spec;
+  spec.autoreset = *autoreset;
+  spec.env.id = members.Text("id");
+  spec.env.max_episode_steps = std::max<std::int64_t>(members.Whole("max_episode_steps"), 0);
+  spec.training_length = std::max<std::int64_t>(members.Whole("training_length"), 0);
+  spec.model_name = members.Text("model_name");
+  if (const Json* shared = members.Find("shm"); shared != nullptr && shared->is_object())
+    spec.shared_memory = SharedMemoryFromJson(*shared);
+  const Json* behaviours = members.Find("behaviours");
+  if (behaviours == nullptr || !behaviours->is_array() || behaviours->empty() || behaviours->size() > kMostBehaviours)
+    return Fault("MALFORMED", "SPEC has no list of behaviours");
+  for (const Json& entry : *behaviours) {
+    Result<BehaviourSpec> behaviour = BehaviourFromJson(entry, members.Whole("environments"));
+    if (!behaviour.ok()) return behaviour.status();
+    spec.env.behaviours.push_back(std::move(*behaviour));
+  }
+  return spec;
+}
+
+std::string EncodeError(const ErrorMessage& error) {
+  Json json = {
+      {"code", error.code}, {"severity", error.ends_connection ? "connection" : "request"}, {"message", error.message}};
+  if (!error.path.empty()) json["path"] = error.path;
+  if (error.retry_after_s > 0.0) json["retry_after_s"] = error.retry_after_s;
+  return Dump(json);
+}
+
+Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  const Members members{*json};
+  return ErrorMessage{members.Text("code"), members.Text("severity") == "connection", members.Text("message"),
+                      members.Text("path"), members.Number("retry_after_s", 0.0)};
+}
+
+}  // namespace consac::protocol2

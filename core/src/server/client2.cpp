@@ -1,0 +1,316 @@
+// The trainer's end of protocol 2: one request, one answer; between them pings and pauses. A connection that breaks is
+// taken up again where there is a way to connect anew: the same request is sent once more and carried out once.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+#include "consac/base/text.h"
+#include "consac/base/version.h"
+#include "consac/protocol/protocol2.h"
+#include "consac/protocol/text1.h"
+#include "server/clients.h"
+
+namespace consac {
+namespace {
+
+using protocol2::Blocks;
+using protocol2::Frame;
+using protocol2::FrameHeader;
+using protocol2::FrameType;
+
+constexpr double kStopLook = 0.1;       // s between looks at the stop flag
+constexpr double kRetryPause = 0.2;     // s between attempts to connect anew
+constexpr double kWriteTimeout = 10.0;  // s that an engine may take no data
+
+StatusCode CodeOf(std::string_view name) {
+  if (name == "CAPACITY" || name == "SHUTTING_DOWN") return StatusCode::kUnavailable;
+  if (name == "NON_FINITE") return StatusCode::kNonFinite;
+  if (name == "AUTH_FAILED" || name == "SPEC_MISMATCH" || name == "OUT_OF_RANGE" || name == "UNSUPPORTED")
+    return StatusCode::kInvalidArgument;
+  return StatusCode::kProtocol;
+}
+
+class Client2 final : public EnvClient {
+ public:
+  Client2(std::unique_ptr<Transport> transport, const EnvClientOptions& options)
+      : transport_(std::move(transport)), options_(options) {}
+
+  Status Begin() {
+    CONSAC_RETURN_IF_ERROR(SayHello());
+    const Result<Frame> answer = Request(FrameType::kConfigure, protocol2::EncodeConfigure({}));
+    if (!answer.ok()) return answer.status();
+    if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
+    Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
+    if (!spec.ok()) return spec.status();
+    spec_ = std::move(spec->env);
+    request_ask_ = {spec->training_length, spec->model_name};
+    blocks_ = Blocks(spec_);
+    message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
+    return Status::Ok();
+  }
+
+  const EnvSpec& spec() const override { return spec_; }
+  const SessionRequest& request() const override { return request_ask_; }
+
+  Status Reset(std::uint64_t seed, std::span<Batch> batches) override {
+    std::byte* payload = BeginMessage(blocks_.options);
+    std::memcpy(payload, &protocol2::kWithSeeds, sizeof(protocol2::kWithSeeds));
+    std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
+    for (std::size_t i = 0; i < blocks_.environments; ++i) {
+      const std::uint64_t own = seed + i;
+      std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
+    }
+    return Exchange(FrameType::kReset, batches);
+  }
+
+  Status Step(std::span<Batch> batches, MoreSteps) override {
+    std::byte* payload = BeginMessage(blocks_.step_bytes);
+    std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
+    for (std::size_t b = 0; b < spec_.behaviours.size(); ++b) {
+      const BehaviourSpec& behaviour = spec_.behaviours[b];
+      std::memcpy(payload + blocks_.behaviours[b].actions, batches[b].actions,
+                  static_cast<std::size_t>(behaviour.slots) * behaviour.action_layout.row_bytes);
+    }
+    ++steps_;
+    const Status status = Exchange(FrameType::kStep, batches);
+    if (status.ok()) return status;
+    return {status.code(), "at step " + std::to_string(steps_) + ": " + status.message()};
+  }
+
+  void Close() override {
+    if (open_) (void)SendControl(FrameType::kBye, {});
+    open_ = false;
+    transport_->Close();
+  }
+  std::string description() const override {
+    const std::int32_t copies = spec_.environments();
+    return transport_->peer() + ", protocol 2" + (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
+  }
+
+ private:
+  // ---- connecting
+
+  Status SayHello() {
+    protocol2::Hello hello;
+    hello.client = std::string("consac ") + kVersion;
+    hello.token = options_.token;
+    hello.resume = welcome_.resume;
+    CONSAC_RETURN_IF_ERROR(SendControl(FrameType::kHello, protocol2::EncodeHello(hello)));
+    reader_ = protocol2::FrameReader();
+    const Result<Frame> answer = ReadAnswer(0, std::min(options_.setup_timeout_s, options_.deadline_s));
+    if (!answer.ok()) return HelloFailed(answer.status());
+    if (answer->header.type != FrameType::kWelcome) return Unexpected(*answer, "WELCOME");
+    Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(answer->payload);
+    if (!welcome.ok()) return welcome.status();
+    welcome_ = std::move(*welcome);
+    reader_.SetLimit(welcome_.max_frame);
+    open_ = true;
+    return Status::Ok();
+  }
+
+  Status HelloFailed(const Status& why) const {
+    if (why.code() == StatusCode::kProtocol && protocol2::FaultName(why) == "BAD_MAGIC") {
+      const auto bytes = reader_.pending();
+      const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      if (text.starts_with("D#") || text.starts_with("B#"))
+        return {StatusCode::kFailedPrecondition, "the engine speaks text protocol 1"};
+      const std::string_view line = text.substr(0, text.find('\n'));
+      if (line.starts_with(text1::kBusyPrefix))
+        return {StatusCode::kUnavailable, transport_->peer() + " is " + std::string(line)};
+      return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " + Quote(line)};
+    }
+    if (why.code() != StatusCode::kDeadlineExceeded) return why;
+    return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but answers nothing; an engine " +
+                                               "sends a setup or answers HELLO, so is this another service?"};
+  }
+
+  Status Unexpected(const Frame& frame, const char* expected) const {
+    return {StatusCode::kProtocol, transport_->peer() + " answered with a frame of type " +
+                                       std::to_string(static_cast<int>(frame.header.type)) + ", expected " + expected};
+  }
+
+  // ---- frames out
+
+  /// Room for a request's payload behind its header; zeroed.
+  std::byte* BeginMessage(std::size_t payload_bytes) {
+    message_.assign(protocol2::kHeaderBytes + payload_bytes, std::byte{0});
+    return message_.data() + protocol2::kHeaderBytes;
+  }
+
+  Status SendControl(FrameType type, const std::string& json) {
+    const auto payload = std::as_bytes(std::span(json));
+    std::vector<std::byte> frame(protocol2::kHeaderBytes);
+    protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(json.size()), 0, 0, welcome_.session},
+                           frame.data());
+    frame.insert(frame.end(), payload.begin(), payload.end());
+    return transport_->Write(frame, kWriteTimeout);
+  }
+
+  /// Sends what BeginMessage prepared and waits for its answer, over a new connection if the first breaks.
+  Result<Frame> Perform(FrameType type) {
+    const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
+    const std::uint64_t next = ++request_;
+    protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(payload), 0, next, welcome_.session},
+                           message_.data());
+    const double start = Now();
+    while (true) {
+      Status status = transport_->Write(message_, kWriteTimeout);
+      if (status.ok()) {
+        Result<Frame> answer = ReadAnswer(request_, options_.deadline_s);
+        if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
+        status = answer.status();
+      }
+      CONSAC_RETURN_IF_ERROR(ConnectAnew(status, start));
+    }
+  }
+
+  Status ConnectAnew(const Status& why, double start) {
+    open_ = false;
+    if (!options_.reconnect || spec_.behaviours.empty()) return why;
+    while (Now() - start < options_.resume_s) {
+      if (options_.stop != nullptr && options_.stop->load())
+        return {StatusCode::kCancelled, "stopped while connecting anew"};
+      Result<std::unique_ptr<Transport>> transport = options_.reconnect();
+      if (transport.ok()) {
+        transport_ = std::move(*transport);
+        const Status hello = SayHello();
+        if (hello.ok() && welcome_.resumed) return Status::Ok();
+        if (hello.code() != StatusCode::kUnavailable)
+          return {why.code(), why.message() + "; the session could not be taken up again: " + hello.message()};
+      }
+      std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
+    }
+    return why;
+  }
+
+  Result<Frame> Request(FrameType type, const std::string& json) {
+    std::byte* payload = BeginMessage(json.size());
+    std::memcpy(payload, json.data(), json.size());
+    return Perform(type);
+  }
+
+  Status Exchange(FrameType type, std::span<Batch> batches) {
+    const Result<Frame> answer = Perform(type);
+    if (!answer.ok()) return answer.status();
+    if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
+    CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, true, batches, nullptr));
+    return CheckNumbers(batches);
+  }
+
+  Status CheckNumbers(std::span<const Batch> batches) const {
+    for (std::size_t b = 0; b < batches.size(); ++b) {
+      const BehaviourSpec& behaviour = spec_.behaviours[b];
+      for (std::int32_t slot = 0; slot < behaviour.slots; ++slot) {
+        const std::string_view what = FirstNonFinite(behaviour, batches[b], slot);
+        if (what.empty()) continue;
+        return {StatusCode::kNonFinite, std::string(what) + " of slot " + std::to_string(slot) + " of '" +
+                                            behaviour.name + "' is NaN or infinite; mend it in the world"};
+      }
+    }
+    return Status::Ok();
+  }
+
+  static std::string_view FirstNonFinite(const BehaviourSpec& behaviour, const Batch& batch, std::int32_t slot) {
+    const auto row = static_cast<std::size_t>(slot);
+    if (!std::isfinite(batch.rewards[row])) return "the reward";
+    const std::byte* at = batch.next_observations + row * behaviour.observation_layout.row_bytes;
+    for (const Leaf& leaf : behaviour.observation_layout.leaves) {
+      if (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64) continue;
+      for (std::int64_t i = 0; i < leaf.count; ++i) {
+        if (!std::isfinite(ReadElement(leaf, at, i))) return leaf.name.empty() ? "an observation" : leaf.name;
+      }
+    }
+    return {};
+  }
+
+  // ---- frames in
+
+  /// The answer to `request`; what comes between is dealt with. Time does not count while the engine is paused.
+  Result<Frame> ReadAnswer(std::uint64_t request, double deadline_s) {
+    double start = Now();
+    bool paused = false;
+    while (true) {
+      Frame frame;
+      const Result<bool> whole = reader_.Next(&frame);
+      if (!whole.ok()) return whole.status();
+      if (*whole) {
+        const Result<bool> answer = IsAnswer(frame, request, &paused);
+        if (!answer.ok()) return answer.status();
+        if (*answer) return frame;
+        if (paused || frame.header.type == FrameType::kResumed) start = Now();
+        continue;
+      }
+      if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
+        return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
+      const double left = paused ? deadline_s : deadline_s - (Now() - start);
+      if (left <= 0.0) {
+        return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(deadline_s) +
+                                                         " s; if it is paused, raise --deadline"};
+      }
+      const Result<std::size_t> count =
+          transport_->Read(reader_.Writable(), options_.stop != nullptr ? std::min(left, kStopLook) : left);
+      if (!count.ok()) return count.status();
+      reader_.Commit(*count);
+    }
+  }
+
+  Result<bool> IsAnswer(const Frame& frame, std::uint64_t request, bool* paused) {
+    switch (frame.header.type) {
+      case FrameType::kPing:
+        CONSAC_RETURN_IF_ERROR(SendControl(
+            FrameType::kPong, std::string(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size())));
+        return false;
+      case FrameType::kPaused:
+        Log(LogLevel::kInfo, transport_->peer() + " is paused");
+        *paused = true;
+        return false;
+      case FrameType::kResumed:
+        *paused = false;
+        return false;
+      case FrameType::kPong:
+        return false;
+      case FrameType::kGoAway:
+        return Status{StatusCode::kUnavailable, transport_->peer() + " ends the session"};
+      case FrameType::kError:
+        return Refusal(frame);
+      default:
+        break;
+    }
+    if ((static_cast<std::uint16_t>(frame.header.type) & protocol2::kOptionalType) != 0) return false;
+    if (frame.header.request == request) return true;
+    return Status{StatusCode::kProtocol, transport_->peer() + " answered request " +
+                                             std::to_string(frame.header.request) + ", expected " +
+                                             std::to_string(request)};
+  }
+
+  Status Refusal(const Frame& frame) {
+    const Result<protocol2::ErrorMessage> error = protocol2::ParseError(frame.payload);
+    if (!error.ok()) return error.status();
+    refused_ = true;
+    if (error->ends_connection) open_ = false;
+    return {CodeOf(error->code), transport_->peer() + " refused: " + error->message};
+  }
+
+  std::unique_ptr<Transport> transport_;
+  const EnvClientOptions options_;
+  protocol2::FrameReader reader_;
+  protocol2::Welcome welcome_;
+  EnvSpec spec_;
+  SessionRequest request_ask_;
+  Blocks blocks_;
+  std::vector<std::byte> message_;  // the request under way
+  std::uint64_t request_ = 0;
+  std::int64_t steps_ = 0;
+  bool open_ = false, refused_ = false;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<EnvClient>> OpenClient2(std::unique_ptr<Transport> transport, const EnvClientOptions& options) {
+  auto client = std::make_unique<Client2>(std::move(transport), options);
+  CONSAC_RETURN_IF_ERROR(client->Begin());
+  return std::unique_ptr<EnvClient>(std::move(client));
+}
+
+}  // namespace consac

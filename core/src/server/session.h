@@ -1,0 +1,57 @@
+#pragma once
+// One trainer's session at the engine's end, in either protocol. EnvServer drives whichever it has. Private to
+// core/server.
+
+#include <atomic>
+#include <memory>
+#include <span>
+
+#include "consac/server/env_server.h"
+
+namespace consac {
+
+/// What a session works on; outlives it.
+struct SessionHost {
+  VectorEnv& env;
+  const EnvServerOptions& options;
+  std::atomic<std::int64_t>& steps;  ///< of the present session
+};
+
+/// One trainer's session.
+class ServerSession {
+ public:
+  virtual ~ServerSession() = default;
+  /// Does what is due, waiting at most `timeout_s` for the trainer. False when there was nothing to do. An error ends
+  /// the connection.
+  virtual Result<bool> Pump(double timeout_s) = 0;
+  /// Closes the connection and says what the session came to.
+  virtual Status End(const Status& why) = 0;
+  /// Who is at the other end.
+  virtual std::string peer() const = 0;
+  /// Tells the trainer that the engine stands still on purpose, or goes on.
+  virtual void SetPaused(bool paused) = 0;
+};
+
+/// Text protocol 1: sends the setup. `first` has come already. `number` counts sessions, for the world's seed.
+Result<std::unique_ptr<ServerSession>> BeginTextSession(const SessionHost& host, std::unique_ptr<Transport> transport,
+                                                        std::span<const std::byte> first, std::int64_t number);
+/// Ok when text protocol 1 can carry this environment.
+Status CheckTextSession(const EnvSpec& spec, const EnvServerOptions& options);
+
+/// Protocol 2. A session that lost its connection can go on with another.
+class Session2 : public ServerSession {
+ public:
+  /// Serves `host` to one trainer after another.
+  static std::unique_ptr<Session2> Create(const SessionHost& host);
+  /// A new connection, of which `first` has come already; its HELLO decides whether the session goes on.
+  virtual void Connect(std::unique_ptr<Transport> transport, std::span<const std::byte> first) = 0;
+  /// True once the trainer has said BYE.
+  virtual bool finished() const = 0;
+  /// True while a session without connection may be taken up again.
+  virtual bool resumable() const = 0;
+};
+
+/// Answers a HELLO with ERROR CAPACITY.
+void TurnAway2(Transport& transport);
+
+}  // namespace consac
