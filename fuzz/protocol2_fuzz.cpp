@@ -1,0 +1,80 @@
+// Protocol 2 on any bytes: a stream gives the same frames in one piece and byte by byte; every control message that is
+// accepted is written and read back the same; a RESULT of any bytes stays within its batches.
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "consac/env/buffer.h"
+#include "consac/protocol/protocol2.h"
+
+namespace {
+
+using namespace consac;
+
+void Require(bool holds) {
+  if (!holds) std::abort();
+}
+
+std::vector<std::string> Frames(std::span<const std::byte> bytes, std::size_t piece) {
+  protocol2::FrameReader reader;
+  std::vector<std::string> frames;
+  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+    const auto part = bytes.subspan(at, std::min(piece, bytes.size() - at));
+    std::memcpy(reader.Writable().data(), part.data(), part.size());
+    reader.Commit(part.size());
+    while (true) {
+      protocol2::Frame frame;
+      const Result<bool> whole = reader.Next(&frame);
+      if (!whole.ok()) {
+        frames.push_back("error " + std::string(protocol2::FaultName(whole.status())));
+        return frames;
+      }
+      if (!*whole) break;
+      frames.push_back(std::to_string(static_cast<int>(frame.header.type)) + "," +
+                       std::to_string(frame.header.request) + "," +
+                       std::string(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()));
+    }
+  }
+  return frames;
+}
+
+template <class Parse, class Encode>
+void TryMessage(std::span<const std::byte> payload, Parse&& parse, Encode&& encode) {
+  const auto message = parse(payload);
+  if (!message.ok()) return;
+  const std::string once = encode(*message);
+  const auto again = parse(std::as_bytes(std::span(once)));
+  Require(again.ok() && encode(*again) == once);
+}
+
+void TryResult(std::span<const std::byte> payload) {
+  static EnvSpec env = [] {
+    EnvSpec spec;
+    spec.behaviours.push_back(BehaviourSpec::Of("a", *Space::Box(-1, 1, {3}), *Space::Discrete(3), 2));
+    spec.behaviours.push_back(BehaviourSpec::Of("b", *Space::Box(0, 255, {2, 3}, DType::kU8), *Space::Discrete(2), 2));
+    spec.behaviours[1].masks_actions = true;
+    return spec;
+  }();
+  static const protocol2::Blocks blocks(env);
+  static BatchBuffer a(env.behaviours[0]), b(env.behaviours[1]);
+  Batch batches[] = {a.batch(), b.batch()};
+  for (const bool same_step : {true, false})
+    (void)protocol2::ReadResult(env, blocks, payload, same_step, batches, nullptr);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size > 8192) return 0;
+  const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
+  Require(Frames(bytes, 1) == Frames(bytes, 8192));
+  TryMessage(bytes, protocol2::ParseHello, protocol2::EncodeHello);
+  TryMessage(bytes, protocol2::ParseWelcome, protocol2::EncodeWelcome);
+  TryMessage(bytes, protocol2::ParseConfigure, protocol2::EncodeConfigure);
+  TryMessage(bytes, protocol2::ParseSpec, protocol2::EncodeSpec);
+  TryMessage(bytes, protocol2::ParseError, protocol2::EncodeError);
+  TryResult(bytes);
+  return 0;
+}
