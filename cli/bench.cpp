@@ -178,6 +178,7 @@ class ServedRoad {
  public:
   explicit ServedRoad(std::int64_t steps) : env_((*worlds::FindWorld("road-v0"))->create(1)) {
     EnvServerOptions options;
+    options.protocol = Protocol::kText1;  // as the thesis
     options.training_length = steps;
     options.seed = 1;
     auto listener = ListenTcp({"127.0.0.1", 0});

@@ -69,6 +69,7 @@ TEST_P(EitherProtocol, AllocatesNothingPerStepAtEitherEnd) {
   ASSERT_TRUE(transport.ok()) << transport.status().message();
   EnvClientOptions client_options;
   client_options.protocol = GetParam();
+  client_options.shared_memory = false;
   auto client = EnvClient::Open(std::move(*transport), client_options);
   ASSERT_TRUE(client.ok()) << client.status().message();
   BatchBuffer buffer((*client)->spec().behaviours[0]);

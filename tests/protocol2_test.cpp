@@ -133,13 +133,18 @@ int StateOf(const Blocks& blocks, const std::vector<std::byte>& result, std::siz
   return std::to_integer<int>(result[blocks.behaviours[0].states + env]);
 }
 
-TEST(Protocol2, ManyWorldsOverTheWireAreTheSameWorldsInProcess) {
+class EitherMemory : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(TcpAndShared, EitherMemory, ::testing::Bool());
+
+TEST_P(EitherMemory, ManyWorldsOfAnEngineAreTheSameWorldsInProcess) {
   for (const worlds::World& world : worlds::Worlds()) {
     const Engine engine({}, world.id, 8);
     EnvClientOptions options;
     options.protocol = Protocol::kProtocol2;
+    options.shared_memory = GetParam();
     auto client = EnvClient::Open(engine.Connect(), options);
     ASSERT_TRUE(client.ok()) << client.status().message();
+    EXPECT_EQ((*client)->description().find("shared memory") != std::string::npos, GetParam());
     const std::unique_ptr<VectorEnv> local = world.create(8);
     const BehaviourSpec& behaviour = local->spec().behaviours[0];
     EXPECT_EQ((*client)->spec().behaviours[0].observation_space.ToString(), behaviour.observation_space.ToString());
@@ -280,7 +285,7 @@ TEST(Protocol2, ThreeWaysToBeginTheNextEpisode) {
       next = last;
       std::memcpy(last.data(), result.data() + trainer.blocks.result_bytes, sizeof(last));
     } else {
-      EXPECT_EQ(StateOf(trainer.blocks, result, env), kTerminated | kActive);
+      EXPECT_EQ(StateOf(trainer.blocks, result, env), static_cast<int>(kTerminated));
     }
     if (mode == 1) {
       result = trainer.Ask(FrameType::kStep, ++request, step);
@@ -449,6 +454,7 @@ TEST(Protocol2, TheClientComesBackByItself) {
     ++connections;
     return std::unique_ptr<Transport>(std::make_unique<Breaking>(engine.Connect(), 5));
   };
+  options.shared_memory = false;
   auto client = EnvClient::Open(std::make_unique<Breaking>(engine.Connect(), 7), options);
   ASSERT_TRUE(client.ok()) << client.status().message();
   BatchBuffer buffer((*client)->spec().behaviours[0]);
@@ -460,6 +466,29 @@ TEST(Protocol2, TheClientComesBackByItself) {
     ASSERT_EQ(engine.steps(), i * kCopies);
   }
   EXPECT_GT(connections, 5);
+}
+
+// The connection beside the memory breaks: the session goes on over a new one, and no step is taken twice.
+TEST(Protocol2, SharedMemoryEndsWithItsConnectionAndTcpGoesOn) {
+  const Engine engine;
+  EnvClientOptions options;
+  options.protocol = Protocol::kProtocol2;
+  Transport* connection = nullptr;
+  options.reconnect = [&]() -> Result<std::unique_ptr<Transport>> { return engine.Connect(); };
+  auto transport = engine.Connect();
+  connection = transport.get();
+  auto client = EnvClient::Open(std::move(transport), options);
+  ASSERT_TRUE(client.ok()) << client.status().message();
+  BatchBuffer buffer((*client)->spec().behaviours[0]);
+  ASSERT_TRUE((*client)->Reset(1, {&buffer.batch(), 1}).ok());
+  for (int i = 1; i <= 20; ++i) {
+    if (i == 10) connection->Close();
+    buffer.Advance();
+    const Status status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
+    ASSERT_TRUE(status.ok()) << i << ": " << status.message();
+  }
+  EXPECT_EQ(engine.steps(), 20 * kCopies);
+  EXPECT_EQ((*client)->description().find("shared memory"), std::string::npos);
 }
 
 }  // namespace

@@ -40,6 +40,12 @@ std::string_view FaultName(const Status& status) {
   return message.substr(0, colon);
 }
 
+std::string FaultText(const Status& status) {
+  const std::string_view name = FaultName(status);
+  const bool named = status.message().starts_with(name);
+  return named ? status.message().substr(name.size() + 2) : status.message();
+}
+
 void WriteHeader(const FrameHeader& header, std::byte* out) {
   Store(kMagic, out);
   Store(static_cast<std::uint16_t>(header.type), out + 4);

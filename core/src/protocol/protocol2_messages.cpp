@@ -367,6 +367,7 @@ std::string EncodeError(const ErrorMessage& error) {
       {"code", error.code}, {"severity", error.ends_connection ? "connection" : "request"}, {"message", error.message}};
   if (!error.path.empty()) json["path"] = error.path;
   if (error.retry_after_s > 0.0) json["retry_after_s"] = error.retry_after_s;
+  if (error.environment >= 0) json["env"] = error.environment;
   return Dump(json);
 }
 
@@ -375,7 +376,7 @@ Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
   if (!json.ok()) return json.status();
   const Members members{*json};
   return ErrorMessage{members.Text("code"), members.Text("severity") == "connection", members.Text("message"),
-                      members.Text("path"), members.Number("retry_after_s", 0.0)};
+                      members.Text("path"), members.Number("retry_after_s", 0.0), members.Whole("env", -1)};
 }
 
 }  // namespace consac::protocol2

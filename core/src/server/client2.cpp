@@ -10,6 +10,8 @@
 #include "consac/protocol/protocol2.h"
 #include "consac/protocol/text1.h"
 #include "server/clients.h"
+#include "server/limits.h"
+#include "server/shared_channel.h"
 
 namespace consac {
 namespace {
@@ -19,9 +21,7 @@ using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
 
-constexpr double kStopLook = 0.1;       // s between looks at the stop flag
 constexpr double kRetryPause = 0.2;     // s between attempts to connect anew
-constexpr double kWriteTimeout = 10.0;  // s that an engine may take no data
 
 StatusCode CodeOf(std::string_view name) {
   if (name == "CAPACITY" || name == "SHUTTING_DOWN") return StatusCode::kUnavailable;
@@ -38,16 +38,15 @@ class Client2 final : public EnvClient {
 
   Status Begin() {
     CONSAC_RETURN_IF_ERROR(SayHello());
-    const Result<Frame> answer = Request(FrameType::kConfigure, protocol2::EncodeConfigure({}));
-    if (!answer.ok()) return answer.status();
-    if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
-    Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
-    if (!spec.ok()) return spec.status();
-    spec_ = std::move(spec->env);
-    request_ask_ = {spec->training_length, spec->model_name};
-    blocks_ = Blocks(spec_);
-    message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
-    return Status::Ok();
+    const auto& able = welcome_.capabilities;
+    const bool share = options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
+    if (share) {
+      const Status shared = AskForSpec(true);
+      if (shared.ok()) return shared;
+      Log(LogLevel::kInfo, shared.message() + "; going on over TCP");
+      refused_ = false;
+    }
+    return AskForSpec(false);
   }
 
   const EnvSpec& spec() const override { return spec_; }
@@ -85,17 +84,38 @@ class Client2 final : public EnvClient {
   }
   std::string description() const override {
     const std::int32_t copies = spec_.environments();
-    return transport_->peer() + ", protocol 2" + (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
+    return transport_->peer() + ", protocol 2" + (shared_.has_value() ? " in shared memory" : "") + (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
   }
 
  private:
   // ---- connecting
+
+  Status AskForSpec(bool share) {
+    protocol2::Configure configure;
+    configure.shared_memory = share;
+    const Result<Frame> answer = Request(FrameType::kConfigure, protocol2::EncodeConfigure(configure));
+    if (!answer.ok()) return answer.status();
+    if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
+    Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
+    if (!spec.ok()) return spec.status();
+    blocks_ = Blocks(spec->env);
+    if (share) {
+      Result<SharedChannel> channel = SharedChannel::Open(spec->shared_memory, blocks_);
+      if (!channel.ok()) return channel.status();
+      shared_ = std::move(*channel);
+    }
+    spec_ = std::move(spec->env);
+    request_ask_ = {spec->training_length, spec->model_name};
+    message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
+    return Status::Ok();
+  }
 
   Status SayHello() {
     protocol2::Hello hello;
     hello.client = std::string("consac ") + kVersion;
     hello.token = options_.token;
     hello.resume = welcome_.resume;
+    if (options_.shared_memory) hello.capabilities.emplace_back(kSharedMemory);
     CONSAC_RETURN_IF_ERROR(SendControl(FrameType::kHello, protocol2::EncodeHello(hello)));
     reader_ = protocol2::FrameReader();
     const Result<Frame> answer = ReadAnswer(0, std::min(options_.setup_timeout_s, options_.deadline_s));
@@ -153,6 +173,10 @@ class Client2 final : public EnvClient {
     const std::uint64_t next = ++request_;
     protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(payload), 0, next, welcome_.session},
                            message_.data());
+    if (shared_.has_value() && message_.size() <= shared_->request_bytes) {
+      Result<Frame> answer = PerformShared(next);
+      if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
+    }
     const double start = Now();
     while (true) {
       Status status = transport_->Write(message_, kWriteTimeout);
@@ -165,8 +189,47 @@ class Client2 final : public EnvClient {
     }
   }
 
+  /// The request through shared memory; kUnavailable when the connection beside it ended.
+  Result<Frame> PerformShared(std::uint64_t request) {
+    std::memcpy(shared_->request(), message_.data(), message_.size());
+    shared_->request_turn.Take();
+    double start = Now();
+    bool paused = false;
+    while (!shared_->result_turn.Await(kSharedWait)) {
+      if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
+        return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
+      const Result<std::size_t> count = transport_->Read(reader_.Writable(), 0.0);
+      if (!count.ok()) return count.status();
+      reader_.Commit(*count);
+      Frame frame;
+      for (Result<bool> whole = reader_.Next(&frame);; whole = reader_.Next(&frame)) {
+        if (!whole.ok()) return whole.status();
+        if (!*whole) break;
+        const Result<bool> answer = IsAnswer(frame, request, &paused);
+        if (!answer.ok()) return answer.status();
+        if (*answer) return frame;
+        start = Now();
+      }
+      if (!paused && Now() - start > options_.deadline_s) return Silent(options_.deadline_s);
+    }
+    std::byte head[protocol2::kHeaderBytes];
+    std::memcpy(head, shared_->result(), sizeof(head));
+    const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->result_bytes - sizeof(head));
+    if (!header.ok()) return header.status();
+    const Frame frame{*header, {shared_->result() + sizeof(head), header->length}};
+    const Result<bool> answer = IsAnswer(frame, request, &paused);
+    if (!answer.ok()) return answer.status();
+    return frame;
+  }
+
+  Status Silent(double deadline_s) const {
+    return {StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(deadline_s) +
+                                               " s; if it is paused, raise --deadline"};
+  }
+
   Status ConnectAnew(const Status& why, double start) {
     open_ = false;
+    shared_.reset();
     if (!options_.reconnect || spec_.behaviours.empty()) return why;
     while (Now() - start < options_.resume_s) {
       if (options_.stop != nullptr && options_.stop->load())
@@ -244,10 +307,7 @@ class Client2 final : public EnvClient {
       if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
         return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
       const double left = paused ? deadline_s : deadline_s - (Now() - start);
-      if (left <= 0.0) {
-        return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(deadline_s) +
-                                                         " s; if it is paused, raise --deadline"};
-      }
+      if (left <= 0.0) return Silent(deadline_s);
       const Result<std::size_t> count =
           transport_->Read(reader_.Writable(), options_.stop != nullptr ? std::min(left, kStopLook) : left);
       if (!count.ok()) return count.status();
@@ -299,6 +359,7 @@ class Client2 final : public EnvClient {
   EnvSpec spec_;
   SessionRequest request_ask_;
   Blocks blocks_;
+  std::optional<SharedChannel> shared_;
   std::vector<std::byte> message_;  // the request under way
   std::uint64_t request_ = 0;
   std::int64_t steps_ = 0;

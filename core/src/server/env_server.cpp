@@ -5,6 +5,7 @@
 #include <array>
 
 #include "consac/protocol/protocol2.h"
+#include "server/limits.h"
 #include "server/session.h"
 
 namespace consac {
@@ -13,7 +14,6 @@ namespace {
 constexpr double kIdleWait = 0.1;           // s between looks at the stop flag and at further trainers
 constexpr double kShortWait = 0.005;        // s, while somebody has connected who has said nothing yet
 constexpr std::size_t kMostUndecided = 16;  // connections that have said nothing; more are closed at once
-constexpr double kHandshake = 5.0;          // s after which such a connection is closed where text is not served
 constexpr std::string_view kBusyLine =
     "busy: another trainer is connected to this engine; try again when it has left\n";
 

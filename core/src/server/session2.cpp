@@ -1,16 +1,24 @@
 // The engine's end of protocol 2. One request at a time: each is carried out once, its answer kept until the next, so
 // that a trainer whose connection broke may ask again.
+#if defined(_WIN32)
+#include <random>
+#else
+#include <unistd.h>
+#endif
+
 #include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <thread>
+#include <utility>
 
-#include "consac/base/hash.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/protocol/protocol2.h"
+#include "server/limits.h"
 #include "server/session.h"
+#include "server/shared_channel.h"
 
 namespace consac {
 namespace {
@@ -22,9 +30,8 @@ using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
 
-constexpr double kWriteTimeout = 10.0;  // s that a trainer may take no data
-constexpr double kHandshake = 5.0;      // s from connecting to CONFIGURE
 constexpr std::size_t kLargestPing = 64;
+constexpr unsigned kSharedLooks = 16;      // polls in vain between such looks
 
 /// Equal texts, in a time that does not tell where they differ.
 bool SameSecret(std::string_view a, std::string_view b) {
@@ -33,6 +40,24 @@ bool SameSecret(std::string_view a, std::string_view b) {
     difference = static_cast<unsigned char>(difference | (a[i] ^ (i < b.size() ? b[i] : '\0')));
   }
   return difference == 0;
+}
+
+/// 128 bits that nobody can guess, in hex: what a session is taken up with.
+std::string MakeToken() {
+  static constexpr char kHex[] = "0123456789abcdef";
+  unsigned char bytes[16] = {};
+#if defined(_WIN32)
+  std::random_device device;
+  for (unsigned char& byte : bytes) byte = static_cast<unsigned char>(device());
+#else
+  (void)!getentropy(bytes, sizeof(bytes));
+#endif
+  std::string token;
+  for (const unsigned char byte : bytes) {
+    token += kHex[byte >> 4];
+    token += kHex[byte & 15];
+  }
+  return token;
 }
 
 /// Rows of 8-byte words, so that what lies in it is aligned.
@@ -54,23 +79,21 @@ class Session2Server final : public Session2 {
     actions_.Resize(blocks_.step_bytes);
     pending_.resize(blocks_.environments);
     stepped_.resize(blocks_.environments);
+    result_at_ = result_.data();
     for (std::size_t b = 0; b < spec_.behaviours.size(); ++b) {
       whole_.emplace_back(spec_.behaviours[b]);
       some_.emplace_back(spec_.behaviours[b]);
-      Batch batch = whole_[b].batch();
-      batch.next_observations = Payload() + blocks_.behaviours[b].observations;
-      batch.actions = actions_.data() + blocks_.behaviours[b].actions;
-      if (spec_.behaviours[b].masks_actions)
-        batch.next_action_masks = reinterpret_cast<std::uint8_t*>(Payload() + blocks_.behaviours[b].masks);
-      batches_.push_back(batch);
+      batches_.push_back(whole_[b].batch());
       some_batches_.push_back(some_[b].batch());
       some_slots_.emplace_back().reserve(static_cast<std::size_t>(spec_.behaviours[b].slots));
       stashed_.emplace_back(static_cast<std::size_t>(spec_.behaviours[b].slots) *
                             spec_.behaviours[b].observation_layout.row_bytes);
     }
+    PlaceBatches();
   }
 
   void Connect(std::unique_ptr<Transport> transport, std::span<const std::byte> first) override {
+    LeaveSharedMemory();
     transport_ = std::move(transport);
     reader_ = protocol2::FrameReader();
     std::memcpy(reader_.Writable().data(), first.data(), first.size());
@@ -87,8 +110,19 @@ class Session2Server final : public Session2 {
       if (left > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, timeout_s)));
       if (Now() < not_before_) return false;
       step_waits_ = false;
-      CONSAC_RETURN_IF_ERROR(StepWorlds());
+      const Status stepped = StepWorlds();
+      through_memory_ = false;
+      if (!stepped.ok()) return stepped;
       return true;
+    }
+    if (shared_.has_value() && shared_->request_turn.Await(std::min(timeout_s, kSharedWait))) {
+      CONSAC_RETURN_IF_ERROR(HandleShared());
+      return true;
+    }
+    if (shared_.has_value()) {
+      // Now and then the connection beside it.
+      if (++shared_idle_ % kSharedLooks != 0 && timeout_s <= 0.0) return false;
+      timeout_s = 0.0;
     }
     Frame frame;
     Result<bool> whole = reader_.Next(&frame);
@@ -130,7 +164,60 @@ class Session2Server final : public Session2 {
  private:
   enum class Phase : std::uint8_t { kHello, kConfigure, kBegin, kRun };  // kBegin: before the first RESET
 
-  std::byte* Payload() { return result_.data() + protocol2::kHeaderBytes; }
+  std::byte* Payload() { return result_at_ + protocol2::kHeaderBytes; }
+
+  /// The world writes its observations where RESULT is sent from.
+  void PlaceBatches() {
+    for (std::size_t b = 0; b < batches_.size(); ++b) {
+      batches_[b].next_observations = Payload() + blocks_.behaviours[b].observations;
+      batches_[b].actions = actions_.data() + blocks_.behaviours[b].actions;
+      if (spec_.behaviours[b].masks_actions)
+        batches_[b].next_action_masks = reinterpret_cast<std::uint8_t*>(Payload() + blocks_.behaviours[b].masks);
+    }
+  }
+
+  // ---- shared memory
+
+  Status EnterSharedMemory() {
+    Result<SharedChannel> channel = SharedChannel::Create(blocks_);
+    if (!channel.ok()) return channel.status();
+    LeaveSharedMemory();
+    std::memcpy(channel->result(), result_at_, protocol2::kHeaderBytes + blocks_.largest_result);
+    shared_ = std::move(*channel);
+    result_at_ = shared_->result();
+    PlaceBatches();
+    return Status::Ok();
+  }
+
+  /// What was answered last stays, should it be asked for again.
+  void LeaveSharedMemory() {
+    if (!shared_.has_value()) return;
+    std::memcpy(result_.data(), result_at_, protocol2::kHeaderBytes + blocks_.largest_result);
+    result_at_ = result_.data();
+    shared_.reset();
+    through_memory_ = false;
+    PlaceBatches();
+  }
+
+  Status HandleShared() {
+    std::byte head[protocol2::kHeaderBytes];
+    std::memcpy(head, shared_->request(), sizeof(head));
+    const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->request_bytes - sizeof(head));
+    if (!header.ok()) return Fatal(header.status());
+    last_heard_ = Now();
+    through_memory_ = true;
+    const Status status = Handle({*header, {shared_->request() + sizeof(head), header->length}});
+    if (!step_waits_) through_memory_ = false;
+    return status;
+  }
+
+  /// Sends an answer the way its request came.
+  Status Deliver(std::span<const std::byte> frame) {
+    if (!through_memory_ || frame.size() > shared_->result_bytes) return transport_->Write(frame, kWriteTimeout);
+    if (frame.data() != shared_->result()) std::memcpy(shared_->result(), frame.data(), frame.size());
+    shared_->result_turn.Take();
+    return Status::Ok();
+  }
 
   // ---- frames out
 
@@ -153,23 +240,24 @@ class Session2Server final : public Session2 {
     protocol2::WriteHeader(header, answer_.data());
     std::memcpy(answer_.data() + protocol2::kHeaderBytes, payload.data(), payload.size());
     answer_is_result_ = false;
-    return transport_->Write(answer_, kWriteTimeout);
+    return Deliver(answer_);
   }
 
   Status Repeat() {
-    if (!answer_is_result_) return transport_->Write(answer_, kWriteTimeout);
-    return transport_->Write({result_.data(), result_size_}, kWriteTimeout);
+    if (!answer_is_result_) return Deliver(answer_);
+    return Deliver({result_at_, result_size_});
   }
 
   /// Tells the trainer and lets the session go on.
   Status Refuse(const Status& why, const std::string& path = {}) {
-    protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), false, why.message(), path, 0.0};
+    protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), false, protocol2::FaultText(why), path, 0.0,
+                                  std::exchange(blamed_, -1)};
     return Answer(FrameType::kError, protocol2::EncodeError(error));
   }
 
   /// Tells the trainer and ends the connection.
   Status Fatal(const Status& why) {
-    protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), true, why.message(), {}, 0.0};
+    protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, 0.0, -1};
     (void)SendJson(FrameType::kError, request_, protocol2::EncodeError(error));
     return why;
   }
@@ -265,20 +353,12 @@ class Session2Server final : public Session2 {
     welcome.server = std::string("consac ") + kVersion;
     welcome.session = session_;
     welcome.resume = resume_;
+    if (std::find(hello->capabilities.begin(), hello->capabilities.end(), kSharedMemory) != hello->capabilities.end())
+      welcome.capabilities.emplace_back(kSharedMemory);
     welcome.max_frame = std::min(hello->max_frame, protocol2::kLargestFrame);
     welcome.last_request = request_;
     reader_.SetLimit(welcome.max_frame);
     return SendJson(FrameType::kWelcome, frame.header.request, protocol2::EncodeWelcome(welcome));
-  }
-
-  /// Names this session to whoever comes back; no secret from those who may read this process.
-  std::string MakeToken() {
-    const double now = Now();
-    const auto address = reinterpret_cast<std::uintptr_t>(this);
-    const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(&now, 1)),
-                                                 std::as_bytes(std::span(&address, 1)),
-                                                 std::as_bytes(std::span(&session_, 1))};
-    return Sha256Hex(pieces).substr(0, 32);
   }
 
   Status OnConfigure(const Frame& frame) {
@@ -299,6 +379,12 @@ class Session2Server final : public Session2 {
     spec.autoreset = autoreset_;
     spec.training_length = options_.training_length;
     spec.model_name = options_.model_name;
+    LeaveSharedMemory();
+    if (configure->shared_memory) {
+      const Status shared = EnterSharedMemory();
+      if (!shared.ok()) return Refuse(Fault("UNSUPPORTED", shared.message()));
+      spec.shared_memory = shared_->Spec();
+    }
     return Answer(FrameType::kSpec, protocol2::EncodeSpec(spec));
   }
 
@@ -364,8 +450,10 @@ class Session2Server final : public Session2 {
     stepped_count_ = 0;
     for (std::size_t world = 0; world < blocks_.environments; ++world) {
       const bool wanted = active[world] != std::byte{0};
-      if (wanted && pending_[world] != 0 && autoreset_ == Autoreset::kDisabled)
+      if (wanted && pending_[world] != 0 && autoreset_ == Autoreset::kDisabled) {
+        blamed_ = static_cast<std::int64_t>(world);
         return Fault("RESET_REQUIRED", "environment " + std::to_string(world) + " has ended; reset it first");
+      }
       stepped_[world] = wanted && pending_[world] == 0 ? 1 : 0;
       begins_next_ = begins_next_ || (wanted && pending_[world] != 0);
       stepped_count_ += stepped_[world];
@@ -380,6 +468,7 @@ class Session2Server final : public Session2 {
             CheckRow(behaviour.action_layout,
                      batches_[b].actions + static_cast<std::size_t>(slot) * behaviour.action_layout.row_bytes);
         if (legal.ok()) continue;
+        blamed_ = static_cast<std::int64_t>(WorldOf(behaviour, slot));
         return Fault(legal.code() == StatusCode::kNonFinite ? "NON_FINITE" : "OUT_OF_RANGE",
                      "the action of slot " + std::to_string(slot) + " of '" + behaviour.name + "': " + legal.message());
       }
@@ -499,6 +588,7 @@ class Session2Server final : public Session2 {
           std::memcpy(stashed_[b].data() + slot * row_bytes, rows + slot * row_bytes, row_bytes);
           std::memcpy(rows + slot * row_bytes, last, row_bytes);
           pending_[WorldOf(behaviour, static_cast<std::int32_t>(slot))] = 1;
+          state &= ~static_cast<unsigned>(protocol2::kActive);
         }
       }
       States(b)[slot] = static_cast<std::byte>(state);
@@ -512,10 +602,10 @@ class Session2Server final : public Session2 {
     const std::uint32_t parts = has_finals_ ? protocol2::kPartFinals : 0;
     std::memcpy(Payload(), &parts, sizeof(parts));
     FrameHeader header{FrameType::kResult, false, static_cast<std::uint32_t>(size), 0, request_, session_};
-    protocol2::WriteHeader(header, result_.data());
+    protocol2::WriteHeader(header, result_at_);
     result_size_ = protocol2::kHeaderBytes + size;
     answer_is_result_ = true;
-    return transport_->Write({result_.data(), result_size_}, kWriteTimeout);
+    return Deliver({result_at_, result_size_});
   }
 
   VectorEnv& env_;
@@ -540,13 +630,19 @@ class Session2Server final : public Session2 {
   bool answer_is_result_ = false;
   std::size_t result_size_ = 0;
 
+  std::optional<SharedChannel> shared_;
+  bool through_memory_ = false;  // the request under way came that way
+  unsigned shared_idle_ = 0;
+
   // The step.
   AlignedBytes result_, actions_;  // RESULT with its header; STEP's payload
+  std::byte* result_at_ = nullptr;  // where RESULT is built: result_, or shared memory
   std::vector<BatchBuffer> whole_, some_;
   std::vector<Batch> batches_, some_batches_;  // of all slots, in place; of some, gathered
   std::vector<std::vector<std::int32_t>> some_slots_;
   std::vector<std::vector<std::byte>> stashed_;    // first rows of episodes that are not visible yet
   std::vector<std::uint8_t> pending_, stepped_;    // per environment: has ended; is stepped now
+  std::int64_t blamed_ = -1;  // environment that a refusal speaks of
   std::size_t stepped_count_ = 0, final_end_ = 0;  // final_end_: behind the final rows so far, in the payload
   bool begins_next_ = false, step_waits_ = false, has_finals_ = false;
   double not_before_ = 0.0, last_step_ = 0.0;
@@ -560,7 +656,7 @@ std::unique_ptr<Session2> Session2::Create(const SessionHost& host) {
 
 void TurnAway2(Transport& transport) {
   const std::string json = protocol2::EncodeError(
-      {"CAPACITY", true, "another trainer is connected to this engine; try again when it has left", {}, 1.0});
+      {"CAPACITY", true, "another trainer is connected to this engine; try again when it has left", {}, 1.0, -1});
   std::vector<std::byte> frame(protocol2::kHeaderBytes + json.size());
   protocol2::WriteHeader({FrameType::kError, false, static_cast<std::uint32_t>(json.size()), 0, 0, 0}, frame.data());
   std::memcpy(frame.data() + protocol2::kHeaderBytes, json.data(), json.size());

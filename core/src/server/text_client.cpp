@@ -5,13 +5,13 @@
 #include "consac/base/text.h"
 #include "consac/protocol/text1.h"
 #include "server/clients.h"
+#include "server/limits.h"
 
 namespace consac {
 namespace {
 
 using text1::Framer;
 
-constexpr double kStopLook = 0.1;  // s between looks at the stop flag
 
 Status AtStep(const Status& status, std::int64_t step) {
   return {status.code(), "at step " + std::to_string(step) + ": " + status.message()};

@@ -7,6 +7,7 @@
 
 #include "consac/base/text.h"
 #include "consac/env/buffer.h"
+#include "server/limits.h"
 #include "server/session.h"
 
 namespace consac {
@@ -15,7 +16,6 @@ namespace {
 using text1::Framer;
 using text1::Terminator;
 
-constexpr double kWriteTimeout = 10.0;  // s that a trainer may take no data
 // Without terminators a setup that arrives together with the first observation cannot be told apart from it, and a
 // trainer that has just connected may be slow to read: so this once the pause is long.
 constexpr double kSetupPause = 0.05;  // s

@@ -34,7 +34,7 @@ class SpinBudget {
   static constexpr int kRetryEvery = 64;  // now and then a full spin, in case the peer has become fast
 
   // A single core has nothing to spin for.
-  const double longest_s_ = std::thread::hardware_concurrency() > 1 ? 50e-6 : 0.0;
+  double longest_s_ = std::thread::hardware_concurrency() > 1 ? 50e-6 : 0.0;
   double budget_s_ = longest_s_;
   int sleeps_ = 0;
 };

@@ -61,6 +61,8 @@ Result<FrameHeader> ReadHeader(const std::byte* bytes, std::size_t limit);
 Status Fault(std::string_view name, const std::string& text);
 /// The name of such a failure; "MALFORMED" where it has none.
 std::string_view FaultName(const Status& status);
+/// Its text without the name.
+std::string FaultText(const Status& status);
 
 /// One frame that has arrived.
 struct Frame {
@@ -144,6 +146,7 @@ struct ErrorMessage {
   std::string message;
   std::string path;  ///< of the first difference; ""
   double retry_after_s = 0.0;
+  std::int64_t environment = -1;  ///< whose fault it is; -1: no single one's
 };
 
 // Each as JSON, and back. A message that does not fit is MALFORMED.

@@ -1,0 +1,182 @@
+// What a step costs over each transport, beside its physical limit in the same run: bare ping-pong of the same bytes for
+// TCP, memcpy for images.
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstring>
+#include <thread>
+
+#include "bench/peak.h"
+#include "consac/env/buffer.h"
+#include "consac/server/env_client.h"
+#include "consac/server/env_server.h"
+
+namespace {
+
+using namespace consac;
+
+/// A world that costs nothing: it counts.
+class Counter final : public VectorEnv {
+ public:
+  Counter(Space observation, std::int32_t copies) {
+    spec_.id = "counter";
+    spec_.behaviours.push_back(BehaviourSpec::Of("default", std::move(observation), *Space::Discrete(2), copies));
+  }
+  const EnvSpec& spec() const override { return spec_; }
+  void Reset(std::uint64_t, std::span<Batch> batches) override { Observe(batches[0]); }
+  bool ResetWorld(std::int32_t, std::optional<std::uint64_t>, std::span<Batch> batches) override {
+    Observe(batches[0]);
+    return true;
+  }
+  void Step(std::span<Batch> batches) override {
+    Batch& batch = batches[0];
+    std::fill_n(batch.rewards, batch.rows(), 1.0f);
+    std::fill_n(batch.terminated, batch.rows(), std::uint8_t{0});
+    std::fill_n(batch.truncated, batch.rows(), std::uint8_t{0});
+    Observe(batch);
+  }
+  void Visit(Archive&) override {}
+
+ private:
+  void Observe(Batch& batch) {
+    ++count_;
+    std::memset(batch.next_observations, count_ & 63,
+                static_cast<std::size_t>(batch.rows()) * spec_.behaviours[0].observation_layout.row_bytes);
+  }
+  EnvSpec spec_;
+  int count_ = 0;
+};
+
+void PinTo(int core) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(core, &set);
+  pthread_setaffinity_np(pthread_self(), sizeof(set), &set);
+}
+
+/// How both ends are joined.
+struct Joint {
+  Protocol protocol = Protocol::kProtocol2;
+  bool shared_memory = false;
+  int server_core = -1, client_core = -1;  // -1: the system's choice
+};
+
+/// Messages a second, best of `repeats`.
+double MessagesPerSecond(const Space& observation, std::int32_t copies, const Joint& joint, int messages, int repeats) {
+  double best = 0.0;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    Counter world(observation, copies);
+    EnvServerOptions server_options;
+    server_options.training_length = std::int64_t{1} << 40;
+    server_options.protocol = joint.protocol;
+    auto server = EnvServer::Create(world, std::move(*ListenTcp({"127.0.0.1", 0})), server_options);
+    std::atomic<bool> stop{false};
+    std::thread engine([&] {
+      if (joint.server_core >= 0) PinTo(joint.server_core);
+      (void)(*server)->ServeSession(stop);
+    });
+    std::thread trainer([&] {
+      if (joint.client_core >= 0) PinTo(joint.client_core);
+      EnvClientOptions options;
+      options.protocol = joint.protocol;
+      options.shared_memory = joint.shared_memory;
+      auto client = EnvClient::Open(*ConnectTcp({"127.0.0.1", (*server)->port()}, 1.0), options);
+      if (!client.ok()) return;
+      BatchBuffer buffer((*client)->spec().behaviours[0]);
+      if (!(*client)->Reset(0, {&buffer.batch(), 1}).ok()) return;
+      const double start = Now();
+      for (int i = 0; i < messages; ++i) {
+        buffer.Advance();
+        if (!(*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes).ok()) return;
+      }
+      best = std::max(best, messages / (Now() - start));
+      (*client)->Close();
+    });
+    trainer.join();
+    stop = true;
+    engine.join();
+  }
+  return best;
+}
+
+/// Round trips a second of so many bytes there and back, nothing parsed.
+double PingPong(std::size_t there, std::size_t back, int count, int repeats) {
+  double best = 0.0;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    auto listener = ListenTcp({"127.0.0.1", 0});
+    auto near_end = ConnectTcp({"127.0.0.1", (*listener)->port()}, 1.0);
+    auto far_end = (*listener)->Accept(1.0);
+    const auto read = [](Transport& transport, std::span<std::byte> into) {
+      for (std::size_t got = 0; got < into.size();) {
+        const auto count_read = transport.Read(into.subspan(got), 1.0);
+        if (!count_read.ok()) return;
+        got += *count_read;
+      }
+    };
+    std::thread echo([&] {
+      std::vector<std::byte> request(there), answer(back);
+      for (int i = 0; i < count; ++i) {
+        read(**far_end, request);
+        if (!(*far_end)->Write(answer, 1.0).ok()) return;
+      }
+    });
+    std::vector<std::byte> request(there), answer(back);
+    const double start = Now();
+    for (int i = 0; i < count && (*near_end)->Write(request, 1.0).ok(); ++i) read(**near_end, answer);
+    best = std::max(best, count / (Now() - start));
+    echo.join();
+  }
+  return best;
+}
+
+/// Bytes a second that memcpy moves, buffer to buffer, of an image's size.
+double CopyRate(std::size_t bytes) {
+  std::vector<std::byte> from(bytes, std::byte{1}), to(bytes);
+  double best = 0.0;
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    constexpr int kCopies = 2000;
+    const double start = Now();
+    for (int i = 0; i < kCopies; ++i) {
+      std::memcpy(to.data(), from.data(), bytes);
+      asm volatile("" : : "r"(to.data()) : "memory");
+    }
+    best = std::max(best, kCopies * static_cast<double>(bytes) / (Now() - start));
+  }
+  return best;
+}
+
+void Row(const char* what, double figure, const char* unit, double ratio, const char* of) {
+  std::printf("| %s | %.4g %s | %.3g %s |\n", what, figure, unit, ratio, of);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main() {
+  const Space small = *Space::Box(-1, 1, {8}), image = *Space::Box(0, 255, {84, 84, 4}, DType::kU8);
+  constexpr std::size_t kImageBytes = 84 * 84 * 4;
+  const Joint tcp, shared{Protocol::kProtocol2, true}, text{Protocol::kText1, false};
+  std::printf("%s\n\n| what | figure | beside |\n|---|---|---|\n", bench::CpuName().c_str());
+  // STEP of one environment is 32 + 24 bytes, its RESULT 32 + 56.
+  const double bare = PingPong(56, 88, 30000, 5);
+  const double one = MessagesPerSecond(small, 1, tcp, 30000, 5);
+  Row("protocol 2 over TCP, one world of 8 floats", one, "steps/s", one / bare, "of bare ping-pong of these sizes");
+  const double text_rate = MessagesPerSecond(small, 1, text, 30000, 3);
+  Row("text protocol 1, one world of 8 floats", text_rate, "steps/s", text_rate / bare, "of the same ping-pong");
+  const double many = 64 * MessagesPerSecond(small, 64, tcp, 10000, 5);
+  Row("64 worlds in one message, TCP", many, "steps/s", many / one, "times the steps/s of 64 messages");
+  const double memory = MessagesPerSecond(small, 1, shared, 300000, 5);
+  Row("shared memory, one world of 8 floats, two cores", memory, "steps/s", memory / one, "times TCP");
+  const double memory_many = 64 * MessagesPerSecond(small, 64, shared, 30000, 3);
+  Row("64 worlds in one message, shared memory", memory_many, "steps/s", memory_many / memory, "times one world");
+  const double copies = CopyRate(kImageBytes) / kImageBytes;
+  const double images = MessagesPerSecond(image, 1, shared, 20000, 5);
+  Row("84x84x4 images through shared memory", images, "images/s", images / copies, "of memcpy of such images");
+  const double alone = MessagesPerSecond(small, 1, {Protocol::kProtocol2, true, 0, 0}, 20000, 3);
+  Row("shared memory, both ends on one core", alone, "steps/s", alone / 5000, "times the 5,000 that are asked for");
+  const double alone_tcp = MessagesPerSecond(small, 1, {Protocol::kProtocol2, false, 0, 0}, 20000, 3);
+  Row("TCP, both ends on one core", alone_tcp, "steps/s", alone_tcp / 5000, "times the 5,000 that are asked for");
+}

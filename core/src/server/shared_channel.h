@@ -1,0 +1,81 @@
+#pragma once
+// Where protocol 2's frames lie in a shared region. Private to core/server.
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+
+#include "consac/protocol/protocol2.h"
+#include "transport/shared_memory.h"
+
+namespace consac {
+
+/// Both ends' view of a region: a request area and a result area, each with its turn.
+struct SharedChannel {
+  static constexpr std::size_t kRequestTurn = 64, kResultTurn = 128, kRequests = 192;
+
+  std::unique_ptr<SharedRegion> region;
+  SharedTurn request_turn, result_turn;
+  std::size_t request_offset = kRequests, request_bytes = 0, result_offset = 0, result_bytes = 0;
+
+  std::byte* request() const { return region->data() + request_offset; }
+  std::byte* result() const { return region->data() + result_offset; }
+
+  /// The engine's: room for the largest STEP, RESET and RESULT of `blocks`.
+  static Result<SharedChannel> Create(const protocol2::Blocks& blocks) {
+    SharedChannel channel;
+    channel.request_bytes =
+        protocol2::AlignBlock(protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options));
+    channel.result_offset = (kRequests + channel.request_bytes + 63) / 64 * 64;
+    channel.result_bytes = protocol2::AlignBlock(protocol2::kHeaderBytes + blocks.largest_result + kErrorRoom);
+    Result<std::unique_ptr<SharedRegion>> region = SharedRegion::Create(channel.result_offset + channel.result_bytes);
+    if (!region.ok()) return region.status();
+    const std::uint32_t head[2] = {protocol2::kMagic, protocol2::kVersion};
+    std::memcpy((*region)->data(), head, sizeof(head));
+    channel.region = std::move(*region);
+    channel.FindTurns();
+    return channel;
+  }
+
+  /// The trainer's, of what SPEC says; every number is checked.
+  static Result<SharedChannel> Open(const protocol2::SharedMemorySpec& spec, const protocol2::Blocks& blocks) {
+    const std::size_t step = protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options);
+    const bool fits = spec.bytes <= kLargestRegion && spec.request_offset >= kRequests && spec.request_offset % 8 == 0 &&
+                      spec.result_offset % 8 == 0 && spec.request_bytes >= step &&
+                      spec.result_bytes >= protocol2::kHeaderBytes + blocks.result_bytes &&
+                      spec.request_offset + spec.request_bytes <= spec.bytes &&
+                      spec.result_offset + spec.result_bytes <= spec.bytes && spec.request_bytes <= spec.bytes &&
+                      spec.result_bytes <= spec.bytes;
+    if (!fits) return Status{StatusCode::kDataLoss, "SPEC describes shared memory that cannot be"};
+    Result<std::unique_ptr<SharedRegion>> region = SharedRegion::Open(spec.path, spec.bytes);
+    if (!region.ok()) return region.status();
+    std::uint32_t head[2];
+    std::memcpy(head, (*region)->data(), sizeof(head));
+    if (head[0] != protocol2::kMagic || head[1] != protocol2::kVersion)
+      return Status{StatusCode::kDataLoss, "'" + spec.path + "' holds no frames of protocol 2"};
+    SharedChannel channel;
+    channel.region = std::move(*region);
+    channel.request_offset = spec.request_offset;
+    channel.request_bytes = spec.request_bytes;
+    channel.result_offset = spec.result_offset;
+    channel.result_bytes = spec.result_bytes;
+    channel.FindTurns();
+    return channel;
+  }
+
+  protocol2::SharedMemorySpec Spec() const {
+    return {region->path(), region->size(), request_offset, request_bytes, result_offset, result_bytes, kSpinMicroseconds};
+  }
+
+ private:
+  static constexpr std::size_t kErrorRoom = 1024;
+  static constexpr std::uint64_t kLargestRegion = std::uint64_t{1} << 31;
+  static constexpr std::int64_t kSpinMicroseconds = 50;
+
+  void FindTurns() {
+    request_turn = SharedTurn(region->data() + kRequestTurn);
+    result_turn = SharedTurn(region->data() + kResultTurn);
+  }
+};
+
+}  // namespace consac

@@ -1,0 +1,635 @@
+"""The trainer's end of protocol 2: one Connection is one session. What its rows mean to Gymnasium is in env.py, vector.py, ..."""
+from __future__ import annotations
+
+import json
+import math
+import os
+import select
+import socket
+import struct
+import sys
+import threading
+import time
+import weakref
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from . import __version__, wire
+from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
+
+HANDSHAKE_S = 5.0
+TEXT_SETUP_S = 0.1  # so long a text setup is waited for before HELLO
+WRITE_S = 10.0
+MISSED_PINGS = 3
+IDLE_TICK_S = 2.0  # how often PINGs are answered while no request is under way
+REFUSED_S = 1.0  # so long a port that refuses is tried again: the engine has ended
+
+# A sleeping thread takes some 40 us to wake, more than an engine's step: a short spin first makes a step three times as fast.
+_DONT_WAIT = getattr(socket, "MSG_DONTWAIT", 0)
+_NO_SPIN = range(0)
+_SPIN = range(40 if _DONT_WAIT and (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1) > 1 else 0)
+
+_REQUEST = struct.Struct("<Q")
+_HEAD = struct.Struct("<IHHIIQIII")  # a header and the first word of its payload
+_WORDS = struct.Struct("<II")
+_LENGTH = struct.Struct("<I")
+
+
+def parse_url(url: str) -> tuple[str, int]:
+    """Host and port of `tcp://host:port`."""
+    parts = urlsplit(url if "://" in url else f"tcp://{url}")
+    try:
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host = port = None
+    if parts.scheme != "tcp" or not host or not port or parts.path not in ("", "/"):
+        raise ConsacError(f"{url!r} is no engine's address; write tcp://host:port")
+    return host, port
+
+
+def open_socket(host: str, port: int, timeout: float, wait: float = 0.0) -> socket.socket:
+    """A connected socket; a port that refuses is tried again for `wait` seconds."""
+    end = time.monotonic() + wait
+    while True:
+        try:
+            sock = socket.create_connection((host, port), timeout)
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            return sock
+        except OSError as error:
+            if time.monotonic() >= end:
+                raise ConnectionLost(f"no engine answers at {host}:{port} ({error}); start it first, or check the address") from error
+        time.sleep(0.05)
+
+
+def connect(url: str, protocol="auto", *, wait: float = 0.0, **options):
+    """A Connection, or a TextConnection where the engine speaks text protocol 1. `protocol`: "auto", 2 or "text1"."""
+    from .text1 import TextConnection
+
+    if protocol not in ("auto", "text1", 2):
+        raise ValueError(f'protocol={protocol!r}; it is "auto", "text1" or 2')
+    text_options = {key: options[key] for key in ("timeout",) if key in options}  # the others mean nothing to it
+    if protocol == "text1":
+        return TextConnection(url, wait=wait, **text_options)
+    sock = open_socket(*parse_url(url), HANDSHAKE_S, wait)
+    if protocol == "auto" and select.select([sock], [], [], TEXT_SETUP_S)[0]:
+        first = sock.recv(1, socket.MSG_PEEK)
+        if first and first[0] != wire.MAGIC & 0xFF:
+            return TextConnection(url, sock=sock, **text_options)
+    try:
+        return Connection(url, sock=sock, **options)
+    except ProtocolError as error:
+        if protocol == "auto" and error.code == "BAD_MAGIC":
+            return TextConnection(url, **text_options)
+        raise
+
+
+class Rows:
+    """What a RESULT says of one behaviour. The arrays lie in the receive buffer: they hold until the next request."""
+
+    __slots__ = ("observations", "rewards", "states", "masks", "final_slots", "finals")
+
+    def __init__(self):
+        self.observations: list[np.ndarray] = []  # for each leaf [slots, *shape]
+        self.rewards: np.ndarray  # [slots] f64
+        self.states: np.ndarray  # [slots] u8, bits as wire.TERMINATED ...
+        self.masks: np.ndarray | None = None  # [slots, mask_bytes] u8
+        self.final_slots: np.ndarray  # slots that `finals` are of; both hold while `parts` has PART_FINALS
+        self.finals: list[np.ndarray]  # for each leaf [len(final_slots), *shape]
+
+
+class Connection:
+    """A session with an engine. Not for several threads at once; a thread of its own answers PINGs between requests.
+
+    `step()` sends what lies in `step_mask` and `actions`; `reset()` takes masks and seeds. Both leave their answer in `rows`,
+    `infos` and `final_infos`. A connection that breaks is taken up again, and the request under way is carried out once."""
+
+    def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str = "same_step", expect: list | None = None,
+                 wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME, sock: socket.socket | None = None):
+        self.url, self.autoreset, self.timeout, self.resume_s = url, autoreset, timeout, resume_s
+        self.host, self.port = parse_url(url)
+        self._hello = {"protocol": [wire.VERSION, wire.VERSION], "client": f"consac-python {__version__}", "capabilities": ["render"] + ["crc"] * crc,
+                       "max_frame": max_frame} | ({"token": token} if token is not None else {})
+        self.closed = self.paused = False
+        self.goaway: str | None = None  # why the engine takes no further requests
+        self.request = self.session = 0
+        self.max_frame, self.heartbeat_s, self.resume = wire.LARGEST_BEFORE_WELCOME, 10.0, None
+        self.capabilities: list[str] = []
+        self.parts, self.infos, self.final_infos = 0, None, None
+        self.rows: list[Rows] = []
+        self._flags = 0
+        self._left = b""  # bytes that came after the last answer
+        self._lock = threading.Lock()
+        self._heard = self._pinged = time.monotonic()
+        self._missed = self._slow = self._skip = 0
+        self._broken: Exception | None = None  # the socket is lost; the next request takes the session up
+        self._reserve(wire.LARGEST_JSON)
+        self._socket = None
+        self._process = os.getpid()  # a fork of it does not say BYE
+        try:
+            self._greet(sock or open_socket(self.host, self.port, HANDSHAKE_S, wait), time.monotonic() + HANDSHAKE_S)
+            configure = {"autoreset": autoreset, "transport": "tcp"} | ({"expect": expect} if expect is not None else {})
+            spec = self._ask(wire.CONFIGURE, wire.dump_json(configure), wire.SPEC)
+            self._adopt(_json(spec))
+        except BaseException:
+            self._drop()
+            raise
+        self._stop = threading.Event()
+        threading.Thread(target=_keep_alive, args=(weakref.ref(self), self._stop), name="consac-keepalive", daemon=True).start()
+
+    # ---- handshake
+
+    def _greet(self, sock: socket.socket, end: float) -> dict:
+        """HELLO and WELCOME on a new socket; with `self.resume` the session is taken up."""
+        self._drop()
+        self._socket, self._left, self.paused, self._missed = sock, b"", False, 0
+        self._broken, self.goaway = None, None
+        sock.setblocking(True)
+        _set_timeouts(sock, min(0.1, max(0.005, end - time.monotonic())), WRITE_S)
+        self._send, self._recv_into = sock.send, sock.recv_into
+        hello = self._hello | ({"resume": self.resume} if self.resume else {})
+        try:
+            sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json(hello))))
+            have, self._heard = 0, time.monotonic()
+            welcome = _json(self._await(have, 0, wire.WELCOME, end))
+        except OSError as error:
+            if isinstance(error, ConsacError):
+                raise
+            raise ConnectionLost(f"{self.url} closed the connection during the handshake ({error})") from error
+        try:
+            self.session, self.resume = int(welcome["session"]), str(welcome["resume"])
+            self.max_frame = min(int(welcome["max_frame"]), self._hello["max_frame"])
+            self.capabilities = [str(name) for name in welcome.get("capabilities", [])]
+            self.heartbeat_s = float(welcome.get("heartbeat_s", 10.0))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ProtocolError("MALFORMED", f"WELCOME lacks {error}: {welcome}") from None
+        if welcome.get("protocol") != wire.VERSION:
+            raise ProtocolError("UNSUPPORTED_VERSION", f"the engine chose protocol {welcome.get('protocol')}, offered was {wire.VERSION}")
+        self._flags = wire.FLAG_CRC if "crc" in self.capabilities else 0
+        _set_timeouts(sock, max(0.005, min(0.5, self.timeout / 4, self.heartbeat_s / 2)), WRITE_S)
+        return welcome
+
+    def _adopt(self, spec: dict) -> None:
+        """Buffers and views for the engine's spaces."""
+        try:
+            self.spec = spec
+            self.environments = int(spec["environments"])
+            for value in spec["behaviours"]:
+                self._check_size(value["observation"])
+                self._check_size(value["action"])
+            self.behaviours = [wire.Behaviour.from_json(value, self.environments) for value in spec["behaviours"]]
+            self.deterministic = bool(spec.get("deterministic", False))
+            self.max_episode_steps = int(spec.get("max_episode_steps") or 0)
+            self.id = str(spec.get("id", ""))
+            if self.environments < 1 or not self.behaviours:
+                raise ValueError(f"{self.environments} environments and {len(self.behaviours)} behaviours")
+            if spec.get("autoreset", self.autoreset) != self.autoreset:
+                raise ValueError(f"autoreset {spec['autoreset']!r}, asked for was {self.autoreset!r}")
+        except wire.WireError as error:
+            raise ProtocolError(error.code, error.message) from None
+        except (KeyError, TypeError, ValueError) as error:
+            raise ProtocolError("MALFORMED", f"SPEC cannot be used: {type(error).__name__}: {error}") from None
+
+        head = wire.HEADER.size
+        self._step_mask_at = head + 8
+        at = self._step_mask_at + self.environments
+        offsets = []
+        for behaviour in self.behaviours:
+            offsets.append(wire.align(at))
+            at = offsets[-1] + behaviour.slots * behaviour.action.row_bytes
+        request_bytes = _end(at)
+        self._plain_bytes = head + 8
+        finals = 0
+        for b in self.behaviours:
+            block = wire.align(b.slots * b.observation.row_bytes)
+            self._plain_end = self._plain_bytes + block + 9 * b.slots
+            if b.masks_actions:
+                self._plain_end = wire.align(self._plain_end) + b.slots * b.action.mask_bytes
+            self._plain_bytes = wire.align(self._plain_end)
+            finals += block
+        largest = max(request_bytes, self._plain_bytes + finals) - head
+        if largest > self.max_frame:
+            raise ConsacError(f"{self.environments} environments make frames of {largest} bytes, max_frame is {self.max_frame}; raise it or take fewer environments")
+        self._out = bytearray(request_bytes)
+        self._out_view = memoryview(self._out)
+        wire.HEADER.pack_into(self._out, 0, wire.MAGIC, wire.STEP, self._flags, request_bytes - head, 0, 0, self.session, 0)
+        self.step_mask = np.ndarray(self.environments, np.uint8, self._out, self._step_mask_at)
+        self.step_mask[:] = 1
+        self.action_offsets = offsets
+        self.actions = [b.action.views(self._out, b.slots, offset) for b, offset in zip(self.behaviours, offsets)]
+
+        self._reserve(self._plain_bytes + finals + wire.LARGEST_JSON + 16)
+        self._slots = sum(b.slots for b in self.behaviours)
+        self._map()
+
+    def _check_size(self, space: dict) -> None:
+        """A small SPEC must not make large arrays."""
+        for child in space.get("spaces", ()):
+            self._check_size(child["space"])
+        if math.prod(map(int, space.get("shape", ()))) > self.max_frame:
+            raise ValueError(f"a space of shape {space['shape']}, more than max_frame {self.max_frame}")
+
+    def _reserve(self, size: int) -> None:
+        self._in = np.empty(size + wire.HEADER.size, np.uint8)  # pages that are never written cost nothing
+        self._in_view = memoryview(self._in)
+
+    # ---- requests
+
+    def step(self) -> None:
+        """Steps the environments of `step_mask` with `actions`; the answer lies in `rows`."""
+        with self._lock:
+            self.request = request = self.request + 1
+            _REQUEST.pack_into(self._out, 16, request)
+            if self._broken is None and not self._left and not self._flags and self.goaway is None:
+                have = -1
+                try:
+                    if self._send(self._out) == len(self._out):
+                        have, receive, view = 0, self._recv_into, self._in_view
+                        for _ in _NO_SPIN if self._skip else _SPIN:
+                            try:
+                                have = receive(view, 0, _DONT_WAIT)
+                                self._slow = 0
+                                break
+                            except BlockingIOError:
+                                pass
+                        else:
+                            self._rest()
+                            have = receive(view)
+                        magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
+                        if have == length + 32 and answers == request and kind == 7 and flags == 0 and magic == wire.MAGIC and parts == 0 \
+                                and self._plain_end <= have <= self._plain_bytes:
+                            if self.parts:
+                                self.parts, self.infos, self.final_infos = 0, None, None
+                            return
+                        if not have:
+                            self._broken = ConnectionLost("the engine closed the connection")
+                    else:
+                        self._broken = ConnectionLost("a write was cut short")
+                except BlockingIOError:
+                    if have < 0:
+                        self._broken = ConnectionLost(f"the engine took no bytes for {WRITE_S:g} s")
+                except OSError as error:
+                    self._broken = error
+                except BaseException:
+                    self._broken = ConnectionLost("interrupted")
+                    raise
+                self._finish(self._out_view, wire.RESULT, max(0, have))
+            else:
+                if self._flags:
+                    struct.pack_into("<I", self._out, 12, wire.crc32c(self._out_view[wire.HEADER.size:]))
+                self._exchange(self._out_view, wire.RESULT)
+            self._parse()
+
+    def _rest(self) -> None:
+        """Spinning was of no use: an engine that is slow again and again is waited for asleep, up to 64 steps in a row."""
+        if self._skip:
+            self._skip -= 1
+        else:
+            self._slow = min(64, 2 * self._slow + 1)
+            self._skip = self._slow
+
+    def reset(self, mask=None, seeds=None, options: dict | None = None) -> None:
+        """Begins new episodes where `mask` [environments] is true (everywhere without it); `seeds` are one i64 per environment."""
+        flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0)
+        blocks = [(np.ones(self.environments, np.uint8) if mask is None else np.asarray(mask, np.uint8)).tobytes()]
+        if seeds is not None:
+            blocks.append(np.asarray(seeds, "<i8").tobytes())
+        if options is not None:
+            try:
+                text = wire.dump_json(options)
+            except (TypeError, ValueError) as error:
+                raise ConsacError(f"reset options must be JSON: {error}") from None
+            blocks.append(_LENGTH.pack(len(text)) + text)
+        payload = bytearray(_WORDS.pack(flags, 0))
+        for block in blocks:
+            payload += bytes(wire.align(len(payload)) - len(payload)) + block
+        payload += bytes(_end(len(payload)) - len(payload))
+        with self._lock:
+            self._ask(wire.RESET, payload, wire.RESULT)
+            self._parse()
+
+    def render(self, env: int = 0) -> np.ndarray:
+        """The picture [height, width, 3] u8 of one environment; needs capability `render`."""
+        if "render" not in self.capabilities:
+            raise ConsacError(f"{self.url} cannot draw: it does not offer the capability `render`")
+        with self._lock:
+            payload = self._ask(wire.RENDER, wire.dump_json({"env": env}), wire.FRAME)
+            if len(payload) < 8 or len(payload) != 8 + 3 * int(np.prod(_WORDS.unpack_from(payload), dtype=np.int64)):
+                self._fail(ProtocolError("MALFORMED", f"a FRAME of {len(payload)} bytes"))
+            height, width = _WORDS.unpack_from(payload)
+            return np.frombuffer(payload, np.uint8, offset=8).reshape(height, width, 3).copy()
+
+    def close(self) -> None:
+        """BYE; the engine forgets the session. May be called again."""
+        if self.closed:
+            return
+        self.closed = True
+        if hasattr(self, "_stop"):
+            self._stop.set()
+        try:
+            if self._socket is not None and self._broken is None and self._process == os.getpid():
+                self._socket.send(wire.pack(wire.Frame(wire.BYE, session=self.session)))
+        except OSError:
+            pass
+        self._drop()
+
+    def __del__(self) -> None:
+        if hasattr(self, "_process"):
+            self.close()
+
+    def __enter__(self) -> "Connection":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    # ---- one request and its answer
+
+    def _ask(self, kind: int, payload: bytes, answer: int) -> memoryview:
+        self.request += 1
+        if len(payload) > self.max_frame:
+            self.request -= 1
+            raise ConsacError(f"a request of {len(payload)} bytes; the engine takes {self.max_frame}")
+        frame = wire.Frame(kind, payload, self.request, self.session, self._flags)
+        return self._exchange(memoryview(wire.pack(frame)), answer)
+
+    def _exchange(self, request: memoryview, answer: int) -> memoryview:
+        if self.closed:
+            self.request -= 1
+            raise ConnectionLost(f"the connection to {self.url} is closed")
+        if self.goaway is not None:
+            self._fail(ConnectionLost(f"{self.url} takes no further requests: {self.goaway}"))
+        if self._broken is None:
+            try:
+                self._socket.sendall(request)
+            except OSError as error:
+                self._broken = error
+        return self._finish(request, answer, 0)
+
+    def _finish(self, request: memoryview, answer: int, have: int) -> memoryview:
+        """Waits for the answer to `request`, which was sent, and repeats it on a new connection where the old one is lost."""
+        if self.closed:
+            self.request -= 1
+            raise ConnectionLost(f"the connection to {self.url} is closed")
+        tries = 0
+        while True:
+            try:
+                if self._broken is not None:
+                    raise self._broken
+                if self._left:
+                    data, self._left = self._left, b""
+                    self._in_view[have:have + len(data)] = data
+                    have += len(data)
+                return self._await(have, self.request, answer, time.monotonic() + self.timeout)
+            except EngineError as error:
+                if error.fatal or isinstance(error, EngineBusy):
+                    self._fail(error)
+                raise
+            except (ProtocolError, DeadlineExceeded) as error:
+                self._fail(error)
+            except (KeyboardInterrupt, SystemExit):
+                self._broken = ConnectionLost("interrupted")
+                raise
+            except OSError as error:
+                have, tries = 0, tries + 1
+                if tries > 5:
+                    self._fail(ConnectionLost(f"{self.url} was lost again and again ({error})"))
+                self._take_up(error)
+                try:
+                    self._socket.sendall(request)
+                except OSError as again:
+                    self._broken = again
+
+    def _take_up(self, error: Exception) -> None:
+        """A new socket for the same session, or ConnectionLost."""
+        why = str(error) or type(error).__name__
+        if not self.resume:
+            self._fail(ConnectionLost(f"{self.url} went away ({why})"))
+        begun = time.monotonic()
+        last = self.request - 1
+        while True:
+            try:
+                left = begun + self.resume_s - time.monotonic()
+                welcome = self._greet(open_socket(self.host, self.port, max(0.05, min(HANDSHAKE_S, left))), time.monotonic() + max(0.05, min(HANDSHAKE_S, left)))
+                break
+            except (EngineError, ProtocolError) as refusal:
+                self._fail(ConnectionLost(f"{self.url} was lost ({why}) and does not take its session up: {refusal}"))
+            except (ConnectionLost, DeadlineExceeded) as failure:
+                elapsed = time.monotonic() - begun
+                if elapsed > self.resume_s or (isinstance(failure.__cause__, ConnectionRefusedError) and elapsed > REFUSED_S):
+                    self._fail(ConnectionLost(f"{self.url} was lost ({why}) and did not come back within {elapsed:.1f} s"))
+            time.sleep(0.05)
+        if not welcome.get("resumed") or welcome.get("last_request") not in (last, self.request):
+            self._fail(ConnectionLost(f"{self.url} was lost ({why}); its session began anew and the episode is gone"))
+
+    def _await(self, have: int, request: int, answer: int, end: float) -> memoryview:
+        """The payload of the frame that answers `request`; of `have` bytes in the receive buffer. Other frames are dealt with."""
+        view = self._in_view
+        left = end - time.monotonic()  # of the deadline, while paused
+        while True:
+            while have >= wire.HEADER.size or (have and not _PREFIX.startswith(view[:min(have, 4)])):
+                try:
+                    frame, length, crc = wire.unpack_header(bytes(view[:min(have, wire.HEADER.size)]).ljust(wire.HEADER.size, b"\0"), self.max_frame)
+                    total = wire.HEADER.size + length
+                    if total > len(view):
+                        view = self._larger(view[:have], frame.type, total)
+                    if have < total:
+                        break
+                    frame.payload = view[wire.HEADER.size:total]
+                    wire.check_crc(frame, crc)
+                except wire.WireError as error:
+                    raise ProtocolError(error.code, error.message) from None
+                if frame.type == wire.ERROR or (frame.type in _ANSWERS and frame.request == request):
+                    self._left = bytes(view[total:have])
+                    if frame.type == wire.ERROR:
+                        raise EngineError.from_json(_json(frame.payload))
+                    if frame.type != answer:
+                        raise ProtocolError("MALFORMED", f"a frame of type {frame.type} answers request {request}, expected type {answer}")
+                    return frame.payload
+                was_paused = self.paused
+                self._control(frame)
+                if self.paused and not was_paused:
+                    left = end - time.monotonic()
+                elif was_paused and not self.paused:
+                    end = time.monotonic() + left
+                view[:have - total] = bytes(view[total:have])
+                have -= total
+            try:
+                count = self._recv_into(view[have:])
+                if not count:
+                    raise ConnectionLost("the engine closed the connection" + (f": {self.goaway}" if self.goaway else ""))
+                have += count
+                self._heard, self._missed = time.monotonic(), 0
+            except BlockingIOError:
+                if request:
+                    self._beat()
+            if not self.paused and time.monotonic() > end:
+                raise DeadlineExceeded(f"{self.url} did not answer within {self.timeout:g} s; is the engine stopped? A longer time: timeout=..." if request else
+                                       f"{self.url} did not answer HELLO within {HANDSHAKE_S:g} s; is it an engine?")
+
+    def _larger(self, begun: memoryview, kind: int, size: int) -> memoryview:
+        """A buffer for a picture that the receive buffer cannot hold."""
+        if kind != wire.FRAME:
+            raise ProtocolError("WRONG_SIZE", f"a frame of type {kind} has {size} bytes, more than it can")
+        larger = memoryview(bytearray(size))
+        larger[:len(begun)] = begun
+        return larger
+
+    def _control(self, frame: wire.Frame) -> None:
+        """A frame that answers nothing."""
+        if frame.type == wire.PING:
+            if len(frame.payload) > 64:
+                raise ProtocolError("MALFORMED", f"a PING of {len(frame.payload)} bytes; at most 64 are taken")
+            self._socket.sendall(wire.pack(wire.Frame(wire.PONG, bytes(frame.payload), session=self.session)))
+        elif frame.type == wire.PAUSED:
+            self.paused = True
+        elif frame.type == wire.RESUMED:
+            self.paused = False
+        elif frame.type == wire.GOAWAY:
+            value = _json(frame.payload)
+            after = value.get("retry_after_s")
+            self.goaway = f"{value.get('reason', 'no reason given')}" + (f" (try again after {after:g} s)" if isinstance(after, (int, float)) else "")
+        elif frame.type != wire.PONG and not frame.type & wire.OPTIONAL:
+            raise ProtocolError("UNKNOWN_MESSAGE", f"a frame of type {frame.type} for request {frame.request} that nobody asked for")
+
+    def _beat(self) -> None:
+        """A PING when it has been quiet for long; the peer is gone when none is answered."""
+        now = time.monotonic()
+        if self.paused or not self.session or now - max(self._heard, self._pinged) < self.heartbeat_s:
+            return
+        if self._missed >= MISSED_PINGS:
+            raise ConnectionLost(f"{MISSED_PINGS} PINGs were not answered")
+        self._pinged, self._missed = now, self._missed + 1
+        self._socket.send(wire.pack(wire.Frame(wire.PING, b"consac", session=self.session)))
+
+    def _idle(self) -> None:
+        """Between requests: answers PINGs, so that a long computation of the trainer does not cost the session."""
+        if self.closed or not self._lock.acquire(blocking=False):
+            return
+        try:
+            if self._broken is not None or self._socket is None:
+                return
+            while select.select([self._socket], [], [], 0)[0]:
+                data = self._socket.recv(65536)
+                if not data:
+                    self._broken = ConnectionLost("the engine closed the connection" + (f": {self.goaway}" if self.goaway else ""))
+                    return
+                self._heard, self._missed = time.monotonic(), 0
+                self._left += data
+                while len(self._left) >= wire.HEADER.size:
+                    frame, length, _ = wire.unpack_header(self._left, 4096)
+                    if len(self._left) < wire.HEADER.size + length:
+                        break
+                    frame.payload, self._left = self._left[wire.HEADER.size:wire.HEADER.size + length], self._left[wire.HEADER.size + length:]
+                    self._control(frame)
+            self._beat()
+        except (OSError, wire.WireError, ConsacError) as error:
+            self._broken = error if isinstance(error, OSError) else ConnectionLost(str(error))
+        finally:
+            self._lock.release()
+
+    def _fail(self, error: Exception):
+        """The session is over."""
+        self.closed = True
+        if hasattr(self, "_stop"):
+            self._stop.set()
+        self._drop()
+        raise error
+
+    def _drop(self) -> None:
+        sock, self._socket = getattr(self, "_socket", None), None
+        if sock is not None:
+            sock.close()
+
+    # ---- what a RESULT says
+
+    def _map(self) -> None:
+        """Lays `rows` over the receive buffer."""
+        at = wire.HEADER.size + 8
+        for behaviour in self.behaviours:
+            slots, rows = behaviour.slots, Rows()
+            rows.observations = behaviour.observation.views(self._in, slots, at)
+            at = wire.align(at + slots * behaviour.observation.row_bytes)
+            rows.rewards = np.ndarray(slots, np.float64, self._in, at)
+            at += 8 * slots
+            rows.states = np.ndarray(slots, np.uint8, self._in, at)
+            at = wire.align(at + slots)
+            if behaviour.masks_actions:
+                rows.masks = np.ndarray((slots, behaviour.action.mask_bytes), np.uint8, self._in, at)
+                at = wire.align(at + slots * behaviour.action.mask_bytes)
+            self.rows.append(rows)
+
+    def _map_finals(self, at: int) -> int:
+        """Lays the final rows over the receive buffer from `at`; where they end."""
+        for behaviour, rows in zip(self.behaviours, self.rows):
+            rows.final_slots = np.flatnonzero(rows.states & wire.FINAL)
+            rows.finals = behaviour.observation.views(self._in, len(rows.final_slots), wire.align(at))
+            at = wire.align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
+        return at
+
+    def _parse(self) -> None:
+        """Lays views over the RESULT in the receive buffer and reads its infos."""
+        length, = _LENGTH.unpack_from(self._in, 8)
+        end, at = wire.HEADER.size + length, self._plain_end
+        self.parts, self.infos, self.final_infos = _LENGTH.unpack_from(self._in, wire.HEADER.size)[0] if length else 0, None, None
+        try:
+            if end >= at and self.parts & wire.PART_FINALS:
+                at = self._map_finals(at)
+            if end >= at and self.parts & wire.PART_INFOS:
+                begin = wire.align(at) + 4
+                at = begin + (_LENGTH.unpack_from(self._in, begin - 4)[0] if begin <= end else 0)
+                if at <= end:
+                    said = _json(self._in_view[begin:at], quick=True)
+                    self.infos, self.final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"))
+            if not at <= end <= wire.align(at) or self.parts & ~(wire.PART_FINALS | wire.PART_INFOS):
+                raise ProtocolError("WRONG_SIZE", f"a RESULT of {length} bytes with parts {self.parts:#x}, expected {at - wire.HEADER.size}")
+        except ProtocolError as error:
+            self._fail(error)
+
+    def _columns(self, said) -> dict | None:
+        """Infos whose slots exist."""
+        try:
+            for column in (said or {}).values():
+                if len(column["slots"]) != len(column["values"]) or not all(type(slot) is int and 0 <= slot < self._slots for slot in column["slots"]):
+                    raise ValueError
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise ProtocolError("MALFORMED", f"infos of {self._slots} slots that cannot be read: {str(said)[:200]}") from None
+        return said
+
+
+_PREFIX = struct.pack("<I", wire.MAGIC)
+_ANSWERS = frozenset((wire.WELCOME, wire.SPEC, wire.RESULT, wire.FRAME, wire.ERROR))
+
+
+def _json(payload, quick: bool = False) -> dict:
+    try:
+        if quick and len(payload) <= wire.LARGEST_JSON:
+            value = json.loads(bytes(payload))
+            if isinstance(value, dict):
+                return value
+        return wire.load_json(payload)
+    except wire.WireError as error:
+        raise ProtocolError(error.code, error.message) from None
+    except (ValueError, RecursionError) as error:
+        raise ProtocolError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
+
+
+def _end(last: int) -> int:
+    """Where a request ends whose last block ends at `last`: every block is padded, the last one too."""
+    return wire.align(last)
+
+
+def _set_timeouts(sock: socket.socket, receive: float, send: float) -> None:
+    """The kernel keeps the time, so that a receive is one system call; it ends in BlockingIOError."""
+    for option, seconds in ((socket.SO_RCVTIMEO, receive), (socket.SO_SNDTIMEO, send)):
+        value = int(seconds * 1000) if sys.platform == "win32" else struct.pack("@ll", int(seconds), int(seconds % 1 * 1e6))
+        sock.setsockopt(socket.SOL_SOCKET, option, value)
+
+
+def _keep_alive(reference, stop: threading.Event) -> None:
+    while not stop.wait(IDLE_TICK_S):
+        connection = reference()
+        if connection is None or connection.closed:
+            return
+        connection._idle()
+        del connection

@@ -1,0 +1,217 @@
+"""One environment of an engine as a Gymnasium Env."""
+from __future__ import annotations
+
+import struct
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+
+from . import wire
+from .client import Connection, connect
+from .errors import ConsacError
+
+REMOTE_ID = "consac/Remote-v0"
+RENDER_FPS = 30
+_INT = struct.Struct("<i")
+_TAIL = struct.Struct("<dB")  # reward and state of a single slot
+
+
+class ConsacEnv(gymnasium.Env):
+    """An engine with one environment and one agent, as `consac.make` returns it.
+
+    `url`: tcp://host:port. `protocol`: "auto", 2 or "text1". The other arguments are client.Connection's."""
+
+    def __init__(self, url: str, render_mode: str | None = None, protocol="auto", **options):
+        self._connection = connection = connect(url, protocol, autoreset="disabled", **options)
+        try:
+            if isinstance(connection, Connection):
+                single_behaviour(connection, "consac.ConsacParallelEnv")
+                if connection.environments != 1:
+                    raise ConsacError(f"{url} offers {connection.environments} environments at once; use consac.make_vec")
+                modes = ["rgb_array"] if "render" in connection.capabilities else []
+            else:
+                modes = []
+            if render_mode is not None and render_mode not in modes:
+                raise ConsacError(f"render_mode={render_mode!r}; {url} has {modes or 'none'}")
+        except BaseException:
+            connection.close()
+            raise
+        self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS}
+        self.render_mode = render_mode
+        self.spec = EnvSpec(REMOTE_ID, "consac.env:ConsacEnv", nondeterministic=not connection.deterministic, max_episode_steps=connection.max_episode_steps or None,
+                            order_enforce=False, kwargs={"url": url, "render_mode": render_mode, "protocol": protocol, **options})
+        if isinstance(connection, Connection):
+            behaviour = connection.behaviours[0]
+            self.observation_space, self.action_space = behaviour.observation.space, behaviour.action.space
+            self._write, self._read = row_writer(connection), row_reader(behaviour.observation, connection.rows[0].observations, 0)
+            self._tail_at = wire.HEADER.size + 8 + wire.align(behaviour.observation.row_bytes)
+            self._masked = behaviour.masks_actions
+        else:
+            self.observation_space, self.action_space = connection.observation_space, connection.action_space
+            self._write = None
+
+    @property
+    def connection(self) -> Connection:
+        """The session; `connection.spec` is what the engine says of itself."""
+        return self._connection
+
+    def reset(self, *, seed: int | None = None, options: dict | None = None):
+        super().reset(seed=seed)
+        connection = self._connection
+        if self._write is None:
+            return connection.reset(seed)
+        connection.reset(None, None if seed is None else [seed], options)
+        return self._read(), self._info()
+
+    def step(self, action):
+        connection = self._connection
+        if self._write is None:
+            return connection.step(action)
+        self._write(action)
+        connection.step()
+        reward, state = _TAIL.unpack_from(connection._in, self._tail_at)
+        if connection.parts or self._masked:
+            return self._read(), reward, state & 1 != 0, state & 2 != 0, self._info()
+        return self._read(), reward, state & 1 != 0, state & 2 != 0, {}
+
+    def _info(self) -> dict:
+        connection = self._connection
+        info = {key: column["values"][0] for key, column in connection.infos.items() if column["values"]} if connection.infos else {}
+        if self._masked:
+            info["action_mask"] = mask_value(self.action_space, connection.rows[0].masks[0])
+        return info
+
+    def render(self):
+        return self._connection.render(0) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        if hasattr(self, "_connection"):
+            self._connection.close()
+
+
+def make(url: str, *, max_episode_steps: int | None = None, **options) -> gymnasium.Env:
+    """The environment that an engine offers at `url`; `max_episode_steps` truncates its episodes here."""
+    env = ConsacEnv(url, **options)
+    return gymnasium.wrappers.TimeLimit(env, max_episode_steps) if max_episode_steps else env
+
+
+def single_behaviour(connection: Connection, otherwise: str) -> wire.Behaviour:
+    """The only kind of agent of an engine whose environments have one agent each; ConsacError where they have several."""
+    if len(connection.behaviours) != 1 or len(connection.behaviours[0].agents) != 1:
+        agents = [agent for behaviour in connection.behaviours for agent in behaviour.agents]
+        raise ConsacError(f"{connection.url} has the agents {', '.join(agents[:8])}; use {otherwise}")
+    return connection.behaviours[0]
+
+
+# ---- one value of a space to and from its row
+
+def row_writer(connection: Connection):
+    """A function that writes the action of slot 0."""
+    layout, views = connection.behaviours[0].action, connection.actions[0]
+    if isinstance(layout.space, spaces.Discrete):
+        pack, out, at = _INT.pack_into, connection._out, connection.action_offsets[0]
+
+        def write_choice(action):
+            try:
+                pack(out, at, action)
+            except struct.error:
+                put(views[0][0:1].reshape(()), action, layout.leaves[0])
+
+        return write_choice
+    return slot_writer(layout, views, 0)
+
+
+def slot_writer(layout: wire.Layout, views: list[np.ndarray], slot: int):
+    """A function that writes a value of the space into one slot's row."""
+    rows = [view[slot] if view.ndim > 1 else view[slot:slot + 1].reshape(()) for view in views]
+    if len(rows) == 1 and not layout.leaves[0].path:
+        row, leaf, shape, dtype = rows[0], layout.leaves[0], rows[0].shape, rows[0].dtype
+
+        def write(action):
+            if type(action) is np.ndarray and action.dtype == dtype and action.shape == shape:
+                row[...] = action
+            else:
+                put(row, action, leaf)
+
+        return write
+
+    def write_leaves(action):
+        for row, leaf in zip(rows, layout.leaves):
+            put(row, pick(layout, action, leaf), leaf)
+
+    return write_leaves
+
+
+def pick(layout: wire.Layout, value, leaf: wire.Leaf):
+    """The leaf's part of a value; ValueError where the value has no such part."""
+    try:
+        return layout.pick(value, leaf)
+    except (KeyError, IndexError, TypeError):
+        raise ValueError(f"the action {value!r} lacks {'/'.join(map(str, leaf.path))}; expected {layout.space}") from None
+
+
+def put(row: np.ndarray, value, leaf: wire.Leaf) -> None:
+    """Copies `value` into `row`, which may be one row or all; ValueError where its shape or kind does not fit."""
+    array = np.asarray(value)
+    where = f" for {'/'.join(map(str, leaf.path))}" if leaf.path else ""
+    if array.shape != row.shape:
+        raise ValueError(f"an action of shape {array.shape}{where}, expected {row.shape}: {value!r}")
+    if array.dtype.kind not in ("biuf" if row.dtype.kind == "f" else "biu"):
+        raise ValueError(f"an action of type {array.dtype}{where}, expected {row.dtype}: {value!r}")
+    row[...] = array
+    if row.dtype.kind in "iu" and row.astype(array.dtype).tobytes() != array.tobytes():
+        raise ValueError(f"the action {value!r}{where} does not fit {row.dtype}")
+
+
+def row_reader(layout: wire.Layout, views: list[np.ndarray], slot: int):
+    """A function that returns a fresh value of the space from one slot's row."""
+    readers = [leaf_reader(leaf, view, slot) for leaf, view in zip(layout.leaves, views)]
+    if len(readers) == 1 and not layout.leaves[0].path:
+        return readers[0]
+    return lambda: layout.build([read() for read in readers])
+
+
+def leaf_reader(leaf: wire.Leaf, view: np.ndarray, slot: int):
+    """A function that returns a fresh value of one leaf from one slot's row."""
+    if isinstance(leaf.space, spaces.Discrete):
+        one = view[slot:slot + 1].reshape(())
+        return one.item
+    one = view[slot:slot + 1].reshape(()) if view.ndim == 1 else view[slot]
+    if leaf.dtype == leaf.space.dtype:
+        return one.copy
+    dtype = leaf.space.dtype
+    return lambda: one.astype(dtype)
+
+
+def mask_value(space: spaces.Space, row: np.ndarray):
+    """A mask row as `space.sample(mask)` takes it, i8."""
+    at = 0
+
+    def take(space):
+        nonlocal at
+        if isinstance(space, spaces.Dict):
+            parts = {name: take(space.spaces[name]) for name in sorted(space.spaces, key=str.encode)}
+            return {name: parts[name] for name in space.spaces}
+        if isinstance(space, spaces.Tuple):
+            return tuple(take(child) for child in space.spaces)
+        if isinstance(space, spaces.Discrete):
+            begin, at = at, at + int(space.n)
+            return row[begin:at].astype(np.int8)
+        if isinstance(space, spaces.MultiDiscrete):
+            parts = []
+            for n in space.nvec.ravel():
+                begin, at = at, at + int(n)
+                parts.append(row[begin:at].astype(np.int8))
+            return tuple(parts)
+        if isinstance(space, spaces.MultiBinary):
+            begin, at = at, at + 2 * int(np.prod(space.shape))
+            pairs = row[begin:at].reshape(*space.shape, 2)
+            return np.where(pairs.all(-1), 2, pairs[..., 1]).astype(np.int8)
+        return None
+
+    return take(space)
+
+
+gymnasium.register(REMOTE_ID, entry_point="consac.env:ConsacEnv", order_enforce=False)

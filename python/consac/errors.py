@@ -1,0 +1,52 @@
+"""What can go wrong between a trainer and its engine, one class each; all are ConsacError."""
+from __future__ import annotations
+
+
+class ConsacError(Exception):
+    """Anything that CONSAC raises on purpose."""
+
+
+class ConnectionLost(ConsacError, ConnectionError):
+    """The engine is not there, or no longer, and its session cannot be taken up again."""
+
+
+class DeadlineExceeded(ConsacError, TimeoutError):
+    """The engine is there but did not answer in time; the connection is closed."""
+
+
+class ProtocolError(ConsacError):
+    """The peer sent bytes that its protocol does not allow; the connection is closed."""
+
+    def __init__(self, code: str, message: str):
+        super().__init__(f"{code}: {message}")
+        self.code, self.message = code, message
+
+
+class EngineError(ConsacError):
+    """An ERROR that the engine sent. `fatal` says that it closed the connection."""
+
+    def __init__(self, code: str, message: str, env: int | None = None, path: str | None = None, retry_after_s: float | None = None, fatal: bool = False):
+        place = "".join([f" (environment {env})" if env is not None else "", f" (at {path})" if path else ""])
+        super().__init__(f"{code}: {message}{place}")
+        self.code, self.message, self.env, self.path, self.retry_after_s, self.fatal = code, message, env, path, retry_after_s, fatal
+
+    @classmethod
+    def from_json(cls, value: dict) -> "EngineError":
+        code = str(value.get("code", "?"))
+        kind = KINDS.get(code, cls)
+        return kind(code, str(value.get("message", "")), value.get("env"), value.get("path"), value.get("retry_after_s"), value.get("severity") == "connection")
+
+
+class Refused(EngineError):
+    """The engine does not let this client in: its token or its version."""
+
+
+class EngineBusy(Refused):
+    """The engine serves no further session now; `retry_after_s` may say when."""
+
+
+class SpecMismatch(EngineError):
+    """The engine's spaces are not the expected ones; `path` names the first difference."""
+
+
+KINDS = {"AUTH_FAILED": Refused, "UNSUPPORTED_VERSION": Refused, "CAPACITY": EngineBusy, "SHUTTING_DOWN": EngineBusy, "SPEC_MISMATCH": SpecMismatch}

@@ -1,0 +1,183 @@
+"""All environments of an engine as a Gymnasium VectorEnv: one message steps them all."""
+from __future__ import annotations
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from . import wire
+from .client import Connection, connect
+from .env import REMOTE_ID, RENDER_FPS, mask_value, pick, put, row_reader, single_behaviour
+from .errors import ConsacError
+
+_WIRE_MODES = {AutoresetMode.NEXT_STEP: "next_step", AutoresetMode.SAME_STEP: "same_step", AutoresetMode.DISABLED: "disabled"}
+_TERMINATED, _TRUNCATED = (np.array([state & bit != 0 for state in range(256)]) for bit in (wire.TERMINATED, wire.TRUNCATED))  # by state: faster than bits
+
+
+class ConsacVectorEnv(VectorEnv):
+    """An engine's environments, one agent each, as `consac.make_vec` returns them.
+
+    With copy=False observations are views of the receive buffer, which hold until the next step. Other arguments are client.Connection's."""
+
+    def __init__(self, url: str, autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP, render_mode: str | None = None, copy: bool = True, **options):
+        mode = autoreset_mode if isinstance(autoreset_mode, AutoresetMode) else AutoresetMode(autoreset_mode)
+        self.connection = connection = connect(url, options.pop("protocol", 2), autoreset=_WIRE_MODES[mode], **options)
+        try:
+            if not isinstance(connection, Connection):
+                raise ConsacError(f"{url} speaks text protocol 1, which has one environment; use consac.make")
+            behaviour = single_behaviour(connection, "consac.ConsacParallelEnv")
+            modes = ["rgb_array"] if "render" in connection.capabilities else []
+            if render_mode is not None and render_mode not in modes:
+                raise ConsacError(f"render_mode={render_mode!r}; {url} has {modes or 'none'}")
+        except BaseException:
+            connection.close()
+            raise
+        self.num_envs, self.copy, self.autoreset_mode, self.render_mode = connection.environments, copy, mode, render_mode
+        self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS, "autoreset_mode": mode}
+        self.spec = EnvSpec(REMOTE_ID, "consac.env:ConsacEnv", nondeterministic=not connection.deterministic, max_episode_steps=connection.max_episode_steps or None,
+                            order_enforce=False, kwargs={"url": url})
+        self.single_observation_space, self.single_action_space = behaviour.observation.space, behaviour.action.space
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._behaviour, self._rows, self._actions = behaviour, connection.rows[0], connection.actions[0]
+        self._write, self.read = batch_writer(behaviour.action, self._actions), batch_reader(behaviour.observation, self._rows.observations, copy)
+
+    def reset(self, *, seed: int | list[int | None] | None = None, options: dict | None = None):
+        if options is not None and "reset_mask" in options:
+            options = dict(options)
+            mask = reset_mask(options.pop("reset_mask"), self.num_envs)
+        else:
+            mask = None
+        self.connection.reset(mask, self._seeds(seed), options)
+        return self.read(), self._infos(mask)
+
+    def step(self, actions):
+        self._write(actions)
+        connection = self.connection
+        connection.step()
+        rows = self._rows
+        infos = self._infos() if connection.parts or rows.masks is not None else {}
+        return self.read(), rows.rewards.copy(), _TERMINATED.take(rows.states), _TRUNCATED.take(rows.states), infos
+
+    def render(self):
+        return tuple(self.connection.render(env) for env in range(self.num_envs)) if self.render_mode == "rgb_array" else None
+
+    def close_extras(self, **_) -> None:
+        self.connection.close()
+
+    def _seeds(self, seed) -> list[int] | None:
+        if seed is None:
+            return None
+        if isinstance(seed, (int, np.integer)):
+            return [int(seed) + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
+        if all(one is None for one in seed):
+            return None
+        return [int(self.np_random.integers(1 << 31)) if one is None else int(one) for one in seed]
+
+    def _infos(self, mask=None) -> dict:
+        connection, rows, count = self.connection, self._rows, self.num_envs
+        infos: dict = {}
+        if connection.parts & wire.PART_FINALS:
+            slots, final = rows.final_slots, np.full(count, None, object)
+            for place, slot in enumerate(slots):
+                final[slot] = row_reader(self._behaviour.observation, rows.finals, place)()
+            ended = np.zeros(count, np.bool_)
+            ended[slots] = True
+            infos |= {"final_obs": final, "_final_obs": ended, "final_info": columns(connection.final_infos, count), "_final_info": ended.copy()}
+        infos |= columns(connection.infos, count)
+        if rows.masks is not None:
+            given = np.ones(count, np.bool_) if mask is None else mask.copy()
+            if isinstance(self.single_action_space, spaces.Discrete):
+                masks = rows.masks.astype(np.int8)
+                masks[~given] = 0
+            else:
+                masks = np.full(count, None, object)
+                for i in np.flatnonzero(given):
+                    masks[i] = mask_value(self.single_action_space, rows.masks[i])
+            infos |= {"action_mask": masks, "_action_mask": given}
+        return infos
+
+
+def make_vec(url: str, **options) -> ConsacVectorEnv:
+    """All environments that an engine offers at `url`."""
+    return ConsacVectorEnv(url, **options)
+
+
+def reset_mask(mask, count: int) -> np.ndarray:
+    """The mask if it is what Gymnasium's vector environments take."""
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+        raise TypeError(f"options['reset_mask'] must be a numpy array of bool, got {mask!r}")
+    if mask.shape != (count,) or not mask.any():
+        raise ValueError(f"options['reset_mask'] must have the shape ({count},) and one True at least, got {mask!r}")
+    return mask
+
+
+def columns(said: dict | None, count: int) -> dict:
+    """Infos in Gymnasium's column form: for each key an array over environments, and a mask `_key`."""
+    infos: dict = {}
+    for key, column in (said or {}).items():
+        _add(infos, key, column["slots"], column["values"], count)
+    return infos
+
+
+def _add(infos: dict, key: str, slots: list, values: list, count: int) -> None:
+    kind = type(values[0]) if values else object
+    if kind is dict:
+        array: dict = {}
+        inner: dict = {}
+        for slot, value in zip(slots, values):
+            for name, part in value.items():
+                column = inner.setdefault(name, ([], []))
+                column[0].append(slot)
+                column[1].append(part)
+        for name, (below, parts) in inner.items():
+            _add(array, name, below, parts, count)
+    elif kind in (int, float, bool):
+        array = np.zeros(count, kind)
+        array[slots] = values
+    else:
+        array = np.full(count, None, object)
+        for slot, value in zip(slots, values):
+            array[slot] = value
+    given = np.zeros(count, np.bool_)
+    given[slots] = True
+    infos[key], infos[f"_{key}"] = array, given
+
+
+def batch_writer(layout: wire.Layout, views: list[np.ndarray]):
+    """A function that writes a batch of actions."""
+    if len(views) == 1 and not layout.leaves[0].path:
+        rows, leaf, shape, dtype = views[0], layout.leaves[0], views[0].shape, views[0].dtype
+
+        def write(actions):
+            if type(actions) is np.ndarray and actions.dtype == dtype and actions.shape == shape:
+                rows[...] = actions
+            else:
+                put(rows, actions, leaf)
+
+        return write
+
+    def write_leaves(actions):
+        for rows, leaf in zip(views, layout.leaves):
+            put(rows, pick(layout, actions, leaf), leaf)
+
+    return write_leaves
+
+
+def batch_reader(layout: wire.Layout, views: list[np.ndarray], copy: bool):
+    """A function that returns the batch of observations; fresh ones with `copy`."""
+
+    def reader(leaf, view):
+        dtype = leaf.space.dtype
+        if view.dtype == dtype:
+            return view.copy if copy else lambda: view
+        return lambda: view.astype(dtype)
+
+    readers = [reader(leaf, view) for leaf, view in zip(layout.leaves, views)]
+    if len(readers) == 1 and not layout.leaves[0].path:
+        return readers[0]
+    return lambda: layout.build([read() for read in readers])

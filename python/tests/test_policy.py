@@ -1,0 +1,295 @@
+"""consac.policy: models of the C++ trainer act alike here, and what is no sound model is refused."""
+import hashlib
+import json
+import os
+import struct
+import subprocess
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+from consac import wire
+from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, ModelMisfit, ModelTooNew, Policy, load_policy, read_model
+
+PROGRAM = Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli" / "consac"
+needs_program = pytest.mark.skipif(not os.environ.get("CONSAC_BUILD_DIR") or not PROGRAM.exists(), reason="set CONSAC_BUILD_DIR to a build with cli/consac")
+TRAINED = {"road-v0": [], "cartpole-v1": ["net_arch=[dict(pi=[8], vf=[8])]"], "pendulum-v1": ["norm_obs=true"], "maze-v0": ["act_fun=relu"], "reach3-v0": ["norm_obs=true"]}
+
+KEYS = spaces.Dict({"b": spaces.Box(-1, 1, (2, 2), np.float32), "a": spaces.Discrete(3, start=-1),
+                    "t": spaces.Tuple([spaces.MultiDiscrete([2, 3]), spaces.MultiBinary(3), spaces.Box(0, 255, (3,), np.uint8)])})
+ACTIONS = spaces.Dict({"jump": spaces.Discrete(2, start=1), "keys": spaces.MultiDiscrete([3, 2]), "lamps": spaces.MultiBinary(2), "move": spaces.Box(-0.5, 0.5, (2,), np.float32)})
+
+
+@pytest.fixture(scope="session")
+def trained(tmp_path_factory):
+    folder, paths = tmp_path_factory.mktemp("runs"), {}
+    for world, settings in TRAINED.items():
+        extra = [text for setting in settings for text in ("--set", setting)]
+        done = subprocess.run([PROGRAM, "train", world, "--steps", "1024", "--name", world, "--dir", folder, "--no-tensorboard", "--seed", "3", *extra], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stdout + done.stderr
+        paths[world] = folder / world / "model.consac"
+    return paths
+
+
+# ---- a writer, so that the reader is not tested with itself
+
+def model_bytes(spec, tensors, **metadata):
+    header, data = {}, b""
+    for name in sorted(tensors):
+        piece = tensors[name].tobytes()
+        header[name] = {"dtype": wire.NAMES[tensors[name].dtype], "shape": list(tensors[name].shape), "data_offsets": [len(data), len(data) + len(piece)]}
+        data += piece
+    text = spec if isinstance(spec, str) else json.dumps(spec)
+    header["__metadata__"] = {"format": "consac", "consac.version": "1", "consac.spec": text, "consac.sha256": hashlib.sha256(text.encode() + data).hexdigest()} | metadata
+    raw = json.dumps(header).encode()
+    raw += b" " * (-len(raw) % 8)
+    return struct.pack("<Q", len(raw)) + raw + data
+
+
+def features_of(space):
+    return gymnasium.spaces.utils.flatdim(space)
+
+
+def listed(space):
+    """A space's JSON with every bound of a box written out, as spec/model_file.md has it."""
+    value = wire.space_to_json(space)
+    boxes = [value]
+    for box in boxes:
+        boxes += [child["space"] for child in box.get("spaces", [])]
+        if box["type"] == "box":
+            count = int(np.prod(box["shape"]))
+            box.update({side: box[side] if isinstance(box[side], list) else [box[side]] * count for side in ("low", "high")})
+    return value
+
+
+def head_name(space):
+    return "gaussian" if isinstance(space, spaces.Box) else "bernoulli" if isinstance(space, spaces.MultiBinary) else "categorical"
+
+
+def make(observation=spaces.Box(-1, 1, (3,), np.float32), action=spaces.Discrete(3), activations=("tanh",), normalise=False, seed=1):
+    """Specification and tensors of a random policy; the self-test's answers come from the formulas of spec/model_file.md."""
+    rng = np.random.default_rng(seed)
+    size, outputs = features_of(observation), features_of(action)
+    tensors, blocks, source, width = {}, [], "obs", size
+    for index, activation in enumerate((*activations, "linear")):
+        out = outputs if index == len(activations) else 5
+        name = f"pi/{index}"
+        tensors[f"{name}/w"], tensors[f"{name}/b"] = rng.normal(size=(out, width)).astype(np.float32), rng.normal(size=out).astype(np.float32)
+        blocks.append({"op": "dense", "in": source, "out": name, "name": name, "in_size": width, "out_size": out, "act": activation})
+        source, width = name, out
+    leaves = wire.Layout.of(action).leaves
+    deviations = sum(int(np.prod(leaf.shape)) for leaf in leaves if isinstance(leaf.space, spaces.Box))
+    if deviations:
+        tensors["pi/log_std"] = rng.normal(size=deviations).astype(np.float32)
+    interface = {"behaviour": "default", "observation": listed(observation), "action": listed(action),
+                 "heads": [{"leaf": "/".join(map(str, leaf.path)), "type": head_name(leaf.space)} for leaf in leaves]}
+    asked = rng.normal(size=(4, size)).astype(np.float32) * 2
+    x = asked.astype(np.float64)
+    if normalise:
+        tensors["norm/obs/mean"], tensors["norm/obs/scale"] = rng.normal(size=size).astype(np.float32), rng.uniform(0.5, 2, size).astype(np.float32)
+        interface["normalise"] = {"mean": "norm/obs/mean", "scale": "norm/obs/scale", "clip": 1.5}
+        x = np.clip((x - tensors["norm/obs/mean"]) * tensors["norm/obs/scale"], -1.5, 1.5)
+    plain = {"linear": lambda v: v, "tanh": np.tanh, "relu": lambda v: v * (v > 0), "sigmoid": lambda v: 1 / (1 + np.exp(-v)), "elu": lambda v: np.where(v > 0, v, np.exp(v) - 1),
+             "leaky_relu": lambda v: np.where(v > 0, v, 0.01 * v), "silu": lambda v: v / (1 + np.exp(-v)), "softplus": lambda v: np.log(1 + np.exp(v))}
+    for block in blocks:
+        x = plain[block["act"]](x @ tensors[f"{block['name']}/w"].T + tensors[f"{block['name']}/b"])
+    tensors["test/0/in"], tensors["test/0/out"] = asked, x.astype(np.float32)
+    spec = {"kind": "policy", "requires": sorted({"dense"} | {head_name(leaf.space) for leaf in leaves}), "producer": {"name": "test", "version": "1"}, "interface": interface,
+            "graph": {"inputs": [{"name": "obs", "size": size}], "blocks": blocks, "outputs": [source]}, "selftest": [{"in": "test/0/in", "out": "test/0/out", "tol": 1e-5}]}
+    return spec, tensors
+
+
+def policy_of(*arguments, **named):
+    return Policy(read_model(model_bytes(*make(*arguments, **named))))
+
+
+MODELS = {"all activations": dict(activations=tuple(ACTIVATIONS)), "nested": dict(observation=KEYS, action=ACTIONS, normalise=True),
+          "discrete": dict(observation=spaces.Discrete(4, start=2), action=spaces.MultiDiscrete([2, 3])), "bits": dict(observation=spaces.MultiBinary(3), action=spaces.MultiBinary(2)),
+          "image": dict(observation=spaces.Box(0, 255, (4, 4, 3), np.uint8), action=spaces.Box(-1, 1, (2,), np.float32))}
+
+
+# ---- against C++
+
+@needs_program
+@pytest.mark.parametrize("world", TRAINED)
+def test_answers_as_cpp_does(trained, world):
+    policy, file = load_policy(trained[world]), read_model(trained[world].read_bytes())
+    assert policy.selftest_error <= 1e-6
+    asked, answers = file.tensors["test/0/in"], file.tensors["test/0/out"]
+    if not isinstance(policy.observation_space, spaces.Discrete):
+        assert np.abs(policy.logits(asked.reshape(len(asked), *policy.observation_space.shape)) - answers).max() <= 1e-6
+    observation = policy.observation_space.sample()
+    assert policy.action_space.contains(policy.act(observation)) and policy.action_space.contains(policy.act(observation, deterministic=False))
+
+
+@needs_program
+@pytest.mark.parametrize("name", MODELS)
+def test_cpp_takes_these_models_too(tmp_path, name):
+    path = tmp_path / "model.consac"
+    path.write_bytes(model_bytes(*make(**MODELS[name])))
+    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
+
+
+@needs_program
+def test_a_checkpoint_is_no_policy(trained):
+    checkpoint = next((trained["road-v0"].parent / "checkpoints").iterdir())
+    with pytest.raises(ModelForeign, match="checkpoint"):
+        load_policy(checkpoint)
+
+
+@needs_program
+def test_damage_at_every_byte(trained):
+    data = trained["cartpole-v1"].read_bytes()
+    header = 8 + struct.unpack_from("<Q", data)[0]
+    rng = np.random.default_rng(1)
+    for at in (*range(header), *range(header, len(data), 7)):
+        for bit in range(8) if at < header else [int(rng.integers(8))]:
+            changed = bytearray(data)
+            changed[at] ^= 1 << bit
+            with pytest.raises(ModelError) as told:
+                Policy(read_model(bytes(changed)))
+            assert "\n" not in str(told.value)
+    for size in (*range(0, header, 5), *range(header, len(data), 11)):
+        with pytest.raises(ModelError):
+            read_model(data[:size])
+    with pytest.raises(ModelDamaged):
+        read_model(data + b"\0")
+
+
+# ---- acting
+
+@pytest.mark.parametrize("name", MODELS)
+def test_flattens_as_gymnasium(name):
+    policy = policy_of(**MODELS[name])
+    for seed in range(20):
+        policy.observation_space.seed(seed)
+        observation = policy.observation_space.sample()
+        expected = gymnasium.spaces.flatten(policy.observation_space, observation)
+        assert np.allclose(policy.flatten(observation), expected) and policy.flatten(observation).dtype == np.float32
+        for deterministic in (True, False):
+            assert policy.action_space.contains(policy.act(observation, deterministic))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_many_are_as_one(name):
+    policy = policy_of(**MODELS[name])
+    batched = gymnasium.vector.utils.batch_space(policy.observation_space, 3)
+    many = batched.sample()
+    singles = list(gymnasium.vector.utils.iterate(batched, many))
+    actions = list(gymnasium.vector.utils.iterate(gymnasium.vector.utils.batch_space(policy.action_space, 3), policy.act(many)))
+    for single, action, logits in zip(singles, actions, policy.logits(many)):
+        assert np.allclose(policy.logits(single), logits, atol=1e-5)
+        assert np.allclose(spaces.flatten(policy.action_space, policy.act(single)), spaces.flatten(policy.action_space, action), atol=1e-6)
+
+
+def test_drawn_actions_follow_the_distribution():
+    policy = policy_of(action=spaces.Dict({"c": spaces.Discrete(3, start=5), "g": spaces.Box(-100, 100, (1,), np.float32), "m": spaces.MultiBinary(1)}))
+    observation = np.array([0.1, -0.2, 0.3], np.float32)
+    logits = policy.logits(observation).astype(np.float64)
+    drawn = policy.act(np.repeat(observation[None], 20000, 0), deterministic=False, rng=np.random.default_rng(1))
+    likely = np.exp(logits[:3]) / np.exp(logits[:3]).sum()
+    assert np.allclose([(drawn["c"] == 5 + i).mean() for i in range(3)], likely, atol=0.02)
+    deviation = np.exp(policy._log_std[0])
+    assert abs(drawn["g"].mean() - logits[3]) < 0.05 * deviation + 1e-3 and abs(drawn["g"].std() / deviation - 1) < 0.03
+    assert abs(drawn["m"].mean() - 1 / (1 + np.exp(-logits[4]))) < 0.02
+    again = policy.act(observation, deterministic=False, rng=np.random.default_rng(7))
+    assert all(np.array_equal(again[key], value) for key, value in policy.act(observation, deterministic=False, rng=np.random.default_rng(7)).items())
+
+
+def test_box_actions_are_clipped():
+    spec, tensors = make(action=spaces.Box(-0.01, 0.01, (2,), np.float32))
+    policy = Policy(read_model(model_bytes(spec, tensors)))
+    for deterministic in (True, False):
+        actions = policy.act(np.ones((50, 3), np.float32), deterministic)
+        assert np.abs(actions).max() <= np.float32(0.01) and actions.dtype == np.float32
+
+
+def test_masks():
+    policy = policy_of(action=spaces.Discrete(3, start=1))
+    observation = np.zeros(3, np.float32)
+    best = policy.act(observation)
+    mask = np.ones(3, np.int8)
+    mask[best - 1] = 0
+    assert policy.act(observation, mask=mask) != best
+    many = np.zeros((200, 3), np.float32)
+    assert best not in policy.act(many, deterministic=False, mask=np.repeat(mask[None], 200, 0))
+    both = policy_of(action=spaces.MultiDiscrete([2, 3]))
+    assert both.act(observation, mask=(np.array([0, 1], np.int8), np.array([0, 0, 1], np.int8))).tolist() == [1, 2]
+    bits = policy_of(action=spaces.MultiBinary(2))
+    assert bits.act(observation, mask=[1, 0, 0, 1]).tolist() == [0, 1] and bits.act(observation, mask=[0, 1, 1, 0]).tolist() == [1, 0]
+    for bad in ([1, 1], [0, 0, 0], np.ones((2, 3), int), [0.5, 1.0, 1.0]):
+        with pytest.raises(ModelMisfit):
+            policy.act(observation, mask=bad)
+
+
+@pytest.mark.parametrize("bad", [np.zeros(2), np.zeros((2, 2, 3)), 5, "abc", None, np.array([0, np.nan, 0]), np.array([0, np.inf, 0]), {"a": 1}])
+def test_observations_that_do_not_fit(bad):
+    with pytest.raises(ModelMisfit):
+        policy_of().act(bad)
+    with pytest.raises(ModelMisfit):
+        policy_of(observation=KEYS).act(bad)
+    with pytest.raises(ModelMisfit):
+        policy_of(observation=spaces.Discrete(4, start=1)).act(bad)
+
+
+# ---- refusals
+
+def changed(change, **named):
+    spec, tensors = make(**named)
+    change(spec, tensors)
+    return model_bytes(spec, tensors)
+
+
+@pytest.mark.parametrize("change", [
+    lambda s, t: s["requires"].append("gru"), lambda s, t: s["requires"].append(7)])
+def test_unknown_features_are_refused(change):
+    with pytest.raises(ModelTooNew, match="newer"):
+        Policy(read_model(changed(change)))
+
+
+def test_a_newer_format_is_refused_and_unknown_members_are_not():
+    with pytest.raises(ModelTooNew):
+        read_model(model_bytes(*make(), **{"consac.version": "2"}))
+    Policy(read_model(changed(lambda s, t: (s.update(news={"a": [1]}), s["interface"].update(hint="x"), t.update({"vf/extra": np.zeros(2, np.float64)})))))
+
+
+@pytest.mark.parametrize("change", [
+    lambda s, t: t.pop("pi/0/w"), lambda s, t: t.update({"pi/0/w": t["pi/0/w"].T.copy()}), lambda s, t: t.update({"pi/0/b": t["pi/0/b"].astype(np.float64)}),
+    lambda s, t: t["pi/0/w"].__setitem__((0, 0), np.nan), lambda s, t: t.update({"pi/0/w": t["pi/0/w"] + 1}), lambda s, t: s["graph"]["blocks"][0].update(act="gelu"),
+    lambda s, t: s["graph"]["blocks"][0].update(op="conv"), lambda s, t: s["graph"]["blocks"][0].update(in_size=1 << 60), lambda s, t: s["graph"]["blocks"][0].update(out_size=1 << 60),
+    lambda s, t: s["graph"]["blocks"][1].update({"in": "pi/1"}), lambda s, t: s["graph"].update(outputs=["vf"]), lambda s, t: s["graph"].update(outputs=[]),
+    lambda s, t: s["graph"]["inputs"][0].update(size=4), lambda s, t: s["graph"].update(blocks=5), lambda s, t: s.pop("graph"), lambda s, t: s.pop("selftest"),
+    lambda s, t: s["selftest"][0].update(tol=float("1e999")), lambda s, t: s["selftest"][0].update(out="test/0/in"), lambda s, t: s["selftest"][0].update({"in": "gone"}),
+    lambda s, t: s["interface"]["observation"].update(shape=[1 << 50]), lambda s, t: s["interface"]["observation"].update(shape=[-3]), lambda s, t: s["interface"]["observation"].update(type="graph"),
+    lambda s, t: s["interface"]["action"].update(n=1 << 60), lambda s, t: s["interface"]["action"].update(n=0), lambda s, t: s["interface"].update(action=None), lambda s, t: s["interface"].update(heads=[]),
+    lambda s, t: s["interface"].update(normalise={"mean": "a", "scale": "b", "clip": 1}), lambda s, t: s["interface"].update(normalise={"mean": "pi/0/b", "scale": "pi/0/b", "clip": 0}), lambda s, t: s.update(interface=[])])
+def test_inconsistent_models_are_refused(change):
+    with pytest.raises(ModelDamaged) as told:
+        Policy(read_model(changed(change)))
+    assert "\n" not in str(told.value)
+
+
+def test_foreign_files_are_refused(tmp_path):
+    good = model_bytes(*make())
+    length = struct.unpack_from("<Q", good)[0]
+    header = json.loads(good[8:8 + length])
+    rebuilt = lambda text: struct.pack("<Q", len(text)) + text + good[8 + length:]
+    name = "pi/0/b"
+    for bad in [b"", b"\0" * 7, b"PK\3\4 a zip file", b"\x80\4\x95 a pickle", struct.pack("<Q", 1 << 62) + b"{}", struct.pack("<Q", 2) + b"[]", struct.pack("<Q", 2) + b"{}",
+                rebuilt(json.dumps({key: value for key, value in header.items() if key != "__metadata__"}).encode()), rebuilt(json.dumps(header | {"__metadata__": {"format": "pt"}}).encode()),
+                rebuilt(b" " + json.dumps(header).encode()), rebuilt(b'{"a":1,' + json.dumps(header)[1:].encode()), rebuilt(b'{"a":' + b"[" * 5000 + b"]" * 5000 + b"," + json.dumps(header)[1:].encode()),
+                rebuilt(json.dumps(header)[:-1].encode() + b',"' + name.encode() + b'":' + json.dumps(header[name]).encode() + b"}"),
+                rebuilt(json.dumps(header | {name: header[name] | {"data_offsets": [0, 4]}}).encode()), rebuilt(json.dumps(header | {name: header[name] | {"dtype": "F16"}}).encode()),
+                rebuilt(json.dumps(header | {"hole": {"dtype": "F32", "shape": [1.0], "data_offsets": [0, 4]}}).encode()), rebuilt(json.dumps(header | {"over": header[name]}).encode()),
+                model_bytes("[]", {}), model_bytes("[" * 100000, {}), model_bytes('{"a":NaN}', {}), model_bytes(make()[0] | {"kind": "checkpoint"}, make()[1])]:
+        path = tmp_path / "bad.consac"
+        path.write_bytes(bad)
+        with pytest.raises(ModelError) as told:
+            load_policy(path)
+        assert "\n" not in str(told.value) and str(path) in str(told.value)
+    with pytest.raises(FileNotFoundError):
+        load_policy(tmp_path / "none.consac")

@@ -1,0 +1,885 @@
+"""consac.serve spoken to in raw frames: states, limits, exactly-once, resuming, autoreset, text protocol 1."""
+import hashlib
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+from consac import wire
+from consac.serve import Limits, Server
+from consac.wire import BYE, CONFIGURE, ERROR, FRAME, GOAWAY, HELLO, PING, PONG, RENDER, RESET, RESULT, SPEC, STEP, WELCOME, Frame, pack
+
+QUICK = Limits(grace_s=0.15)
+
+
+class Counter(gymnasium.Env):
+    """Counts steps; ends after `length`, terminated for action 0 and truncated for others."""
+
+    observation_space = spaces.Box(0, 1000, (2,), np.float32)
+    action_space = spaces.Discrete(3)
+    metadata = {"render_modes": ["rgb_array"]}
+    render_mode = "rgb_array"
+    length = 3
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.count = 0
+        self.mark = int(self.np_random.integers(1000))
+        return self._see(), {"from": "reset"} | ({"options": options} if options else {})
+
+    def step(self, action):
+        assert self.action_space.contains(action)
+        self.count += 1
+        over = self.count >= self.length
+        return self._see(), 0.1 * self.count, over and action == 0, over and action != 0, {"count": self.count, "odd": np.float32("nan"), "list": np.arange(2)}
+
+    def _see(self):
+        return np.array([self.count, self.mark], np.float32)
+
+    def render(self):
+        return np.full((2, 3, 3), self.count, np.uint8)
+
+
+class Nested(gymnasium.Env):
+    """All kinds of leaves; shows what it was sent; masks nothing."""
+
+    inside = spaces.Dict({"b": spaces.Box(-1, 1, (2, 2), np.float64), "a": spaces.Discrete(3, start=-1),
+                          "t": spaces.Tuple([spaces.MultiDiscrete([2, 3]), spaces.MultiBinary(3), spaces.Box(0, 255, (3,), np.uint8)])})
+    observation_space = action_space = inside
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.inside.seed(3)
+        return self.inside.sample(), {}
+
+    def step(self, action):
+        assert self.inside.contains(action)
+        return action, 1.5, False, False, {}
+
+
+class Masked(Counter):
+    def reset(self, **arguments):
+        return super().reset(**arguments)[0], {"action_mask": np.array([1, 0, 1], np.int8)}
+
+    def step(self, action):
+        return (*super().step(action)[:4], {"action_mask": np.array([0, 1, 0], np.int8)})
+
+
+class Failing(Counter):
+    def step(self, action):
+        if action == 2:
+            raise RuntimeError("the motor burnt out")
+        return super().step(action)
+
+
+class Agents:
+    """Three agents in PettingZoo's parallel form; agent k lives k + 2 steps; two kinds of spaces."""
+
+    metadata = {"name": "three"}
+    possible_agents = ["red_0", "red_1", "blue_0"]
+
+    def observation_space(self, agent):
+        return spaces.Box(-9, 9, (1 if agent.startswith("red") else 2,), np.float32)
+
+    def action_space(self, agent):
+        return spaces.Discrete(2)
+
+    def _see(self):
+        return {agent: np.full(self.observation_space(agent).shape, self.time, np.float32) for agent in self.agents}
+
+    def reset(self, seed=None, options=None):
+        self.agents, self.time = list(self.possible_agents), 0
+        return self._see(), {agent: {"at": 0} for agent in self.agents}
+
+    def step(self, actions):
+        assert sorted(actions) == sorted(self.agents)
+        self.time += 1
+        seen, rewards = self._see(), {agent: float(self.time) for agent in self.agents}
+        ended = {agent: self.time >= self.possible_agents.index(agent) + 2 for agent in self.agents}
+        infos = {agent: {"at": self.time} for agent in self.agents}
+        self.agents = [agent for agent in self.agents if not ended[agent]]
+        return seen, rewards, ended, {agent: False for agent in ended}, infos
+
+    def close(self):
+        pass
+
+
+class Raw:
+    """A client of a few lines."""
+
+    def __init__(self, server, hello=None, **configure):
+        self.sock = socket.create_connection(("127.0.0.1", getattr(server, "port", server)), timeout=5)
+        self.reader, self.number, self.session = wire.FrameReader(wire.LARGEST_FRAME), 0, 0
+        self.welcome = self.spec = None
+        if hello is not False:
+            self.welcome = self.ask_json(HELLO, {"protocol": [2, 2], **(hello or {})})
+            self.session = self.welcome.get("session", 0)
+            if hello is None or not hello.get("resume"):
+                self.spec = self.ask_json(CONFIGURE, configure)
+            else:
+                self.number = self.welcome.get("last_request", 0)
+
+    def send(self, kind, payload=b"", request=None, session=None, flags=0):
+        if request is None:
+            self.number += 1
+        self.sock.sendall(pack(Frame(kind, payload, self.number if request is None else request, self.session if session is None else session, flags)))
+
+    def take(self):
+        while True:
+            frame = self.reader.next()
+            if frame is not None:
+                return frame
+            data = self.sock.recv(1 << 16)
+            if not data:
+                raise EOFError
+            self.reader.feed(data)
+
+    def ask(self, kind, payload=b"", **how):
+        self.send(kind, payload, **how)
+        frame = self.take()
+        assert frame.request == (self.number if how.get("request") is None else how["request"])
+        return frame
+
+    def ask_json(self, kind, value, **how):
+        return json.loads(self.ask(kind, wire.dump_json(value), **how).payload)
+
+    def error(self, kind, payload=b"", **how):
+        frame = self.ask(kind, payload, **how)
+        assert frame.type == ERROR, frame
+        return json.loads(frame.payload)
+
+    @property
+    def envs(self):
+        return self.spec["environments"]
+
+    def reset(self, which=None, seeds=None, options=None):
+        return Result(self, self.ask(RESET, reset_payload(self.envs, which, seeds, options)))
+
+    def step(self, actions, which=None):
+        return Result(self, self.ask(STEP, step_payload(self.envs, actions, which)))
+
+    def is_closed(self):
+        try:
+            while True:
+                self.take()
+        except (EOFError, ConnectionError):
+            return True
+
+    def close(self):
+        self.sock.close()
+
+
+def pad(data):
+    return data + bytes(-len(data) % 8)
+
+
+def reset_payload(envs, which=None, seeds=None, options=None):
+    out = struct.pack("<II", (seeds is not None) + 2 * (options is not None), 0) + bytes(which if which is not None else [1] * envs)
+    if seeds is not None:
+        out = pad(out) + struct.pack(f"<{envs}q", *seeds)
+    if options is not None:
+        text = wire.dump_json(options)
+        out = pad(out) + struct.pack("<I", len(text)) + text
+    return pad(out)
+
+
+def step_payload(envs, actions, which=None):
+    return pad(pad(bytes(8) + bytes(which if which is not None else [1] * envs)) + struct.pack(f"<{len(actions)}i", *actions))
+
+
+class Result:
+    """RESULT taken apart by the words of the specification, with nothing of the server's code."""
+
+    def __init__(self, client, frame):
+        assert frame.type == RESULT, json.loads(frame.payload)
+        data, parts, at = frame.payload, struct.unpack_from("<II", frame.payload), 8
+        assert parts[1] == 0
+        self.behaviours = []
+        for behaviour in client.spec["behaviours"]:
+            slots, row = client.envs * len(behaviour["agents"]), behaviour["observation_row"]["bytes"]
+            found = {}
+            at = -(-at // 8) * 8
+            found["rows"], at = [data[at + i * row:at + (i + 1) * row] for i in range(slots)], at + slots * row
+            at = -(-at // 8) * 8
+            found["rewards"], at = list(struct.unpack_from(f"<{slots}d", data, at)), at + 8 * slots
+            found["states"], at = list(data[at:at + slots]), at + slots
+            if behaviour["masks_actions"]:
+                at = -(-at // 8) * 8
+                size = behaviour["mask_bytes"]
+                found["masks"], at = [list(data[at + i * size:at + (i + 1) * size]) for i in range(slots)], at + slots * size
+            at = -(-at // 8) * 8
+            self.behaviours.append(found)
+        for behaviour, found in zip(client.spec["behaviours"], self.behaviours):
+            if parts[0] & 1:
+                row, count = behaviour["observation_row"]["bytes"], sum(state & 4 != 0 for state in found["states"])
+                found["finals"], at = [data[at + i * row:at + (i + 1) * row] for i in range(count)], at + count * row
+                at = -(-at // 8) * 8
+        self.said = {}
+        if parts[0] & 2:
+            at = -(-at // 8) * 8
+            size = struct.unpack_from("<I", data, at)[0]
+            self.said, at = json.loads(data[at + 4:at + 4 + size]), at + 4 + size
+            at = -(-at // 8) * 8
+        assert at == len(data)
+        self.rewards, self.states = self.behaviours[0]["rewards"], self.behaviours[0]["states"]
+
+    def floats(self, name="rows", behaviour=0):
+        return [np.frombuffer(row, "<f4").tolist() for row in self.behaviours[behaviour].get(name, [])]
+
+
+@pytest.fixture(scope="module")
+def counters():
+    with Server(Counter, 2, limits=Limits(grace_s=0.15, max_sessions=200)) as server:
+        yield server
+
+
+# ---- what an environment shows
+
+def test_matches_native_cartpole_bit_by_bit():
+    native = gymnasium.make("CartPole-v1")
+    with Server("CartPole-v1", 1) as server:
+        client = Raw(server, autoreset="disabled")
+        assert (client.spec["id"], client.spec["max_episode_steps"]) == ("CartPole-v1", 500)
+        assert client.spec["hash"] == hashlib.sha256(wire.canonical_json(client.spec["behaviours"])).hexdigest()
+        rng = np.random.default_rng(1)
+        for episode in range(5):
+            seed = 7 if episode == 0 else None
+            mine, _ = native.reset(seed=seed)
+            theirs = client.reset(seeds=[seed] if seed else None)
+            over = False
+            assert theirs.behaviours[0]["rows"][0] == mine.tobytes() and theirs.states == [8 | 16]
+            while not over:
+                action = int(rng.integers(2))
+                mine, reward, terminated, truncated, _ = native.step(action)
+                theirs = client.step([action])
+                over = terminated or truncated
+                assert theirs.behaviours[0]["rows"][0] == mine.tobytes() and theirs.rewards == [reward]
+                assert theirs.states == [terminated * 1 + truncated * 2 + (not over) * 16]
+
+
+def test_nested_spaces_travel_whole():
+    layout = wire.Layout.of(Nested.inside)
+    with Server(Nested, 2) as server:
+        client = Raw(server)
+        first = client.reset()
+        Nested.inside.seed(3)
+        expected = Nested.inside.sample()
+        buffer = bytearray(b"".join(first.behaviours[0]["rows"]))
+        views = layout.views(buffer, 2, 0)
+        for leaf, view in zip(layout.leaves, views):
+            assert np.array_equal(view[0], layout.pick(expected, leaf)) and np.array_equal(view[1], layout.pick(expected, leaf))
+        sent = Nested.inside.sample()
+        for leaf, view in zip(layout.leaves, views):
+            view[:] = layout.pick(sent, leaf)
+        head = pad(bytes(8) + b"\1\1")
+        result = Result(client, client.ask(STEP, head + bytes(buffer)))
+        assert b"".join(result.behaviours[0]["rows"]) == bytes(buffer) and result.rewards == [1.5, 1.5]
+        for index, (bad, code) in enumerate([(np.nan, "NON_FINITE"), (np.inf, "NON_FINITE"), (1.5, "OUT_OF_RANGE")]):
+            views[1][1, 0, 1] = bad
+            error = client.error(STEP, head + bytes(buffer))
+            assert (error["code"], error["env"], error["path"]) == (code, 1, "default/agent/b"), index
+        views[1][:] = 0
+        for leaf, value in ((0, 2), (2, 5), (3, 2)):
+            kept = views[leaf].copy()
+            views[leaf][:] = value
+            assert client.error(STEP, head + bytes(buffer))["code"] == "OUT_OF_RANGE"
+            views[leaf][:] = kept
+        Result(client, client.ask(STEP, head + bytes(buffer)))
+
+
+@pytest.mark.parametrize("name", ["Taxi-v4", "Pendulum-v1", "FrozenLake-v1", "Blackjack-v1"])
+def test_serves_stock_environments(name):
+    with Server(name, 2) as server:
+        client = Raw(server)
+        native = gymnasium.make(name)
+        native.reset(seed=4)
+        client.reset(seeds=[4, 5])
+        layout = wire.Layout.of(native.action_space)
+        native.action_space.seed(1)
+        for _ in range(20):
+            action = native.action_space.sample()
+            actions = bytearray(2 * layout.row_bytes)
+            layout.views(actions, 2, 0)[0][:] = action
+            result = Result(client, client.ask(STEP, pad(bytes(8) + b"\1\1") + actions))
+            seen, reward, terminated, truncated, info = native.step(action)
+            if terminated or truncated:
+                native.reset()
+                break
+            wanted = wire.Layout.of(native.observation_space)
+            row = bytearray(wanted.row_bytes)
+            for leaf, view in zip(wanted.leaves, wanted.views(row, 1, 0)):
+                view[0] = wanted.pick(seen, leaf)
+            assert result.behaviours[0]["rows"][0] == bytes(row) and result.rewards[0] == reward
+            if "action_mask" in info:
+                assert client.spec["behaviours"][0]["masks_actions"] and result.behaviours[0]["masks"][0] == info["action_mask"].tolist()
+
+
+def test_masks():
+    with Server(Masked, 1) as server:
+        client = Raw(server)
+        behaviour = client.spec["behaviours"][0]
+        assert behaviour["masks_actions"] and behaviour["mask_bytes"] == 3
+        assert client.reset().behaviours[0]["masks"] == [[1, 0, 1]]
+        assert client.step([0]).behaviours[0]["masks"] == [[0, 1, 0]]
+
+
+def test_infos_and_options(counters):
+    client = Raw(counters)
+    assert client.reset(options={"map": 2}).said == {"infos": {"from": {"slots": [0, 1], "values": ["reset"] * 2}, "options": {"slots": [0, 1], "values": [{"map": 2}] * 2}}}
+    result = client.step([1, 1], [1, 0])
+    assert result.said == {"infos": {"count": {"slots": [0], "values": [1]}, "odd": {"slots": [0], "values": [None]}, "list": {"slots": [0], "values": [[0, 1]]}}}
+    client.step([1, 1], [1, 0])
+    said = client.step([1, 1], [1, 0]).said
+    assert said["final_infos"]["count"] == {"slots": [0], "values": [3]} and said["infos"]["from"]["slots"] == [0]
+
+
+def test_seeds_and_streams(counters):
+    a, b = Raw(counters), Raw(counters)
+    one, two = a.reset(seeds=[5, 6]), b.reset(seeds=[5, 6])
+    assert one.floats() == two.floats() and one.floats()[0] != one.floats()[1]
+    assert a.reset().floats() == b.reset().floats() != one.floats()
+    native = Counter()
+    native.reset(seed=5)
+    native.reset()
+    assert a.reset([1, 0]).floats()[0] == native.reset()[0].tolist()
+
+
+def test_the_servers_own_seed():
+    with Server(Counter, 2, seed=5) as server:
+        one, two = Raw(server), Raw(server)
+        assert one.reset().floats() == two.reset(seeds=[5, 6]).floats() and one.reset().floats() == two.reset().floats()
+
+
+def test_ends_after_the_wanted_sessions():
+    with Server(Counter, 1, sessions=1) as server:
+        Raw(server).send(BYE, request=0)
+        server._thread.join(3)
+        assert not server._thread.is_alive()
+
+
+def test_sessions_are_independent(counters):
+    a, b = Raw(counters), Raw(counters)
+    a.reset(), b.reset()
+    a.step([1, 1]), a.step([1, 1])
+    assert [row[0] for row in b.step([1, 1]).floats()] == [1, 1]
+    assert a.session != b.session
+
+
+# ---- autoreset
+
+def test_same_step(counters):
+    client = Raw(counters)
+    client.reset()
+    client.step([0, 1]), client.step([0, 1])
+    result = client.step([0, 1])
+    assert result.states == [1 | 4 | 8 | 16, 2 | 4 | 8 | 16]
+    assert [row[0] for row in result.floats()] == [0, 0] and [row[0] for row in result.floats("finals")] == [3, 3]
+    assert result.rewards == [0.1 * 3, 0.1 * 3]
+    assert client.step([0, 0]).states == [16, 16]
+
+
+def test_next_step(counters):
+    client = Raw(counters, autoreset="next_step")
+    client.reset()
+    client.step([0, 1]), client.step([0, 1])
+    result = client.step([0, 1])
+    assert result.states == [1, 2] and [row[0] for row in result.floats()] == [3, 3]
+    result = client.step([99, 1], [1, 0])
+    assert result.states == [8 | 16, 0] and result.rewards == [0, 0] and [row[0] for row in result.floats()] == [0, 3]
+    result = client.step([1, 77])
+    assert result.states == [16, 8 | 16] and [row[0] for row in result.floats()] == [1, 0]
+
+
+def test_disabled(counters):
+    client = Raw(counters, autoreset="disabled")
+    client.reset()
+    client.step([0, 1], [1, 0]), client.step([0, 1], [1, 0])
+    result = client.step([0, 1], [1, 0])
+    assert result.states == [1, 8 | 16] and [row[0] for row in result.floats()] == [3, 0]
+    error = client.error(STEP, step_payload(2, [0, 0]))
+    assert (error["code"], error["severity"], error["env"]) == ("RESET_REQUIRED", "request", 0)
+    assert client.step([0, 0], [0, 1]).states == [0, 16]
+    assert client.reset([1, 0]).states == [8 | 16, 16]
+    assert client.step([0, 0]).states == [16, 16]
+
+
+def test_what_is_not_stepped_is_repeated(counters):
+    client = Raw(counters)
+    client.reset()
+    result = client.step([1, 1], [0, 1])
+    assert result.states == [8 | 16, 16] and result.rewards == [0, 0.1]
+    result = client.step([1, 1], [0, 0])
+    assert result.states == [8 | 16, 16] and result.rewards == [0, 0] and [row[0] for row in result.floats()] == [0, 1]
+
+
+def test_several_agents():
+    with Server(Agents, 2) as server:
+        client = Raw(server)
+        assert [(b["name"], b["agents"]) for b in client.spec["behaviours"]] == [("red", ["red_0", "red_1"]), ("blue", ["blue_0"])]
+        actions = pad(pad(bytes(8) + b"\1\1") + bytes(4 * 4)) + bytes(4 * 2)
+        first = client.reset()
+        assert [b["states"] for b in first.behaviours] == [[24] * 4, [24] * 2]
+        step = lambda: Result(client, client.ask(STEP, actions))
+        assert [b["states"] for b in step().behaviours] == [[16] * 4, [16] * 2]
+        second = step()
+        assert [b["states"] for b in second.behaviours] == [[1, 16, 1, 16], [16, 16]] and second.floats()[0] == [2]
+        third = step()
+        assert [b["states"] for b in third.behaviours] == [[0, 1, 0, 1], [16, 16]] and third.floats()[0] == [2]
+        assert third.rewards == [0, 3, 0, 3]
+        fourth = step()
+        assert [b["states"] for b in fourth.behaviours] == [[24] * 4, [1 | 4 | 8 | 16] * 2]
+        assert fourth.floats("finals", 1) == [[4, 4], [4, 4]] and fourth.floats("rows", 1) == [[0, 0], [0, 0]]
+        assert fourth.said["final_infos"] == {"at": {"slots": [4, 5], "values": [4, 4]}}
+        assert [b["states"] for b in step().behaviours] == [[16] * 4, [16] * 2]
+
+
+# ---- states
+
+def test_wrong_states(counters):
+    client = Raw(counters, hello=False)
+    for kind in (CONFIGURE, RESET, STEP, RENDER):
+        assert client.error(kind, b"{}")["code"] == "BAD_STATE"
+    client.number = 0
+    welcome = client.ask_json(HELLO, {"protocol": [1, 9], "capabilities": ["shm", "render", "novel"], "news": {}})
+    assert (welcome["protocol"], welcome["capabilities"], welcome["resumed"], welcome["last_request"]) == (2, ["render"], False, 1)
+    client.session = welcome["session"]
+    for kind, payload in ((STEP, bytes(24)), (RESET, bytes(10)), (RENDER, b"{}"), (HELLO, wire.dump_json({"protocol": [2, 2]}))):
+        error = client.error(kind, payload)
+        assert (error["code"], error["severity"]) == ("BAD_STATE", "request")
+    client.spec = client.ask_json(CONFIGURE, {})
+    assert client.ask_json(CONFIGURE, {"autoreset": "disabled"})["autoreset"] == "disabled"
+    for kind, payload in ((STEP, step_payload(2, [0, 0])), (RENDER, b"{}"), (RESET, reset_payload(2, [1, 0]))):
+        assert client.error(kind, payload)["code"] == "BAD_STATE"
+    client.reset()
+    assert client.error(CONFIGURE, b"{}")["code"] == "BAD_STATE"
+    assert client.error(STEP, step_payload(2, [0, 0]), session=client.session + 1)["code"] == "BAD_STATE"
+    client.number -= 1
+    assert client.error(77)["code"] == "UNKNOWN_MESSAGE"
+    assert client.error(RESULT)["code"] == "UNKNOWN_MESSAGE"
+    client.send(0x8077, b"skip me", request=0)
+    assert client.step([0, 0]).states == [16, 16]
+
+
+def test_hello_may_be_request_0(counters):
+    client = Raw(counters, hello=False)
+    welcome = client.ask_json(HELLO, {"protocol": [2, 2]}, request=0)
+    client.session = welcome["session"]
+    assert welcome["last_request"] == 0 and client.ask(CONFIGURE, b"{}").request == 1
+
+
+def test_configure_is_checked(counters):
+    client = Raw(counters)
+    right = client.spec["behaviours"]
+    assert client.ask_json(CONFIGURE, {"expect": right})["behaviours"] == right
+    wrong = json.loads(json.dumps(right))
+    wrong[0]["observation"]["shape"] = [3]
+    error = client.error(CONFIGURE, wire.dump_json({"expect": wrong}))
+    assert (error["code"], error["path"]) == ("SPEC_MISMATCH", "behaviours/0/observation/shape/0") and "3" in error["message"] and "2" in error["message"]
+    assert client.error(CONFIGURE, b'{"transport":"shm"}')["code"] == "UNSUPPORTED"
+    assert client.error(CONFIGURE, b'{"autoreset":"sometimes"}')["code"] == "UNSUPPORTED"
+    assert client.reset().states == [24, 24]
+
+
+def test_bad_requests_change_nothing(counters):
+    client = Raw(counters)
+    client.reset(seeds=[1, 2])
+    for kind, payload, code in [
+            (STEP, b"", "WRONG_SIZE"), (STEP, step_payload(2, [0, 0])[:-1], "WRONG_SIZE"), (STEP, step_payload(2, [0, 0, 0]), "WRONG_SIZE"),
+            (STEP, step_payload(2, [0, 3]), "OUT_OF_RANGE"), (STEP, step_payload(2, [-1, 0]), "OUT_OF_RANGE"), (STEP, step_payload(2, [0, 0], [1, 2]), "OUT_OF_RANGE"),
+            (RESET, b"", "WRONG_SIZE"), (RESET, reset_payload(2)[:9], "WRONG_SIZE"), (RESET, reset_payload(2, seeds=[1, 2])[:-1], "WRONG_SIZE"),
+            (RESET, reset_payload(2, seeds=[1, -2]), "OUT_OF_RANGE"), (RESET, reset_payload(2) + b"\0", "WRONG_SIZE"), (RESET, reset_payload(2, options={})[:-1], "WRONG_SIZE"),
+            (RESET, pad(struct.pack("<II", 2, 0) + b"\1\1") + struct.pack("<I", 1 << 31) + b"{}", "WRONG_SIZE"), (RESET, reset_payload(2, [3, 1]), "OUT_OF_RANGE"),
+            (RENDER, b'{"env":0}', "UNSUPPORTED")]:
+        error = client.error(kind, payload)
+        assert (error["code"], error["severity"]) == (code, "request"), (kind, payload)
+        assert len(error["message"]) > 20
+    assert [row[0] for row in client.step([1, 1]).floats()] == [1, 1]
+
+
+def test_a_failing_environment_is_told():
+    with Server(Failing, 3) as server:
+        client = Raw(server)
+        client.reset()
+        error = client.error(STEP, step_payload(3, [0, 2, 0]))
+        assert (error["code"], error["env"]) == ("ENV_FAILED", 1) and "motor burnt out" in error["message"]
+        for env in (0, 1):
+            assert client.error(STEP, step_payload(3, [0] * 3))["code"] == "RESET_REQUIRED"
+        assert client.step([0, 0, 0], [0, 0, 1]).floats()[2][0] == 1
+        client.reset([1, 1, 0])
+        assert [row[0] for row in client.step([0, 0, 0]).floats()] == [1, 1, 2]
+
+
+def test_render(counters):
+    client = Raw(counters, hello={"capabilities": ["render"]})
+    client.reset(), client.step([1, 1], [0, 1])
+    frame = client.ask(RENDER, b'{"env":1}')
+    assert frame.type == FRAME and frame.payload == struct.pack("<II", 2, 3) + b"\1" * 18
+    for bad in (b'{"env":2}', b'{"env":-1}', b'{"env":"x"}'):
+        assert client.error(RENDER, bad)["code"] == "OUT_OF_RANGE"
+
+
+def test_ping(counters):
+    client = Raw(counters, hello=False)
+    for payload in (b"", b"x" * 64):
+        assert client.ask(PING, payload, request=0) == Frame(PONG, payload)
+    client.send(PING, b"x" * 65, request=0)
+    assert json.loads(client.take().payload)["code"] == "MALFORMED" and client.is_closed()
+
+
+# ---- exactly once, resuming
+
+def test_a_repeated_number_is_answered_again_and_not_carried_out(counters):
+    client = Raw(counters)
+    client.reset(seeds=[1, 2])
+    answer = client.ask(STEP, step_payload(2, [1, 1]))
+    for payload in (step_payload(2, [1, 1]), b"whatever", b""):
+        assert client.ask(STEP, payload, request=client.number) == answer
+    for number in (0, 1, client.number - 1, client.number + 2, 1 << 63):
+        assert client.error(STEP, step_payload(2, [1, 1]), request=number)["code"] == "BAD_STATE"
+    assert [row[0] for row in client.step([1, 1]).floats()] == [2, 2]
+    wrong = client.ask(STEP, step_payload(2, [9, 9]))
+    assert wrong.type == ERROR and client.ask(STEP, step_payload(2, [1, 1]), request=client.number) == wrong
+    assert [row[0] for row in client.step([1, 1]).floats()] == [0, 0]
+
+
+def test_resume_carries_a_step_out_once(counters):
+    client = Raw(counters)
+    client.reset(seeds=[1, 2]), client.step([1, 1])
+    number = client.number + 1
+    client.sock.sendall(pack(Frame(STEP, step_payload(2, [1, 1]), number, client.session)))
+    time.sleep(0.1)
+    client.close()
+    again = Raw(counters, hello={"resume": client.welcome["resume"]})
+    assert again.welcome["resumed"] and again.welcome["session"] == client.session and again.welcome["last_request"] == number
+    again.spec = client.spec
+    repeated = Result(again, again.ask(STEP, step_payload(2, [1, 1]), request=number))
+    assert [row[0] for row in repeated.floats()] == [2, 2]
+    assert again.step([1, 1]).floats("finals")[0][0] == 3
+
+
+def test_a_connection_cut_at_every_byte_of_a_step(counters):
+    client = Raw(counters)
+    client.reset(seeds=[1, 2])
+    steps, length = 0, len(pack(Frame(STEP, step_payload(2, [1, 1]))))
+    for at in range(length + 1):
+        number = client.number + 1
+        data = pack(Frame(STEP, step_payload(2, [1, 1]), number, client.session))
+        client.sock.sendall(data[:at])
+        client.close()
+        again = Raw(counters, hello={"resume": client.welcome["resume"]})
+        assert again.welcome["last_request"] in ((number - 1,) if at < length else (number - 1, number))
+        again.spec, again.welcome = client.spec, client.welcome
+        result = Result(again, again.ask(STEP, step_payload(2, [1, 1]), request=number))
+        steps += 1
+        assert [row[0] for row in result.floats()] == [steps % 3] * 2
+        again.number, client = number, again
+    client.send(BYE, request=0)
+
+
+def test_resume_takes_over_from_a_connection_that_looks_alive(counters):
+    client = Raw(counters)
+    client.reset()
+    again = Raw(counters, hello={"resume": client.welcome["resume"]})
+    again.spec = client.spec
+    assert again.welcome["resumed"] and client.is_closed()
+    assert again.step([1, 1]).states == [16, 16]
+
+
+def test_resume_is_refused_after_bye_and_after_its_time():
+    with Server(Counter, 1, limits=Limits(resume_s=0.3)) as server:
+        for leave in (lambda client: client.send(BYE, request=0), lambda client: (client.close(), time.sleep(1.0))):
+            client = Raw(server)
+            leave(client)
+            time.sleep(0.1)
+            late = Raw(server, hello={"resume": client.welcome["resume"]})
+            assert late.welcome["code"] == "AUTH_FAILED" and late.welcome["severity"] == "connection" and late.is_closed()
+
+
+# ---- limits and security
+
+def test_frames_that_are_refused(counters):
+    header = lambda magic=wire.MAGIC, kind=HELLO, flags=0, length=0, crc=0, request=1, session=0, reserved=0: wire.HEADER.pack(magic, kind, flags, length, crc, request, session, reserved)
+    for data, code in [(b"GET / HTTP/1.1\r\n\r\n" + bytes(40), "BAD_MAGIC"), (b"GET /", "BAD_MAGIC"), (header(flags=2), "MALFORMED"), (header(reserved=1), "MALFORMED"),
+                       (header(length=4097), "FRAME_TOO_LARGE"), (header(length=0xFFFFFFFF), "FRAME_TOO_LARGE"), (header(flags=1, length=2, crc=5) + b"{}", "CRC_MISMATCH"),
+                       (header(length=2) + b"[]", "MALFORMED"), (header(length=2) + b"{]", "MALFORMED"), (header(length=80) + b"[" * 80, "MALFORMED"),
+                       (header(length=15) + b'{"protocol":[]}', "MALFORMED"), (header(length=18) + b'{"protocol":[3,9]}', "UNSUPPORTED_VERSION")]:
+        client = Raw(counters, hello=False)
+        client.sock.sendall(data)
+        error = json.loads(client.take().payload)
+        assert (error["code"], error["severity"]) == (code, "connection"), data
+        assert client.is_closed()
+    assert error["protocol"] == [2, 2]
+
+
+def test_large_frames_after_welcome(counters):
+    client = Raw(counters, hello={"max_frame": 8192})
+    assert client.welcome["max_frame"] == 8192
+    client.sock.sendall(wire.HEADER.pack(wire.MAGIC, RESET, 0, 8193, 0, 3, client.session, 0))
+    assert json.loads(client.take().payload)["code"] == "FRAME_TOO_LARGE" and client.is_closed()
+    client = Raw(counters)
+    options = {"map": "x" * 900_000}
+    payload = pack(Frame(RESET, reset_payload(2, options=options), 3, client.session))
+    for at in range(0, len(payload), 65_521):
+        client.sock.sendall(payload[at:at + 65_521])
+    client.number = 3
+    assert Result(client, client.take()).said == {}
+    assert client.step([1, 1]).states == [16, 16]
+
+
+def test_a_frame_in_single_bytes(counters):
+    client = Raw(counters, hello=False)
+    for byte in pack(Frame(HELLO, b'{"protocol":[2,2]}', 1)):
+        client.sock.sendall(bytes([byte]))
+    assert client.take().type == WELCOME
+
+
+def test_random_damage_never_stops_the_server(counters):
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        client = Raw(counters)
+        good = [pack(Frame(RESET, reset_payload(2, seeds=[1, 2], options={"a": [1]}), 3, client.session)), pack(Frame(STEP, step_payload(2, [1, 1]), 4, client.session)), pack(Frame(CONFIGURE, b'{"autoreset":"disabled"}', 3, client.session))]
+        for _ in range(4):
+            data = bytearray(good[rng.integers(3)])
+            for at in rng.integers(4, len(data), rng.integers(1, 4)):
+                data[at] ^= 1 << int(rng.integers(8))
+            try:
+                client.sock.sendall(data[:int(rng.integers(1, 2 * len(data)))])
+            except ConnectionError:
+                break
+        client.sock.close()
+    assert Raw(counters).reset().states == [24, 24]
+
+
+def test_two_frames_at_once(counters):
+    client = Raw(counters)
+    client.sock.sendall(pack(Frame(RESET, reset_payload(2), 3, client.session)) + pack(Frame(STEP, step_payload(2, [1, 1]), 4, client.session)))
+    assert [client.take().request, client.take().request] == [3, 4]
+
+
+def test_results_too_large_for_the_client():
+    class Wide(Counter):
+        observation_space = spaces.Box(0, 1, (2000,), np.float32)
+
+        def _see(self):
+            return np.zeros(2000, np.float32)
+
+    with Server(Wide, 1) as server:
+        client = Raw(server, hello={"max_frame": 8192})
+        assert client.spec["code"] == "UNSUPPORTED"
+    with pytest.raises(ValueError, match="use fewer"):
+        Server(Wide, 5000)
+
+
+def test_a_claim_takes_no_memory():
+    with Server(Counter, 1) as server:
+        client = Raw(server)
+        client.sock.sendall(wire.HEADER.pack(wire.MAGIC, RESET, 0, wire.LARGEST_FRAME, 0, 3, client.session, 0) + bytes(100_000))
+        time.sleep(0.1)
+        assert [len(connection.buffer) for connection in server._connections] == [131072]
+
+
+def test_crc(counters):
+    client = Raw(counters, hello={"capabilities": ["crc"]})
+    assert client.welcome["capabilities"] == ["crc"]
+    client.sock.sendall(pack(Frame(RESET, reset_payload(2), 3, client.session, wire.FLAG_CRC)))
+    frame = client.take()
+    assert frame.type == RESULT and frame.flags == wire.FLAG_CRC
+
+
+def test_token():
+    with pytest.raises(ValueError, match="token"):
+        Server(Counter, 1, host="0.0.0.0")
+    with Server(Counter, 1, token="secret", training_length=5) as server:
+        for hello in (None, {"token": "wrong"}, {"token": 3}):
+            client = Raw(server, hello=False)
+            client.sock.sendall(pack(Frame(HELLO, wire.dump_json({"protocol": [2, 2], **(hello or {})}), 1)))
+            frame = client.take()
+            error = json.loads(frame.payload)
+            assert frame.request == 1 and error["code"] == "AUTH_FAILED" and "secret" not in error["message"] and client.is_closed()
+        client = Raw(server, hello={"token": "secret"})
+        assert client.reset().states == [24]
+        client.close()
+
+
+def test_capacity():
+    with Server(Counter, 1, limits=Limits(max_sessions=2)) as server:
+        a, b = Raw(server), Raw(server)
+        late = Raw(server, hello=False)
+        error = late.ask_json(HELLO, {"protocol": [2, 2]})
+        assert (error["code"], error["severity"]) == ("CAPACITY", "connection") and error["retry_after_s"] > 0 and late.is_closed()
+        a.send(BYE, request=0)
+        time.sleep(0.1)
+        assert Raw(server).reset().states == [24]
+        assert b.reset().states == [24]
+
+
+def test_handshake_deadline():
+    with Server(Counter, 1, protocol="2", limits=Limits(handshake_s=0.3)) as server:
+        silent, half = Raw(server, hello=False), Raw(server, hello=False)
+        half.ask_json(HELLO, {"protocol": [2, 2]})
+        for client in (silent, half):
+            assert client.take().type == GOAWAY and client.is_closed()
+
+
+def test_heartbeat():
+    with Server(Counter, 1, limits=Limits(heartbeat_s=0.3)) as server:
+        client = Raw(server)
+        client.reset()
+        assert [client.take().type for _ in range(3)] == [PING] * 3
+        assert client.is_closed()
+        again = Raw(server, hello={"resume": client.welcome["resume"]})
+        assert again.welcome["resumed"]
+
+
+def test_a_long_request_is_accompanied_by_pings():
+    class Slow(Counter):
+        def step(self, action):
+            time.sleep(0.8)
+            return super().step(action)
+
+    with Server(Slow, 1, limits=Limits(heartbeat_s=0.2)) as server:
+        client = Raw(server)
+        client.reset()
+        client.send(STEP, step_payload(1, [1]))
+        kinds = []
+        while not kinds or kinds[-1] != RESULT:
+            kinds.append(client.take().type)
+        assert kinds[0] == PING
+
+
+def test_shutting_down_says_goaway():
+    server = Server(Counter, 1).start()
+    client = Raw(server)
+    client.reset()
+    began = time.monotonic()
+    server.close(), server.close()
+    assert time.monotonic() - began < 2
+    frame = client.take()
+    assert frame.type == GOAWAY and json.loads(frame.payload)["reason"] and client.is_closed()
+    with pytest.raises(OSError):
+        Raw(server)
+
+
+def test_shutting_down_answers_what_is_under_way():
+    class Slow(Counter):
+        def step(self, action):
+            time.sleep(0.5)
+            return super().step(action)
+
+    server = Server(Slow, 1).start()
+    client = Raw(server)
+    client.reset()
+    client.send(STEP, step_payload(1, [1]))
+    time.sleep(0.1)
+    closing = threading.Thread(target=server.close)
+    closing.start()
+    assert client.take().type == RESULT and client.take().type == GOAWAY and client.is_closed()
+    closing.join()
+
+
+def test_environments_that_cannot_be_served():
+    class Odd(Counter):
+        observation_space = spaces.Text(4)
+
+    with pytest.raises(TypeError, match="cannot be sent"):
+        Server(Odd, 1)
+
+    class Nameless(Agents):
+        possible_agents = property()
+
+    with pytest.raises(TypeError, match="possible_agents"):
+        Server(Nameless, 1)
+    made = []
+
+    def make():
+        made.append(1)
+        if len(made) > 2:
+            raise RuntimeError("no licence")
+        return Counter()
+
+    with Server(make, 2) as server:
+        client = Raw(server)
+        assert client.spec["code"] == "ENV_FAILED" and "no licence" in client.spec["message"] and client.spec["env"] == 1
+
+
+# ---- text protocol 1
+
+class Text:
+    def __init__(self, server):
+        self.sock = socket.create_connection(("127.0.0.1", server.port), timeout=5)
+        self.file = self.sock.makefile("rb")
+
+    def line(self):
+        return self.file.readline().decode().rstrip("\n")
+
+    def ask(self, text):
+        self.sock.sendall(text.encode())
+        return self.line()
+
+
+def test_text_fallback():
+    with Server(Counter, 4, training_length=6, model_name="walker", seed=1, limits=QUICK) as server:
+        text = Text(server)
+        assert text.line() == "D#3#0#B#2#0,0,1000,1000#6#walker"
+        mark = text.line().split("#")[0].split(",")[1]
+        assert text.ask("1\n") == f"1,{mark}#0.1#0"
+        late = Text(server)
+        assert late.line().startswith("busy: ") and late.line() == ""
+        assert text.ask("1") == f"2,{mark}#0.2#0"
+        assert text.ask("2\r\n") == f"3,{mark}#{0.1 * 3!r}#1"
+        assert text.line().endswith("#0#0")
+        modern = Raw(server)
+        assert modern.reset().states == [24] * 4 and modern.spec["training_length"] == 6 and modern.spec["model_name"] == "walker"
+        assert text.ask("7\n").startswith("error: action '7'") and text.line() == ""
+
+
+def test_text_boxes():
+    with Server("Pendulum-v1", 1, protocol="text1", training_length=9) as server:
+        text = Text(server)
+        assert text.line() == "B#1#-2,2#B#3#-1,-1,-8,1,1,8#9"
+        assert len(text.line().split(",")) == 3
+        assert text.ask("0.5").endswith("#0") and text.ask("99\n").endswith("#0")
+        assert text.ask("nan\n").startswith("error: ")
+
+
+def test_text_is_not_served_where_it_does_not_fit():
+    with pytest.raises(ValueError, match="training length"):
+        Server(Counter, 1, protocol="text1")
+    with Server(Nested, 1, training_length=9, limits=Limits(grace_s=0.05)) as server:
+        client = Raw(server, hello=False)
+        time.sleep(0.2)
+        assert client.ask_json(HELLO, {"protocol": [2, 2]})["protocol"] == 2
+
+
+# ---- command line
+
+def test_command_line(tmp_path):
+    port_file = tmp_path / "port"
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path))
+    command = [sys.executable, "-m", "consac.serve", "CartPole-v1", "--envs", "2", "--port", "0", "--port-file", str(port_file), "--steps", "50"]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        deadline = time.monotonic() + 10
+        while not port_file.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        client = Raw(int(port_file.read_text()))
+        client.reset(seeds=[1, 2])
+        assert client.step([0, 1]).states == [16, 16] and client.spec["training_length"] == 50
+        process.send_signal(signal.SIGTERM)
+        assert client.take().type == GOAWAY
+        assert process.wait(5) == 0
+    finally:
+        process.kill()
+    for arguments in (["NoSuch-v0"], ["CartPole-v1", "--host", "0.0.0.0", "--port", "0"], ["no.module:thing"]):
+        done = subprocess.run([sys.executable, "-m", "consac.serve", *arguments], env=environment, capture_output=True, text=True, timeout=20)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
