@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "bench/peak.h"
+#include "cli/conformance.h"
 #include "cli/flags.h"
 #include "cli/machine.h"
 #include "cli/print.h"
@@ -18,7 +19,7 @@ namespace consac::cli {
 namespace {
 
 struct DoctorFlags {
-  std::string url, directory = "runs";
+  std::string url, conformance, token, directory = "runs";
   double timeout = 3.0;
 };
 
@@ -91,7 +92,24 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   return 0;
 }
 
+/// Puts a server through the conformance cases of protocol 2.
+int ExamineConformance(const DoctorFlags& flags) {
+  const Result<Endpoint> endpoint = Endpoint::Parse(flags.conformance);
+  if (!endpoint.ok()) return Fail("doctor", endpoint.status());
+  int count = 0;
+  const Result<int> failed = RunConformance(*endpoint, flags.token, [&](const ConformanceVerdict& verdict) {
+    ++count;
+    Print("{:<8} {}{}\n", verdict.status.ok() ? "holds" : "FAILS", verdict.name,
+          verdict.status.ok() ? "" : "\n         " + verdict.status.message());
+    std::fflush(stdout);
+  });
+  if (!failed.ok()) return Fail("doctor", failed.status());
+  Print("{} of {} cases of protocol 2 hold\n", count - *failed, count);
+  return *failed == 0 ? 0 : 3;
+}
+
 int Doctor(const DoctorFlags& flags) {
+  if (!flags.conformance.empty()) return ExamineConformance(flags);
   if (!flags.url.empty()) return ExamineEndpoint(flags);
   Print(
       "consac               {}\nprocessor            {}\ncores                {}\ncompiler             {}\nkernels     "
@@ -116,6 +134,9 @@ Action AddDoctor(CLI::App& app) {
   const auto flags = std::make_shared<DoctorFlags>();
   app.add_option("url", flags->url,
                  "an engine to examine, tcp://host:port; takes one session of it and up to 50 steps");
+  app.add_option("--conformance", flags->conformance,
+                 "put the server at tcp://host:port through the cases of spec/conformance/protocol2");
+  app.add_option("--token", flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
   AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint");
   return [flags] { return Doctor(*flags); };

@@ -58,7 +58,8 @@ TEST(Allocations, NonePerActionOfAModel) {
 }
 
 class EitherProtocol : public ::testing::TestWithParam<Protocol> {};
-INSTANTIATE_TEST_SUITE_P(Each, EitherProtocol, ::testing::Values(Protocol::kText1, Protocol::kProtocol2));
+INSTANTIATE_TEST_SUITE_P(Each, EitherProtocol, ::testing::Values(Protocol::kText1, Protocol::kProtocol2),
+                         [](const auto& tested) { return tested.param == Protocol::kText1 ? "Text1" : "Protocol2"; });
 
 TEST_P(EitherProtocol, AllocatesNothingPerStepAtEitherEnd) {
   EnvServerOptions options;

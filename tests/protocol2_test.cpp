@@ -134,7 +134,8 @@ int StateOf(const Blocks& blocks, const std::vector<std::byte>& result, std::siz
 }
 
 class EitherMemory : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(TcpAndShared, EitherMemory, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(Each, EitherMemory, ::testing::Bool(),
+                         [](const auto& tested) { return tested.param ? "Shared" : "Tcp"; });
 
 TEST_P(EitherMemory, ManyWorldsOfAnEngineAreTheSameWorldsInProcess) {
   for (const worlds::World& world : worlds::Worlds()) {
@@ -482,7 +483,10 @@ TEST(Protocol2, SharedMemoryEndsWithItsConnectionAndTcpGoesOn) {
   BatchBuffer buffer((*client)->spec().behaviours[0]);
   ASSERT_TRUE((*client)->Reset(1, {&buffer.batch(), 1}).ok());
   for (int i = 1; i <= 20; ++i) {
-    if (i == 10) connection->Close();
+    if (i == 10) {
+      connection->Close();
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));  // while frames flow nobody looks at it
+    }
     buffer.Advance();
     const Status status = (*client)->Step({&buffer.batch(), 1}, MoreSteps::kYes);
     ASSERT_TRUE(status.ok()) << i << ": " << status.message();

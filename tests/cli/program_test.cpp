@@ -169,6 +169,35 @@ TEST_F(ProgramTest, AModelPlaysInAnEngineToo) {
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 5) << outcome.out;
 }
 
+TEST_F(ProgramTest, EveryConformanceCaseHoldsForOurServer) {
+  EnvServerOptions options;
+  options.training_length = 1000000;
+  const testing::ServedWorld engine("cartpole-v1", options);
+  const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  EXPECT_NE(outcome.out.find("25 of 25 cases"), std::string::npos) << outcome.out;
+  ExpectRefusal(RunProgram(folder(), {"doctor", "--conformance", "tcp://127.0.0.1:1"}), 3, "nobody answers");
+}
+
+TEST_F(ProgramTest, ManyWorldsOfAnEngineAreLearnedOverProtocol2) {
+  Program serve(folder(),
+                {"serve", "cartpole-v1", "--envs", "8", "--port", "0", "--port-file", "port", "--sessions", "1"});
+  std::string port;
+  for (int i = 0; i < 500 && port.empty(); ++i) {
+    port = ReadText(folder() + "/port");
+    usleep(10000);
+  }
+  const Outcome trained = RunProgram(folder(), {"train", "tcp://127.0.0.1:" + port.substr(0, port.size() - 1),
+                                                "--steps", "8192", "--name", "many", "--no-table", "--no-tensorboard"});
+  EXPECT_EQ(trained.code, 0) << trained.error;
+  EXPECT_NE(trained.out.find("protocol 2 in shared memory, 8 environments"), std::string::npos) << trained.out;
+  EXPECT_NE(serve.Wait().out.find("session 1: 8192 steps"), std::string::npos);
+}
+
+TEST_F(ProgramTest, BeyondLoopbackNeedsAToken) {
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--host", "0.0.0.0", "--port", "0"}), 2, "--token");
+}
+
 TEST_F(ProgramTest, ForeignFilesSayWhatTheyAreNot) {
   std::ofstream(folder() + "/notes.txt") << "# these are only notes\n";
   ExpectRefusal(RunProgram(folder(), {"inspect", "notes.txt"}), 6, "no .consac file");

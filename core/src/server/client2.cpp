@@ -21,7 +21,7 @@ using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
 
-constexpr double kRetryPause = 0.2;     // s between attempts to connect anew
+constexpr double kRetryPause = 0.2;  // s between attempts to connect anew
 
 StatusCode CodeOf(std::string_view name) {
   if (name == "CAPACITY" || name == "SHUTTING_DOWN") return StatusCode::kUnavailable;
@@ -84,7 +84,8 @@ class Client2 final : public EnvClient {
   }
   std::string description() const override {
     const std::int32_t copies = spec_.environments();
-    return transport_->peer() + ", protocol 2" + (shared_.has_value() ? " in shared memory" : "") + (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
+    return transport_->peer() + ", protocol 2" + (shared_.has_value() ? " in shared memory" : "") +
+           (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
   }
 
  private:
@@ -223,8 +224,8 @@ class Client2 final : public EnvClient {
   }
 
   Status Silent(double deadline_s) const {
-    return {StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(deadline_s) +
-                                               " s; if it is paused, raise --deadline"};
+    return {StatusCode::kDeadlineExceeded,
+            transport_->peer() + " is silent for " + NumberText(deadline_s) + " s; if it is paused, raise --deadline"};
   }
 
   Status ConnectAnew(const Status& why, double start) {
@@ -281,7 +282,8 @@ class Client2 final : public EnvClient {
     for (const Leaf& leaf : behaviour.observation_layout.leaves) {
       if (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64) continue;
       for (std::int64_t i = 0; i < leaf.count; ++i) {
-        if (!std::isfinite(ReadElement(leaf, at, i))) return leaf.name.empty() ? "an observation" : leaf.name;
+        if (!std::isfinite(ReadElement(leaf, at, i)))
+          return leaf.name.empty() ? std::string_view("an observation") : std::string_view(leaf.name);
       }
     }
     return {};

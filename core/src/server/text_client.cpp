@@ -12,7 +12,6 @@ namespace {
 
 using text1::Framer;
 
-
 Status AtStep(const Status& status, std::int64_t step) {
   return {status.code(), "at step " + std::to_string(step) + ": " + status.message()};
 }
@@ -21,6 +20,7 @@ class TextClient final : public EnvClient {
  public:
   TextClient(std::unique_ptr<Transport> transport, const EnvClientOptions& options, std::span<const std::byte> first)
       : transport_(std::move(transport)), options_(options) {
+    if (first.empty()) return;
     std::memcpy(framer_.Writable().data(), first.data(), first.size());
     (void)framer_.Commit(first.size());
   }
