@@ -29,7 +29,8 @@ constexpr World kWorlds[] = {
      "ppo2: n_steps=256 learning_rate=lin_2e-3 gamma=0.7 ent_coef=0.001 noptepochs=10 norm_obs=true"},
     {"cartpole-v1", "balance a pole on a cart", "Gymnasium CartPole-v1; Barto, Sutton and Anderson 1983",
      MakeBatched<CartPole>, nullptr,
-     "ppo2: n_steps=256 nminibatches=8 noptepochs=10 ent_coef=0 learning_rate=lin_1e-3"},
+     "ppo2: n_steps=32 nminibatches=1 noptepochs=20 gamma=0.98 lam=0.8 ent_coef=0 learning_rate=lin_1e-3 "
+     "cliprange=lin_0.2"},
     {"pendulum-v1", "swing a pendulum up and hold it", "Gymnasium Pendulum-v1", MakeBatched<Pendulum>, nullptr,
      "ppo: gamma=0.9 learning_rate=lin_1e-3 n_steps=1024"},
     {"point-v0", "push a point mass over a plane to a goal", "CONSAC", MakeBatched<Point>, nullptr, ""},
