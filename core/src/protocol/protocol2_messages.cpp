@@ -376,7 +376,7 @@ Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
   if (!json.ok()) return json.status();
   const Members members{*json};
   return ErrorMessage{members.Text("code"), members.Text("severity") == "connection", members.Text("message"),
-                      members.Text("path"), members.Number("retry_after_s", 0.0), members.Whole("env", -1)};
+                      members.Text("path"), members.Number("retry_after_s", 0.0),     members.Whole("env", -1)};
 }
 
 }  // namespace consac::protocol2

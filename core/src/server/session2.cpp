@@ -31,7 +31,7 @@ using protocol2::FrameHeader;
 using protocol2::FrameType;
 
 constexpr std::size_t kLargestPing = 64;
-constexpr unsigned kSharedLooks = 16;      // polls in vain between such looks
+constexpr unsigned kSharedLooks = 16;  // polls in vain between such looks
 
 /// Equal texts, in a time that does not tell where they differ.
 bool SameSecret(std::string_view a, std::string_view b) {
@@ -250,7 +250,11 @@ class Session2Server final : public Session2 {
 
   /// Tells the trainer and lets the session go on.
   Status Refuse(const Status& why, const std::string& path = {}) {
-    protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), false, protocol2::FaultText(why), path, 0.0,
+    protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)),
+                                  false,
+                                  protocol2::FaultText(why),
+                                  path,
+                                  0.0,
                                   std::exchange(blamed_, -1)};
     return Answer(FrameType::kError, protocol2::EncodeError(error));
   }
@@ -635,14 +639,14 @@ class Session2Server final : public Session2 {
   unsigned shared_idle_ = 0;
 
   // The step.
-  AlignedBytes result_, actions_;  // RESULT with its header; STEP's payload
+  AlignedBytes result_, actions_;   // RESULT with its header; STEP's payload
   std::byte* result_at_ = nullptr;  // where RESULT is built: result_, or shared memory
   std::vector<BatchBuffer> whole_, some_;
   std::vector<Batch> batches_, some_batches_;  // of all slots, in place; of some, gathered
   std::vector<std::vector<std::int32_t>> some_slots_;
   std::vector<std::vector<std::byte>> stashed_;    // first rows of episodes that are not visible yet
   std::vector<std::uint8_t> pending_, stepped_;    // per environment: has ended; is stepped now
-  std::int64_t blamed_ = -1;  // environment that a refusal speaks of
+  std::int64_t blamed_ = -1;                       // environment that a refusal speaks of
   std::size_t stepped_count_ = 0, final_end_ = 0;  // final_end_: behind the final rows so far, in the payload
   bool begins_next_ = false, step_waits_ = false, has_finals_ = false;
   double not_before_ = 0.0, last_step_ = 0.0;

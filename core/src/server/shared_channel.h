@@ -40,8 +40,8 @@ struct SharedChannel {
   /// The trainer's, of what SPEC says; every number is checked.
   static Result<SharedChannel> Open(const protocol2::SharedMemorySpec& spec, const protocol2::Blocks& blocks) {
     const std::size_t step = protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options);
-    const bool fits = spec.bytes <= kLargestRegion && spec.request_offset >= kRequests && spec.request_offset % 8 == 0 &&
-                      spec.result_offset % 8 == 0 && spec.request_bytes >= step &&
+    const bool fits = spec.bytes <= kLargestRegion && spec.request_offset >= kRequests &&
+                      spec.request_offset % 8 == 0 && spec.result_offset % 8 == 0 && spec.request_bytes >= step &&
                       spec.result_bytes >= protocol2::kHeaderBytes + blocks.result_bytes &&
                       spec.request_offset + spec.request_bytes <= spec.bytes &&
                       spec.result_offset + spec.result_bytes <= spec.bytes && spec.request_bytes <= spec.bytes &&
@@ -64,7 +64,8 @@ struct SharedChannel {
   }
 
   protocol2::SharedMemorySpec Spec() const {
-    return {region->path(), region->size(), request_offset, request_bytes, result_offset, result_bytes, kSpinMicroseconds};
+    return {region->path(), region->size(), request_offset,   request_bytes,
+            result_offset,  result_bytes,   kSpinMicroseconds};
   }
 
  private:

@@ -13,7 +13,8 @@
 
 namespace consac {
 
-/// A region that one process made and another opened by its path. On Linux sealed: its size cannot change under a reader.
+/// A region that one process made and another opened by its path. On Linux sealed: its size cannot change under a
+/// reader.
 class SharedRegion {
  public:
   /// Makes one of zeros.
@@ -37,7 +38,8 @@ class SharedRegion {
   int descriptor_ = -1;
 };
 
-/// A counter in a region: whoever has written a frame takes a turn, the other side sees it rise. One writer, one reader.
+/// A counter in a region: whoever has written a frame takes a turn, the other side sees it rise. One writer, one
+/// reader.
 class SharedTurn {
  public:
   SharedTurn() = default;
