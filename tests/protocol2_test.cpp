@@ -258,6 +258,33 @@ TEST(Protocol2, AStepIsTakenOnceWhereverTheConnectionBreaks) {
   }
 }
 
+// An engine that keeps a rate has taken a STEP but not carried it out when the connection breaks.
+TEST(Protocol2, AStepThatWaitsForItsFrameIsTakenOnceToo) {
+  EnvServerOptions options;
+  options.min_step_s = 0.2;
+  const Engine engine(options);
+  const std::vector<int> all(kCopies, 1);
+  RawTrainer first(engine.Connect());
+  first.Begin(engine.spec());
+  first.Ask(FrameType::kReset, 2, first.ResetPayload(3, all));
+  first.Ask(FrameType::kStep, 3, first.StepPayload({0, 0, 0, 0}, all));
+  const std::vector<std::byte> step = first.StepPayload({0, 1, 0, 1}, all);
+  first.Send(FrameBytes(FrameType::kStep, 4, step));
+  first.transport().Close();
+  RawTrainer second(engine.Connect());
+  Hello hello;
+  hello.resume = first.resume;
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    second.Send(FrameType::kHello, 0, EncodeHello(hello));
+    if (second.Next().header.type == FrameType::kWelcome) break;
+    second = RawTrainer(engine.Connect());
+  }
+  second.blocks = first.blocks;
+  second.Ask(FrameType::kStep, 4, step);
+  EXPECT_EQ(second.last_type, FrameType::kResult);
+  EXPECT_EQ(engine.steps(), 2 * kCopies);
+}
+
 TEST(Protocol2, ThreeWaysToBeginTheNextEpisode) {
   std::vector<std::vector<std::byte>> seen[3];
   const char* configure[3] = {R"({"autoreset":"same_step"})", R"({"autoreset":"next_step"})",

@@ -151,10 +151,16 @@ Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environme
   if (!action.ok()) return action.status();
   const Members members{json};
   std::vector<std::string> agents = members.Texts("agents");
-  const auto slots = environments * static_cast<std::int64_t>(agents.size());
-  if (agents.empty() || environments < 1 || environments > kMostSlots || slots > kMostSlots) {
+  const bool countable = !agents.empty() && environments >= 1 && environments <= kMostSlots;
+  const auto slots = countable ? environments * static_cast<std::int64_t>(agents.size()) : 0;
+  if (!countable || slots > kMostSlots) {
     return Fault("MALFORMED", "SPEC offers " + std::to_string(environments) + " environments with " +
                                   std::to_string(agents.size()) + " agents; 1 to 2^20 slots can be taken");
+  }
+  const auto row_bytes = static_cast<std::int64_t>(Layout::Of(*observation).row_bytes + Layout::Of(*action).row_bytes);
+  if (row_bytes > static_cast<std::int64_t>(kLargestFrame) / slots) {
+    return Fault("MALFORMED", std::to_string(slots) + " rows of " + std::to_string(row_bytes) +
+                                  " bytes make frames beyond 64 MiB; offer fewer environments");
   }
   BehaviourSpec behaviour = BehaviourSpec::Of(members.Text("name"), std::move(*observation), std::move(*action),
                                               static_cast<std::int32_t>(slots));

@@ -39,7 +39,9 @@ class Client2 final : public EnvClient {
   Status Begin() {
     CONSAC_RETURN_IF_ERROR(SayHello());
     const auto& able = welcome_.capabilities;
-    const bool share = options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
+    const bool here = transport_->peer().starts_with("127.") || transport_->peer().starts_with("::1");
+    const bool share =
+        here && options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
     if (share) {
       const Status shared = AskForSpec(true);
       if (shared.ok()) return shared;
@@ -172,13 +174,14 @@ class Client2 final : public EnvClient {
   Result<Frame> Perform(FrameType type) {
     const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
     const std::uint64_t next = ++request_;
+    refused_ = false;
     protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(payload), 0, next, welcome_.session},
                            message_.data());
     if (shared_.has_value() && message_.size() <= shared_->request_bytes) {
       Result<Frame> answer = PerformShared(next);
       if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
     }
-    const double start = Now();
+    double broke_at = -1.0;
     while (true) {
       Status status = transport_->Write(message_, kWriteTimeout);
       if (status.ok()) {
@@ -186,7 +189,8 @@ class Client2 final : public EnvClient {
         if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
         status = answer.status();
       }
-      CONSAC_RETURN_IF_ERROR(ConnectAnew(status, start));
+      if (broke_at < 0.0) broke_at = Now();
+      CONSAC_RETURN_IF_ERROR(ConnectAnew(status, broke_at));
     }
   }
 
@@ -239,8 +243,9 @@ class Client2 final : public EnvClient {
       if (transport.ok()) {
         transport_ = std::move(*transport);
         const Status hello = SayHello();
+        refused_ = false;
         if (hello.ok() && welcome_.resumed) return Status::Ok();
-        if (hello.code() != StatusCode::kUnavailable)
+        if (hello.code() != StatusCode::kUnavailable && hello.code() != StatusCode::kDeadlineExceeded)
           return {why.code(), why.message() + "; the session could not be taken up again: " + hello.message()};
       }
       std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
@@ -333,6 +338,7 @@ class Client2 final : public EnvClient {
       case FrameType::kPong:
         return false;
       case FrameType::kGoAway:
+        refused_ = true;
         return Status{StatusCode::kUnavailable, transport_->peer() + " ends the session"};
       case FrameType::kError:
         return Refusal(frame);

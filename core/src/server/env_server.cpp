@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kIdleWait = 0.1;           // s between looks at the stop flag and at further trainers
 constexpr double kShortWait = 0.005;        // s, while somebody has connected who has said nothing yet
+constexpr int kMostFramesPerPoll = 64;      // a peer that floods does not keep the engine's tick either
 constexpr std::size_t kMostUndecided = 16;  // connections that have said nothing; more are closed at once
 constexpr std::string_view kBusyLine =
     "busy: another trainer is connected to this engine; try again when it has left\n";
@@ -44,7 +45,7 @@ class EnvServerOfEither final : public EnvServer {
     if (session == nullptr) return Status::Ok();
     // Up to one step of the world: a fast trainer must not keep the engine's tick, a slow one not lose one.
     const std::int64_t before = steps_;
-    while (steps_ == before && present() != nullptr) {
+    for (int frames = 0; frames < kMostFramesPerPoll && steps_ == before; ++frames) {
       const Result<bool> progressed = session->Pump(0.0);
       if (!progressed.ok()) return End(progressed.status());
       if (session2_connected_ && session2_->finished()) return End(Status::Ok());
@@ -177,6 +178,7 @@ class EnvServerOfEither final : public EnvServer {
     }
     Result<std::unique_ptr<ServerSession>> session =
         BeginTextSession({env_, options_, steps_}, std::move(one.transport), one.heard(), sessions_++);
+    session2_->Forget();
     if (!session.ok()) return session.status();
     text_ = std::move(*session);
     return Status::Ok();

@@ -47,6 +47,8 @@ class Session2 : public ServerSession {
   virtual void Connect(std::unique_ptr<Transport> transport, std::span<const std::byte> first) = 0;
   /// True once the trainer has said BYE.
   virtual bool finished() const = 0;
+  /// Another trainer has the world now: the session cannot be taken up again.
+  virtual void Forget() = 0;
   /// True while a session without connection may be taken up again.
   virtual bool resumable() const = 0;
 };

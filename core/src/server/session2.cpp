@@ -99,11 +99,15 @@ class Session2Server final : public Session2 {
     std::memcpy(reader_.Writable().data(), first.data(), first.size());
     reader_.Commit(first.size());
     phase_ = Phase::kHello;
-    finished_ = false;
+    finished_ = through_memory_ = begins_next_ = false;
+    if (step_waits_) --request_;  // was asked for, but not carried out: it may be asked for again
+    step_waits_ = false;
     connected_at_ = last_heard_ = Now();
   }
 
   Result<bool> Pump(double timeout_s) override {
+    if (phase_ < Phase::kBegin && Now() - connected_at_ > kHandshake)
+      return Fatal({StatusCode::kDeadlineExceeded, "the handshake with " + transport_->peer() + " took more than 5 s"});
     if (step_waits_) {
       const double left = not_before_ - Now();
       if (left > 0.0 && timeout_s <= 0.0) return false;
@@ -145,8 +149,11 @@ class Session2Server final : public Session2 {
     if (why.code() == StatusCode::kCancelled)
       (void)SendJson(FrameType::kGoAway, 0, "{\"reason\":" + ("\"" + why.message() + "\"") + "}");
     transport_->Close();
-    broke_at_ = Now();
-    resumable_ = !finished_ && phase_ == Phase::kRun && why.code() == StatusCode::kUnavailable;
+    // Whoever connected and never said a good HELLO leaves the session that waits as it was.
+    if (phase_ != Phase::kHello) {
+      broke_at_ = Now();
+      resumable_ = !finished_ && phase_ == Phase::kRun && why.code() == StatusCode::kUnavailable;
+    }
     if (finished_ || why.code() != StatusCode::kUnavailable) return finished_ ? Status::Ok() : why;
     if (phase_ != Phase::kRun) return {StatusCode::kUnavailable, "the trainer left before the session began"};
     return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_.load()) + " of " +
@@ -155,6 +162,7 @@ class Session2Server final : public Session2 {
 
   std::string peer() const override { return transport_->peer(); }
   bool finished() const override { return finished_; }
+  void Forget() override { resumable_ = false; }
   bool resumable() const override { return resumable_ && Now() - broke_at_ < options_.resume_s; }
 
   void SetPaused(bool paused) override {
@@ -270,8 +278,6 @@ class Session2Server final : public Session2 {
 
   Result<bool> CheckTime() {
     const double now = Now();
-    if (phase_ < Phase::kBegin && now - connected_at_ > kHandshake)
-      return Fatal({StatusCode::kDeadlineExceeded, "the handshake with " + transport_->peer() + " took more than 5 s"});
     if (now - last_heard_ > options_.deadline_s) {
       return Status{StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " +
                                                        NumberText(options_.deadline_s) + " s; its session is over"};
@@ -377,7 +383,6 @@ class Session2Server final : public Session2 {
     if (configure->autoreset != Autoreset::kSameStep && !env_.steps_some())
       return Refuse(Fault("UNSUPPORTED", "this engine begins the next episode in the same step only"));
     autoreset_ = configure->autoreset;
-    phase_ = Phase::kBegin;
     protocol2::SpecMessage spec;
     spec.env = spec_;
     spec.autoreset = autoreset_;
@@ -389,6 +394,7 @@ class Session2Server final : public Session2 {
       if (!shared.ok()) return Refuse(Fault("UNSUPPORTED", shared.message()));
       spec.shared_memory = shared_->Spec();
     }
+    phase_ = Phase::kBegin;
     return Answer(FrameType::kSpec, protocol2::EncodeSpec(spec));
   }
 
@@ -399,31 +405,51 @@ class Session2Server final : public Session2 {
     std::memcpy(&flags, payload.data(), sizeof(flags));
     const bool seeded = (flags & protocol2::kWithSeeds) != 0;
     if (seeded && payload.size() < blocks_.options) return Refuse(Fault("WRONG_SIZE", "RESET has too few seeds"));
-    const std::byte* chosen = payload.data() + protocol2::kActiveOffset;
-    const bool all = std::all_of(chosen, chosen + blocks_.environments, [](std::byte b) { return b != std::byte{0}; });
+    // Copied, since in shared memory it might change while it is looked at.
+    std::transform(payload.data() + protocol2::kActiveOffset,
+                   payload.data() + protocol2::kActiveOffset + blocks_.environments, stepped_.begin(),
+                   [](std::byte b) { return b != std::byte{0} ? 1 : 0; });
+    const bool all = std::all_of(stepped_.begin(), stepped_.end(), [](std::uint8_t chosen) { return chosen != 0; });
+    std::vector<std::uint64_t> seeds(seeded ? blocks_.environments : 0);
+    if (seeded) std::memcpy(seeds.data(), payload.data() + blocks_.seeds, seeds.size() * sizeof(seeds[0]));
     if (phase_ == Phase::kBegin && !all) return Refuse(Fault("BAD_STATE", "the first RESET is of every environment"));
     BeginResult();
     if (phase_ == Phase::kBegin && !seeded) {
       env_.Reset(options_.seed + session_ - 1, batches_);
       for (std::size_t world = 0; world < blocks_.environments; ++world) MarkFirst(world);
     } else {
-      for (std::size_t world = 0; world < blocks_.environments; ++world) {
-        if (chosen[world] == std::byte{0}) continue;
-        const Status reset = ResetOne(world, seeded ? payload.data() + blocks_.seeds + world * 8 : nullptr);
-        if (!reset.ok()) return Refuse(reset);
-      }
+      const Status reset = ResetChosen(seeds, all);
+      if (!reset.ok()) return Refuse(reset);
     }
     phase_ = Phase::kRun;
     return SendResult();
   }
 
-  Status ResetOne(std::size_t world, const std::byte* seed_at) {
-    if (seed_at == nullptr && pending_[world] != 0) {
+  /// The environments that stepped_ names; `seeds` may be empty. An engine that can only begin all of them together
+  /// takes seeds that follow one another.
+  Status ResetChosen(const std::vector<std::uint64_t>& seeds, bool all) {
+    for (std::size_t world = 0; world < blocks_.environments; ++world) {
+      if (stepped_[world] == 0) continue;
+      const Status reset = ResetOne(world, seeds.empty() ? std::nullopt : std::optional<std::uint64_t>(seeds[world]));
+      if (reset.ok()) continue;
+      bool follow = all && world == 0 && !seeds.empty();
+      for (std::size_t i = 1; i < seeds.size(); ++i) follow = follow && seeds[i] == seeds[0] + i;
+      if (!follow) return reset;
+      env_.Reset(seeds[0], batches_);
+      for (std::size_t each = 0; each < blocks_.environments; ++each) {
+        pending_[each] = 0;
+        MarkFirst(each);
+      }
+      return Status::Ok();
+    }
+    return Status::Ok();
+  }
+
+  Status ResetOne(std::size_t world, std::optional<std::uint64_t> seed) {
+    if (!seed.has_value() && pending_[world] != 0) {
       BeginNext(world);
       return Status::Ok();
     }
-    std::optional<std::uint64_t> seed;
-    if (seed_at != nullptr) std::memcpy(&seed.emplace(), seed_at, sizeof(std::uint64_t));
     if (!env_.ResetWorld(static_cast<std::int32_t>(world), seed, batches_))
       return Fault("UNSUPPORTED", "this engine cannot reset single environments or take seeds");
     pending_[world] = 0;
@@ -525,6 +551,10 @@ class Session2Server final : public Session2 {
       for (std::size_t i = 0; i < some.slots.size(); ++i) {
         std::memcpy(batches_[b].next_observations + static_cast<std::size_t>(some.slots[i]) * row_bytes,
                     some.next_observations + i * row_bytes, row_bytes);
+        if (!spec_.behaviours[b].masks_actions) continue;
+        const auto mask_bytes = static_cast<std::size_t>(spec_.behaviours[b].action_layout.mask_bytes);
+        std::memcpy(batches_[b].next_action_masks + static_cast<std::size_t>(some.slots[i]) * mask_bytes,
+                    some.next_action_masks + i * mask_bytes, mask_bytes);
       }
       WriteOutcomes(b, some);
     }

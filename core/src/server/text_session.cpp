@@ -228,7 +228,10 @@ Result<std::unique_ptr<ServerSession>> BeginTextSession(const SessionHost& host,
   session->Begin(number);
   Status status = session->Take(first);
   if (status.ok()) status = session->SendSetup();
-  if (!status.ok()) return session->End(status);
+  if (!status.ok()) {
+    (void)session->End(status);
+    return status;
+  }
   return std::unique_ptr<ServerSession>(std::move(session));
 }
 

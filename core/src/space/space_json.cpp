@@ -13,6 +13,8 @@ namespace {
 using SpaceJson = nlohmann::json;
 
 constexpr int kDeepestSpace = 16;
+// Of all boxes together: what somebody else's JSON may make us allocate, twice 8 bytes each.
+constexpr std::int64_t kMostElements = std::int64_t{1} << 24;
 
 Status BadSpace(const std::string& what) {
   return {StatusCode::kDataLoss, "a space " + what};
@@ -56,7 +58,9 @@ const SpaceJson& Field(const SpaceJson& json, const char* name) {
   return found == json.end() ? kMissing : *found;
 }
 
-Result<Space> BoxFromJson(const SpaceJson& json) {
+Result<Space> FromJson(const SpaceJson& json, int depth, std::int64_t* elements_left);
+
+Result<Space> BoxFromJson(const SpaceJson& json, std::int64_t* elements_left) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::vector<std::int64_t> shape;
   std::vector<double> low, high;
@@ -65,9 +69,14 @@ Result<Space> BoxFromJson(const SpaceJson& json) {
   if (!type.is_string() || !ParseDType(type.get_ref<const std::string&>(), &dtype))
     return BadSpace("has no known dtype");
   if (!IntegersFromJson(Field(json, "shape"), &shape)) return BadSpace("is a box without shape");
-  const Result<Space> any = Space::Box(0, 0, shape, dtype);  // checks the shape before memory is taken for it
-  if (!any.ok()) return any.status();
-  const auto count = static_cast<std::size_t>(any->flat_size());
+  std::int64_t elements = 1;
+  for (const std::int64_t size : shape) {
+    if (size < 1 || size > *elements_left / elements)
+      return BadSpace("has a box with a side of " + std::to_string(size) + "; at most 2^24 elements are taken");
+    elements *= size;
+  }
+  *elements_left -= elements;
+  const auto count = static_cast<std::size_t>(elements);
   if (!BoundsFromJson(Field(json, "low"), count, -kInfinity, &low) ||
       !BoundsFromJson(Field(json, "high"), count, kInfinity, &high)) {
     return BadSpace("is a box without low or high");
@@ -75,14 +84,14 @@ Result<Space> BoxFromJson(const SpaceJson& json) {
   return Space::Box(std::move(low), std::move(high), std::move(shape), dtype);
 }
 
-Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth) {
+Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, std::int64_t* elements_left) {
   const SpaceJson& children = Field(json, "spaces");
   if (!children.is_array()) return BadSpace("has no list of children");
   std::vector<std::pair<std::string, Space>> named_children;
   std::vector<Space> ordered;
   for (const SpaceJson& child : children) {
     if (!child.is_object()) return BadSpace("has a child that is no object");
-    Result<Space> space = SpaceFromJson(Field(child, "space"), depth + 1);
+    Result<Space> space = FromJson(Field(child, "space"), depth + 1, elements_left);
     if (!space.ok()) return space.status();
     const SpaceJson& name = Field(child, "name");
     if (named && !name.is_string()) return BadSpace("has a child without a name");
@@ -120,7 +129,9 @@ nlohmann::json SpaceToJson(const Space& space) {
   return {{"type", space.kind() == SpaceKind::kDict ? "dict" : "tuple"}, {"spaces", children}};
 }
 
-Result<Space> SpaceFromJson(const nlohmann::json& json, int depth) {
+namespace {
+
+Result<Space> FromJson(const SpaceJson& json, int depth, std::int64_t* elements_left) {
   if (depth > kDeepestSpace) return BadSpace("is nested more than 16 deep");
   if (!json.is_object() || !Field(json, "type").is_string()) return BadSpace("has no type");
   const std::string type = Field(json, "type").get<std::string>();
@@ -139,9 +150,16 @@ Result<Space> SpaceFromJson(const nlohmann::json& json, int depth) {
     if (!IntegersFromJson(Field(json, "nvec"), &nvec)) return BadSpace("is multi_discrete without nvec");
     return Space::MultiDiscrete(std::move(nvec));
   }
-  if (type == "box") return BoxFromJson(json);
-  if (type == "dict" || type == "tuple") return ChildrenFromJson(json, type == "dict", depth);
+  if (type == "box") return BoxFromJson(json, elements_left);
+  if (type == "dict" || type == "tuple") return ChildrenFromJson(json, type == "dict", depth, elements_left);
   return BadSpace("has the unknown type " + Quote(type) + "; use a newer CONSAC");
+}
+
+}  // namespace
+
+Result<Space> SpaceFromJson(const nlohmann::json& json) {
+  std::int64_t elements_left = kMostElements;
+  return FromJson(json, 0, &elements_left);
 }
 
 }  // namespace consac

@@ -9,7 +9,7 @@ namespace consac {
 
 /// {"type": "box", "shape": [2], "dtype": "F32", "low": [...], "high": [...]} and so on; infinity is null.
 nlohmann::json SpaceToJson(const Space& space);
-/// The reverse; the error says which part does not fit. `depth` guards against nesting bombs.
-Result<Space> SpaceFromJson(const nlohmann::json& json, int depth = 0);
+/// The reverse; the error says which part does not fit. Depth and size are limited before memory is taken.
+Result<Space> SpaceFromJson(const nlohmann::json& json);
 
 }  // namespace consac

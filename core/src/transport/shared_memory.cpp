@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 #if defined(__linux__)
@@ -48,8 +49,14 @@ Result<std::unique_ptr<SharedRegion>> SharedRegion::Create(std::size_t bytes) {
 }
 
 Result<std::unique_ptr<SharedRegion>> SharedRegion::Open(const std::string& path, std::size_t bytes) {
+  // Somebody else's text: nothing but a descriptor of a process is opened.
+  int process = 0, descriptor = 0, length = 0;
+  if (std::sscanf(path.c_str(), "/proc/%d/fd/%d%n", &process, &descriptor, &length) != 2 ||
+      static_cast<std::size_t>(length) != path.size()) {
+    return Status{StatusCode::kDataLoss, "'" + path + "' is no shared memory; expected /proc/PROCESS/fd/NUMBER"};
+  }
   std::unique_ptr<SharedRegion> region(new SharedRegion);
-  region->descriptor_ = open(path.c_str(), O_RDWR | O_CLOEXEC);
+  region->descriptor_ = open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
   if (region->descriptor_ < 0) return SystemError("cannot open the shared memory '" + path + "'");
   struct stat what;
   const int seals = fcntl(region->descriptor_, F_GET_SEALS);
