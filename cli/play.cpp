@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "cli/flags.h"
@@ -36,13 +35,6 @@ struct PlayFlags {
   WalkOptions walk;
 };
 
-/// The world that a model says it was trained on; "" when it does not.
-std::string TrainedWorld(const Policy& policy) {
-  const nlohmann::json training = nlohmann::json::parse(policy.data().training_json, nullptr, false);
-  const auto world = training.is_object() ? training.find("world") : training.end();
-  return world != training.end() && world->is_string() ? world->get<std::string>() : std::string();
-}
-
 Status PlayWithEngine(Policy& policy, const PlayFlags& flags, const std::string& url) {
   const Result<Endpoint> endpoint = Endpoint::Parse(url);
   if (!endpoint.ok()) return endpoint.status();
@@ -63,9 +55,9 @@ int Play(const PlayFlags& flags) {
   if (!path.ok()) return Fail("play", path.status());
   Result<Policy> policy = Policy::Load(*path);
   if (!policy.ok()) return Fail("play", policy.status());
-  const std::string id = flags.world.empty() ? TrainedWorld(*policy) : flags.world;
+  const std::string id = flags.world.empty() ? run::TrainedWorld(*policy) : flags.world;
   Status status;
-  if (id.find("://") != std::string::npos) {
+  if (run::IsUrl(id)) {
     status = PlayWithEngine(*policy, flags, id);
   } else {
     const Result<const worlds::World*> world = worlds::FindWorld(id);

@@ -28,7 +28,7 @@ Status CheckCombination(const TrainFlags& flags, const run::RunConfig& config) {
   if (flags.resume && flags.force)
     return refuse("--resume goes on with a run and --force overwrites it; give one of them");
   if (flags.name.has_value() && flags.name->empty()) return refuse("--name is empty; give the run a name");
-  if (flags.forever && !flags.resume && config.world.find("://") == std::string::npos)
+  if (flags.forever && !flags.resume && !run::IsUrl(config.world))
     return refuse("--forever serves an engine's sessions; it needs a world at tcp://host:port");
   return Status::Ok();
 }

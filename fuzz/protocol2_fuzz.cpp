@@ -60,8 +60,7 @@ void TryResult(std::span<const std::byte> payload) {
   static const protocol2::Blocks blocks(env);
   static BatchBuffer a(env.behaviours[0]), b(env.behaviours[1]);
   Batch batches[] = {a.batch(), b.batch()};
-  for (const bool same_step : {true, false})
-    (void)protocol2::ReadResult(env, blocks, payload, same_step, batches, nullptr);
+  (void)protocol2::ReadResult(env, blocks, payload, batches);
 }
 
 }  // namespace

@@ -65,13 +65,6 @@ class Returns {
   double steps_ = 0.0;
 };
 
-/// The world that a model says it was trained on.
-std::string TrainedWorld(const Policy& policy) {
-  const nlohmann::json training = nlohmann::json::parse(policy.data().training_json, nullptr, false);
-  const auto world = training.is_object() ? training.find("world") : training.end();
-  return world != training.end() && world->is_string() ? world->get<std::string>() : std::string();
-}
-
 Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, const std::string& world,
                                              const std::atomic<bool>& stop) {
   if (!IsUrl(world))
@@ -85,6 +78,12 @@ Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, con
 }
 
 }  // namespace
+
+std::string TrainedWorld(const Policy& policy) {
+  const nlohmann::json training = nlohmann::json::parse(policy.data().training_json, nullptr, false);
+  const auto world = training.is_object() ? training.find("world") : training.end();
+  return world != training.end() && world->is_string() ? world->get<std::string>() : std::string();
+}
 
 Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop) {
   if (options.episodes < 1)

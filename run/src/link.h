@@ -8,6 +8,7 @@
 #include <string>
 
 #include "consac/env/vector_env.h"
+#include "consac/run/training.h"
 #include "consac/server/env_client.h"
 
 namespace consac::run {
@@ -30,8 +31,6 @@ class WorldLink {
   virtual std::string description() const = 0;
 };
 
-/// True for "tcp://...".
-bool IsUrl(const std::string& world);
 /// `copies` of a built-in world.
 Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies);
 

@@ -39,8 +39,8 @@ Status WrongSize(std::size_t found, std::size_t expected) {
 
 }  // namespace
 
-Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload, bool same_step,
-                  std::span<Batch> batches, std::uint8_t* states) {
+Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload,
+                  std::span<Batch> batches) {
   if (payload.size() < blocks.result_bytes) return WrongSize(payload.size(), blocks.result_bytes);
   std::uint32_t parts = 0;
   std::memcpy(&parts, payload.data(), sizeof(parts));
@@ -59,13 +59,10 @@ Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std:
       batch.rewards[i] = static_cast<float>(reward);
       batch.terminated[i] = (state & kTerminated) != 0 ? 1 : 0;
       batch.truncated[i] = (state & kTruncated) != 0 ? 1 : 0;
-      if (states != nullptr) *states++ = state;
       if ((parts & kPartFinals) != 0 && (state & kFinal) != 0) {
         if (payload.size() < final_at + row_bytes) return WrongSize(payload.size(), final_at + row_bytes);
         std::memcpy(batch.final_observations + i * row_bytes, payload.data() + final_at, row_bytes);
         final_at += row_bytes;
-      } else if (!same_step && (state & (kTerminated | kTruncated)) != 0) {
-        std::memcpy(batch.final_observations + i * row_bytes, batch.next_observations + i * row_bytes, row_bytes);
       }
     }
     final_at = AlignBlock(final_at);

@@ -263,7 +263,7 @@ class Client2 final : public EnvClient {
     const Result<Frame> answer = Perform(type);
     if (!answer.ok()) return answer.status();
     if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
-    CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, true, batches, nullptr));
+    CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
     return CheckNumbers(batches);
   }
 

@@ -11,36 +11,7 @@
 #include "report/console_table.h"
 #include "report/report_on.h"
 #include "run/test/report/files.h"
-
-namespace {
-std::atomic<std::int64_t> report_allocations{0};
-
-void* Count(std::size_t bytes) {
-  report_allocations.fetch_add(1, std::memory_order_relaxed);
-  void* memory = std::malloc(bytes == 0 ? 1 : bytes);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-}  // namespace
-
-void* operator new(std::size_t bytes) {
-  return Count(bytes);
-}
-void* operator new[](std::size_t bytes) {
-  return Count(bytes);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
+#include "tests/allocation_counter.h"
 
 namespace consac::run {
 namespace {
@@ -387,11 +358,11 @@ TEST(Report, NeitherStepsNorEpisodesAllocate) {
       }
     };
     run(1, 1000);
-    const std::int64_t before = report_allocations.load();
+    const std::int64_t before = consac::testing::AllocationCount();
     run(1000, 200000);
-    EXPECT_EQ(report_allocations.load(), before);
+    EXPECT_EQ(consac::testing::AllocationCount(), before);
     report->Line("a line may allocate");
-    EXPECT_GT(report_allocations.load(), before) << "the counter must be able to see one";
+    EXPECT_GT(consac::testing::AllocationCount(), before) << "the counter must be able to see one";
   }
 }
 

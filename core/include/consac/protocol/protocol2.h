@@ -199,10 +199,9 @@ constexpr std::size_t AlignBlock(std::size_t offset) {
   return (offset + 7) & ~std::size_t{7};
 }
 
-/// Reads a RESULT into `batches`, one per behaviour with all its slots. Where `same_step`, an ended slot's final
-/// observation is its final row, otherwise the observation row. `states` [all slots, behaviour after behaviour] may be
-/// null.
-Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload, bool same_step,
-                  std::span<Batch> batches, std::uint8_t* states);
+/// Reads a RESULT of a `same_step` session into `batches`, one per behaviour with all its slots; MALFORMED when it is
+/// too short for what it claims.
+Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload,
+                  std::span<Batch> batches);
 
 }  // namespace consac::protocol2

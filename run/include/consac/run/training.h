@@ -7,6 +7,7 @@
 #include <string>
 
 #include "consac/base/status.h"
+#include "consac/policy/policy.h"
 #include "consac/run/config.h"
 
 namespace consac::run {
@@ -54,6 +55,11 @@ struct EvaluateSummary {
 
 /// Mean return over episodes; of fewer than asked for once `stop` is set. Source: Stable Baselines, evaluate_policy.
 Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop);
+
+/// The world that a model says it was trained on; "" when it does not.
+std::string TrainedWorld(const Policy& policy);
+/// True for an engine's address, "tcp://...", as opposed to a built-in world's id.
+bool IsUrl(const std::string& world);
 
 /// The file of a model given as a path or as a run's name; kNotFound names what was looked for.
 Result<std::string> FindModel(const std::string& model, const std::string& directory);
