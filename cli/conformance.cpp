@@ -123,7 +123,9 @@ class Conversation {
       return closed ? Status::Ok() : Failed("the connection stays open");
     }
     if (!frame.ok()) return Failed(fmt::format("expected {}, but {}", what["type"].dump(), frame.status().message()));
-    const std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
+    std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
+    if (frame->header.type == FrameType::kResult && payload.size() >= 8)
+      protocol2::WriteEngineTime(0.0, reinterpret_cast<std::byte*>(payload.data()));  // the same world, another day
     if (frame->header.type != TypeOf(what["type"])) {
       return Failed(
           fmt::format("expected {}, got {} {}", what["type"].dump(), NameOf(frame->header.type), Quote(payload, 120)));

@@ -1,4 +1,4 @@
-// consac serve: be the engine's side for a built-in world, over text protocol 1.
+// consac serve: be the engine's side for a built-in world.
 #include "cli/flags.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
@@ -14,10 +14,14 @@ constexpr std::int64_t kDefaultSteps = 100000;
 
 struct ServeFlags {
   std::string world, host = "127.0.0.1", port_file, model, token, protocol = "auto";
-  std::int64_t port = 5005, steps = -1, sessions = 0, seed = 0, envs = 1;  // steps: -1 is not given
+  std::int64_t port = 5005, steps = -1, sessions = 0, seed = 0, envs = 1, trainers = 16;  // steps: -1 is not given
   double rate = 0.0, deadline = 60.0, quiet_time = 0.002;
   bool no_newline = false, wait_after_end = false;
 };
+
+std::unique_ptr<VectorEnv> MakeWorlds(const ServeFlags& flags) {
+  return (*worlds::FindWorld(flags.world))->create(static_cast<std::int32_t>(flags.envs));
+}
 
 Result<std::unique_ptr<EnvServer>> OpenServer(const ServeFlags& flags, VectorEnv& env) {
   Endpoint endpoint;
@@ -39,6 +43,8 @@ Result<std::unique_ptr<EnvServer>> OpenServer(const ServeFlags& flags, VectorEnv
   options.deadline_s = flags.deadline;
   options.quiet_s = flags.quiet_time;
   options.wait_after_end = flags.wait_after_end;
+  options.max_sessions = static_cast<std::int32_t>(flags.trainers);
+  options.make_env = [flags] { return MakeWorlds(flags); };
   return EnvServer::Create(env, std::move(*listener), options);
 }
 
@@ -50,7 +56,7 @@ int Serve(const ServeFlags& flags) {
   if (!loopback && flags.token.empty())
     return Fail("serve", {StatusCode::kInvalidArgument,
                           "--host " + Quote(flags.host) + " lets other machines in; that needs an access --token"});
-  const std::unique_ptr<VectorEnv> env = (*world)->create(static_cast<std::int32_t>(flags.envs));
+  const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);
   if (!server.ok()) return Fail("serve", server.status());
   const int port = (*server)->port();
@@ -81,6 +87,7 @@ Action AddServe(CLI::App& app) {
   app.add_option("--host", flags->host, "address to listen on; anything but loopback lets other machines in");
   AddWhole(app, "--port", &flags->port, 0, 65535, "port; 0 takes a free one");
   AddWhole(app, "--envs", &flags->envs, 1, 1000000, "copies of the world in one session; more than 1 needs protocol 2");
+  AddWhole(app, "--trainers", &flags->trainers, 1, 1000, "trainers at once; each has copies of its own");
   app.add_option("--protocol", flags->protocol, "auto, text1 or 2: what trainers may speak")
       ->check(CLI::IsMember({"auto", "text1", "2"}));
   app.add_option("--token", flags->token, "access token that trainers must show; needs protocol 2");

@@ -13,7 +13,8 @@ namespace {
 /// Flags as given. Those that are fields of the configuration are kept as settings, so that flag, --set and file read
 /// and refuse alike.
 struct TrainFlags {
-  std::string world, config_file;
+  std::vector<std::string> worlds;
+  std::string config_file;
   std::optional<std::string> name, directory;
   std::string token;
   std::vector<std::string> fields;    // "steps=1e5", in the order given
@@ -39,7 +40,8 @@ Result<run::RunConfig> Resolve(const TrainFlags& flags) {
     if (field.starts_with(kAlgorithmField)) CONSAC_RETURN_IF_ERROR(run::ApplySetting(field, &config));
   }
   if (!flags.config_file.empty()) CONSAC_RETURN_IF_ERROR(run::ReadYamlFile(flags.config_file, &config));
-  if (!flags.world.empty()) CONSAC_RETURN_IF_ERROR(run::ApplySetting("world=" + flags.world, &config));
+  if (!flags.worlds.empty())
+    CONSAC_RETURN_IF_ERROR(run::ApplySetting(fmt::format("world={}", fmt::join(flags.worlds, ",")), &config));
   for (const std::string& field : flags.fields) CONSAC_RETURN_IF_ERROR(run::ApplySetting(field, &config));
   for (const std::string& setting : flags.settings) CONSAC_RETURN_IF_ERROR(run::ApplySetting(setting, &config));
   if (flags.name.has_value()) config.name = *flags.name;
@@ -106,7 +108,9 @@ void AddSwitch(CLI::App& app, const std::shared_ptr<TrainFlags>& flags, const ch
 
 Action AddTrain(CLI::App& app) {
   const auto flags = std::make_shared<TrainFlags>();
-  app.add_option("world", flags->world, "a built-in world (consac list worlds) or an engine at tcp://host:port");
+  app.add_option(
+      "world", flags->worlds,
+      "a built-in world (consac list worlds) or an engine at tcp://host:port; several engines train one model");
   AddField(app, flags, "--algo", "algorithm", "algorithm (consac list algorithms); ppo2 unless given");
   AddField(app, flags, "--steps", "steps", "agent steps; what the engine says, or 100000, unless given");
   AddField(app, flags, "--seed", "seed", "seed of everything");
@@ -121,6 +125,7 @@ Action AddTrain(CLI::App& app) {
   app.add_flag("--force", flags->force, "overwrite a run of that name");
   app.add_flag("--forever", flags->forever,
                "serve one session of the engine after another, training or acting as it asks");
+  AddSwitch(app, flags, "--lockstep", "lockstep=true", "with engines: no step is under way while the model learns");
   AddSwitch(app, flags, "--answer-done", "answer_done=true",
             "answer an episode's last observation, for engines that wait there");
   AddField(app, flags, "--protocol", "protocol", "what to speak with an engine: auto, text1 or 2; auto unless given");

@@ -107,7 +107,9 @@ class RawTrainer {
     const Frame frame = Next();
     EXPECT_EQ(frame.header.request, request);
     last_type = frame.header.type;
-    return {frame.payload.begin(), frame.payload.end()};
+    std::vector<std::byte> answer(frame.payload.begin(), frame.payload.end());
+    if (last_type == FrameType::kResult) WriteEngineTime(0.0, answer.data());  // no two are alike
+    return answer;
   }
   std::string ErrorOf(FrameType type, std::uint64_t request, std::span<const std::byte> payload) {
     const std::vector<std::byte> answer = Ask(type, request, payload);
@@ -369,6 +371,63 @@ TEST(Protocol2, HandshakesThatAreRefused) {
   trainer.Send(FrameType::kHello, 0, EncodeHello(hello));
   EXPECT_EQ(trainer.Next().header.type, FrameType::kWelcome);
   EXPECT_EQ(refusal(EncodeHello(hello)), "CAPACITY");
+}
+
+TEST(Protocol2, SeveralTrainersHaveWorldsOfTheirOwn) {
+  EnvServerOptions options;
+  options.make_env = [] { return (*worlds::FindWorld("cartpole-v1"))->create(kCopies); };
+  options.max_sessions = 3;
+  const Engine engine(options);
+  const std::vector<int> all(kCopies, 1);
+  std::vector<std::unique_ptr<RawTrainer>> trainers;
+  std::vector<std::vector<std::byte>> results;
+  for (int i = 0; i < 3; ++i) {
+    trainers.push_back(std::make_unique<RawTrainer>(engine.Connect()));
+    trainers.back()->Begin(engine.spec());
+    trainers.back()->Ask(FrameType::kReset, 2, trainers.back()->ResetPayload(7, all));
+  }
+  // Steps of one do not move the others' worlds: interleaved, each sees what it would see alone.
+  for (std::uint64_t step = 0; step < 20; ++step) {
+    for (int i = 0; i < 3; ++i) {
+      const std::vector<std::int32_t> actions(kCopies, static_cast<std::int32_t>(step % 2));
+      results.push_back(trainers[static_cast<std::size_t>(i)]->Ask(
+          FrameType::kStep, 3 + step, trainers[static_cast<std::size_t>(i)]->StepPayload(actions, all)));
+      EXPECT_EQ(results.back(), results[results.size() - 1 - static_cast<std::size_t>(i)]);
+    }
+  }
+  EXPECT_EQ(engine.steps(), 3 * 20 * kCopies);
+  RawTrainer fourth(engine.Connect());
+  fourth.Send(FrameType::kHello, 0, EncodeHello({}));
+  EXPECT_EQ(ParseError(fourth.Next().payload)->code, "CAPACITY");
+  trainers[1]->Send(FrameType::kBye, 0, "");
+  RawTrainer fifth(engine.Connect());
+  for (int attempt = 0; attempt < 50; ++attempt) {  // the engine may not have read the BYE yet
+    fifth.Send(FrameType::kHello, 0, EncodeHello({}));
+    if (fifth.Next().header.type == FrameType::kWelcome) return;
+    fifth = RawTrainer(engine.Connect());
+  }
+  FAIL() << "the place of a trainer that left is not given to another";
+}
+
+TEST(Protocol2, AMatchingTokenTakesTheSessionFromAConnectionThatHangs) {
+  const Engine engine;
+  const std::vector<int> all(kCopies, 1);
+  RawTrainer hanging(engine.Connect());
+  hanging.Begin(engine.spec());
+  hanging.Ask(FrameType::kReset, 2, hanging.ResetPayload(3, all));
+  const std::vector<std::byte> step = hanging.StepPayload({0, 1, 0, 1}, all);
+  const std::vector<std::byte> expected = hanging.Ask(FrameType::kStep, 3, step);
+  RawTrainer second(engine.Connect());  // the first connection stays open, as after a pulled cable
+  Hello hello;
+  hello.resume = hanging.resume;
+  second.Send(FrameType::kHello, 0, EncodeHello(hello));
+  const Frame welcome = second.Next();
+  ASSERT_EQ(welcome.header.type, FrameType::kWelcome);
+  EXPECT_TRUE(ParseWelcome(welcome.payload)->resumed);
+  second.blocks = hanging.blocks;
+  EXPECT_EQ(second.Ask(FrameType::kStep, 3, step), expected);
+  EXPECT_EQ(engine.steps(), kCopies);
+  EXPECT_EQ(static_cast<int>(hanging.Next().header.type), 0) << "the old connection is closed";
 }
 
 TEST(Protocol2, ADifferenceIsNamedByItsPath) {

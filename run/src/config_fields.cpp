@@ -6,6 +6,7 @@
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/transport/transport.h"
+#include "link.h"
 #include "worlds/registry.h"
 
 namespace consac::run {
@@ -18,7 +19,10 @@ Status CheckAlgorithm(std::string_view value) {
 }
 
 Status CheckWorld(std::string_view value) {
-  if (value.starts_with("tcp://")) return Endpoint::Parse(value).status();
+  if (value.starts_with("tcp://")) {
+    for (const std::string& url : SplitUrls(std::string(value))) CONSAC_RETURN_IF_ERROR(Endpoint::Parse(url).status());
+    return Status::Ok();
+  }
   return worlds::FindWorld(value).status();
 }
 
@@ -31,7 +35,7 @@ Status CheckProtocol(std::string_view value) {
 // of a run, not to the run: flags only.
 constexpr Field kFields[] = {
     {"world", &RunConfig::world, 0, 0, OnResume::kMustStay, CheckWorld,
-     "a built-in world, or tcp://host:port of an engine"},
+     "a built-in world, or tcp://host:port of an engine, of several with commas between"},
     {"algorithm", &RunConfig::algorithm, 0, 0, OnResume::kMustStay, CheckAlgorithm, "which algorithm learns"},
     {"steps", &RunConfig::steps, -1, kMost, OnResume::kMayChange, nullptr,
      "agent steps to train; -1: what the engine says, else 100000"},
@@ -58,6 +62,8 @@ constexpr Field kFields[] = {
      "text protocol 1: a message without terminator ends after this silence, seconds"},
     {"protocol", &RunConfig::protocol, 0, 0, OnResume::kMayChange, CheckProtocol,
      "what to speak with an engine: auto, text1 or 2"},
+    {"lockstep", &RunConfig::lockstep, 0, 0, OnResume::kMayChange, nullptr,
+     "with engines: no step is under way while the model learns"},
     {"answer_done", &RunConfig::answer_done, 0, 0, OnResume::kMayChange, nullptr,
      "text protocol 1: answer an episode's last observation"},
 };

@@ -26,9 +26,14 @@ class EpisodeSums {
       Clear(slot);
     }
   }
+  std::int32_t slots() const { return static_cast<std::int32_t>(rewards_.size()); }
   /// Forgets every episode under way.
   void Clear() {
     for (std::size_t slot = 0; slot < rewards_.size(); ++slot) Clear(slot);
+  }
+  /// The same of some slots.
+  void Clear(std::span<const std::int32_t> slots) {
+    for (const std::int32_t slot : slots) Clear(static_cast<std::size_t>(slot));
   }
   void Visit(Archive& archive) {
     archive("rewards", std::span<double>(rewards_));

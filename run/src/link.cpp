@@ -23,9 +23,13 @@ class LocalLink final : public WorldLink {
     return Status::Ok();
   }
   Status Step(std::span<Batch> batches, MoreSteps) override {
+    const double start = Now();
     env_->Step(batches);
+    seconds_ = Now() - start;
     return Status::Ok();
   }
+  std::span<const std::uint8_t> present(std::size_t b) const override { return env_->present(b); }
+  double world_seconds() const override { return seconds_; }
   void Visit(Archive& archive) override { env_->Visit(archive); }
   std::string description() const override {
     return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots);
@@ -33,6 +37,7 @@ class LocalLink final : public WorldLink {
 
  private:
   std::unique_ptr<VectorEnv> env_;
+  double seconds_ = 0.0;
 };
 
 class EngineLink final : public WorldLink {
@@ -42,6 +47,9 @@ class EngineLink final : public WorldLink {
   const EnvSpec& spec() const override { return client_->spec(); }
   Status Reset(std::uint64_t seed, std::span<Batch> batches) override { return client_->Reset(seed, batches); }
   Status Step(std::span<Batch> batches, MoreSteps more) override { return client_->Step(batches, more); }
+  std::span<const std::uint8_t> present(std::size_t b) const override { return client_->present(b); }
+  double world_seconds() const override { return client_->engine_seconds(); }
+  void KeepAlive() override { client_->KeepAlive(); }
   void Visit(Archive&) override {}
   SessionRequest request() const override { return client_->request(); }
   std::string description() const override { return client_->description(); }
@@ -54,6 +62,16 @@ class EngineLink final : public WorldLink {
 
 bool IsUrl(const std::string& world) {
   return world.find("://") != std::string::npos;
+}
+
+std::vector<std::string> SplitUrls(const std::string& world) {
+  std::vector<std::string> urls;
+  for (std::size_t begin = 0; begin <= world.size();) {
+    const std::size_t end = std::min(world.find(',', begin), world.size());
+    urls.push_back(world.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return urls;
 }
 
 Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "consac/env/vector_env.h"
 #include "consac/run/training.h"
@@ -23,6 +24,12 @@ class WorldLink {
   virtual Status Reset(std::uint64_t seed, std::span<Batch> batches) = 0;
   /// One step.
   virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;
+  /// Which slots of behaviour `b` have an agent; empty: all, always. See VectorEnv::present.
+  virtual std::span<const std::uint8_t> present(std::size_t b) const = 0;
+  /// How long the latest Step took in the world itself [s]; 0 where that is not known.
+  virtual double world_seconds() const = 0;
+  /// While learning goes on for long: an engine hears that its trainer lives.
+  virtual void KeepAlive() {}
   /// State of a world in this process; nothing for an engine's.
   virtual void Visit(Archive& archive) = 0;
   /// What an engine asked for; zeros for a world in this process.
@@ -38,6 +45,9 @@ Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::
 std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env);
 /// A session with an engine that is connected already.
 Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transport, const EnvClientOptions& options);
+
+/// "tcp://a:1,tcp://b:2" taken apart.
+std::vector<std::string> SplitUrls(const std::string& world);
 
 /// How an engine is reached.
 struct EngineOptions {

@@ -28,20 +28,22 @@ std::string UnusedName(const RunConfig& config) {
 
 }  // namespace
 
-Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<WorldLink> link,
+Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<WorldSource> worlds,
                               const std::atomic<bool>& stop) {
-  const SessionRequest request = link->request();
+  WorldLink& first = *worlds[0].link;
+  const SessionRequest request = first.request();
   const bool engine = IsUrl(config.world);
-  if (engine && request.training_length == 0 && length == Length::kOfEngine) return ActForEngine(config, *link, stop);
+  if (engine && request.training_length == 0 && length == Length::kOfEngine) return ActForEngine(config, first, stop);
   if (config.steps < 0) config.steps = engine ? request.training_length : kDefaultSteps;
   if (config.name.empty())
-    config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, *link);
+    config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, first);
   if (config.forever && request.model_name.empty() && !config.force && !config.resume) config.name = UnusedName(config);
   if (config.steps == 0) return Status{StatusCode::kInvalidArgument, "0 steps train nothing; give --steps at least 1"};
-  const std::string where = link->description();
+  std::string where = first.description();
+  for (std::size_t i = 1; i < worlds.size(); ++i) where += " and " + worlds[i].link->description();
 
   Training training(config, length, stop);
-  CONSAC_RETURN_IF_ERROR(training.Start(std::move(link)));
+  CONSAC_RETURN_IF_ERROR(training.Start(std::move(worlds)));
   if (config.table || config.progress) {
     training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm,
                                        where, training.config().steps, config.seed, nn::InstructionSet(),

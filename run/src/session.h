@@ -9,9 +9,10 @@
 
 namespace consac::run {
 
-/// Trains, or acts where the engine asks for it. `length` says whether config.steps was given or is the engine's to
-/// say. A world that fails is an error that says how many steps are missing; what was learned is saved.
-Result<RunSummary> RunSession(RunConfig config, Length length, std::unique_ptr<WorldLink> link,
+/// Trains on all of `worlds` together, or acts where the first, an engine, asks for it. `length` says whether
+/// config.steps was given or is the engine's to say. A world that fails is an error that says how many steps are
+/// missing; what was learned is saved.
+Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<WorldSource> worlds,
                               const std::atomic<bool>& stop);
 
 }  // namespace consac::run

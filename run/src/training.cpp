@@ -25,11 +25,9 @@ void Pause(double seconds, const std::atomic<bool>& stop) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-/// One session with an engine, or one after another until `stop`: then what breaks a session is said and the next
-/// awaited.
-Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
+EngineOptions OptionsFor(const RunConfig& config, const std::string& url, const std::atomic<bool>& stop) {
   EngineOptions options;
-  options.url = config.world;
+  options.url = url;
   options.connect_timeout_s = config.connect_timeout_s;
   options.client.deadline_s = config.deadline_s;
   options.client.quiet_s = config.quiet_s;
@@ -39,14 +37,33 @@ Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std
                             : config.protocol == "2"   ? Protocol::kProtocol2
                                                        : Protocol::kAuto;
   options.client.stop = &stop;
+  return options;
+}
+
+/// Every engine of the run, connected, and how each is reached again.
+Result<std::vector<WorldSource>> ConnectEngines(const RunConfig& config, const std::atomic<bool>& stop) {
+  std::vector<WorldSource> sources;
+  for (const std::string& url : SplitUrls(config.world)) {
+    EngineOptions options = OptionsFor(config, url, stop);
+    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, Say);
+    if (!link.ok()) return link.status();
+    options.connect_timeout_s = 0.0;
+    sources.push_back({std::move(*link), [options] { return ConnectEngine(options, [](const std::string&) {}); }});
+  }
+  return sources;
+}
+
+/// One session with an engine, or one after another until `stop`: then what breaks a session is said and the next
+/// awaited.
+Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
   Result<RunSummary> last = RunSummary{};
   do {
-    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, Say);
-    const bool nobody = !link.ok() && link.status().code() == StatusCode::kUnavailable;
-    if (link.ok())
-      last = RunSession(config, length, std::move(*link), stop);
+    Result<std::vector<WorldSource>> worlds = ConnectEngines(config, stop);
+    const bool nobody = !worlds.ok() && worlds.status().code() == StatusCode::kUnavailable;
+    if (worlds.ok())
+      last = RunSession(config, length, std::move(*worlds), stop);
     else
-      last = link.status();
+      last = worlds.status();
     if (last.ok() || !config.forever || stop.load()) continue;
     if (!nobody) Say("error: " + last.status().message());
     Pause(kAfterFailure, stop);
@@ -74,7 +91,9 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
                     "nothing to train on; name a world (consac list worlds) or tcp://host:port"};
     Result<std::unique_ptr<WorldLink>> link = MakeLocalLink(config.world, config.envs);
     if (!link.ok()) return link.status();
-    return RunSession(std::move(config), Length::kOfCaller, std::move(*link), stop);
+    std::vector<WorldSource> worlds;
+    worlds.push_back({std::move(*link), nullptr});
+    return RunSession(std::move(config), Length::kOfCaller, std::move(worlds), stop);
   }
   return ServeEngine(config, asked.steps >= 0 ? Length::kOfCaller : Length::kOfEngine, stop);
 }

@@ -1,10 +1,12 @@
 #include "training_loop.h"
 
+#include <algorithm>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "consac/base/file.h"
 #include "consac/nn/kernels.h"
+#include "consac/protocol/protocol2.h"
 
 namespace consac::run {
 namespace {
@@ -20,8 +22,8 @@ std::int64_t Training::steps() const {
 }
 
 // Of config_.steps, the steps of one behaviour's agents: what its learner's schedules run over.
-std::int64_t Training::ShareOfSteps(const BehaviourSpec& behaviour) const {
-  const double share = static_cast<double>(behaviour.slots) / static_cast<double>(slots_);
+std::int64_t Training::ShareOfSteps(std::int64_t slots) const {
+  const double share = static_cast<double>(slots) / static_cast<double>(slots_);
   return static_cast<std::int64_t>(static_cast<double>(config_.steps) * share + 0.5);
 }
 
@@ -31,18 +33,45 @@ Status Training::MakeLearners() {
   algorithm_ = *algorithm;
   learn::HyperparameterSet values(algorithm_->hyperparameters);
   for (const auto& [name, text] : config_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
-  for (const BehaviourSpec& behaviour : link_->spec().behaviours) slots_ += behaviour.slots;
-  for (const BehaviourSpec& behaviour : link_->spec().behaviours) {
+  std::vector<BehaviourSpec> behaviours = spec().behaviours;
+  for (std::size_t b = 0; b < behaviours.size(); ++b) {
+    behaviours[b].slots = 0;
+    for (std::size_t i = 0; i < crew_.size(); ++i) behaviours[b].slots += crew_[i].link().spec().behaviours[b].slots;
+    slots_ += behaviours[b].slots;
+  }
+  for (const BehaviourSpec& behaviour : behaviours) {
     learn::LearnerOptions options;
     options.behaviour = behaviour;
     options.seed = config_.seed;
-    options.total_steps = ShareOfSteps(behaviour);
+    options.total_steps = ShareOfSteps(behaviour.slots);
     options.executor = pool_.executor();
     Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, values);
     if (!learner.ok()) return learner.status();
-    trainees_.push_back({std::move(*learner), BatchBuffer(behaviour), EpisodeSums(behaviour.slots)});
+    learners_.push_back(learner->get());
+    trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots)});
   }
-  batches_.resize(trainees_.size());
+  return Status::Ok();
+}
+
+// Each world's slots follow those of the world before it.
+Status Training::AddWorkers(std::vector<WorldSource> worlds) {
+  const EnvSpec& first = worlds[0].link->spec();
+  std::vector<std::int32_t> first_slots(first.behaviours.size());
+  for (WorldSource& world : worlds) {
+    const EnvSpec& offered = world.link->spec();
+    std::string path;
+    const Status same =
+        protocol2::CompareBehaviours(protocol2::BehavioursJson(first), protocol2::BehavioursJson(offered), &path);
+    if (!same.ok() || offered.behaviours.size() != first.behaviours.size()) {
+      return {StatusCode::kInvalidArgument,
+              "engines that train one model must offer the same; " + world.link->description() +
+                  " differs: " + (same.ok() ? "it has more behaviours" : protocol2::FaultText(same))};
+    }
+    const std::vector<BehaviourSpec> behaviours = offered.behaviours;
+    crew_.Add(std::make_unique<Worker>(std::move(world.link), first_slots, std::move(world.connect)));
+    lost_.push_back(0);
+    for (std::size_t b = 0; b < behaviours.size(); ++b) first_slots[b] += behaviours[b].slots;
+  }
   return Status::Ok();
 }
 
@@ -53,19 +82,19 @@ void Training::Visit(Archive& archive) {
     archive(name, *trainee.learner);
     archive(name + "_episodes", trainee.episodes);
   }
-  archive("world", *link_);
+  archive("world", crew_[0].link());
   archive("report", *report_);
 }
 
 Status Training::OpenReport(bool resumed) {
   ReportOptions options;
   options.directory = directory_->path();
-  options.world_id = link_->spec().id.empty() ? config_.world : link_->spec().id;
+  options.world_id = spec().id.empty() ? config_.world : spec().id;
   options.algorithm = config_.algorithm;
   options.style = algorithm_->log_style;
   options.total_steps = config_.steps;
-  options.slots =
-      trainees_[0].first.batch().slots.empty() ? 1 : static_cast<std::int32_t>(trainees_[0].first.batch().rows());
+  options.slots = trainees_[0].episodes.slots();
+  options.engine = IsUrl(config_.world);
   options.log_interval = config_.log_interval;
   options.console_table = config_.table;
   options.progress = config_.progress;
@@ -93,7 +122,7 @@ Status Training::Restore() {
   }
   // A finished run that an engine asks to train again trains that much longer.
   if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
-    config_.steps = restored_steps_ + link_->request().training_length;
+    config_.steps = restored_steps_ + crew_[0].link().request().training_length;
     CONSAC_RETURN_IF_ERROR(WriteConfig());
   }
   const auto kernels = state->find("instruction_set");
@@ -111,7 +140,7 @@ Status Training::Restore() {
   if (!reader.status().ok())
     return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
   for (std::size_t i = 0; i < trainees_.size(); ++i) {
-    trainees_[i].learner->SetTotalSteps(ShareOfSteps(link_->spec().behaviours[i]));
+    trainees_[i].learner->SetTotalSteps(ShareOfSteps(trainees_[i].episodes.slots()));
     trainees_[i].reported_updates = trainees_[i].learner->updates();
   }
   checkpoint_updates_ = trainees_[0].learner->updates();
@@ -123,8 +152,8 @@ Status Training::WriteConfig() const {
   return WriteFileAtomically(directory_->File("config.yaml"), std::as_bytes(std::span(yaml)));
 }
 
-Status Training::Start(std::unique_ptr<WorldLink> link) {
-  link_ = std::move(link);
+Status Training::Start(std::vector<WorldSource> worlds) {
+  CONSAC_RETURN_IF_ERROR(AddWorkers(std::move(worlds)));
   CONSAC_RETURN_IF_ERROR(MakeLearners());
   const ExistingRun existing = config_.resume  ? ExistingRun::kResume
                                : config_.force ? ExistingRun::kOverwrite
@@ -140,15 +169,20 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
 
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
-  if (!world_restored) {
-    for (std::size_t i = 0; i < trainees_.size(); ++i) {
-      batches_[i] = trainees_[i].first.batch();
-      trainees_[i].episodes.Clear();  // a resumed run with an engine: its episodes begin anew
-    }
-    CONSAC_RETURN_IF_ERROR(link_->Reset(config_.seed, batches_));
-    for (std::size_t i = 0; i < trainees_.size(); ++i) trainees_[i].learner->Begin(batches_[i]);
-  }
+  if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
   checkpoint_time_ = Now();
+  return Status::Ok();
+}
+
+// A resumed run with engines: its episodes begin anew.
+Status Training::BeginWorlds() {
+  for (Trainee& trainee : trainees_) trainee.episodes.Clear();
+  std::uint64_t seed = config_.seed;
+  for (std::size_t i = 0; i < crew_.size(); ++i) {
+    CONSAC_RETURN_IF_ERROR(crew_[i].Reset(seed));
+    crew_[i].Begin(learners_);
+    seed += static_cast<std::uint64_t>(crew_[i].link().spec().environments());
+  }
   return Status::Ok();
 }
 
@@ -157,6 +191,9 @@ void Training::LearnWhatIsDue() {
   for (Trainee& trainee : trainees_) {
     while (trainee.learner->Learn({kLearnPiece})) {
       if (stop_.load(std::memory_order_relaxed)) return;
+      for (std::size_t i = 0; i < crew_.size(); ++i) {
+        if (!crew_.busy(i)) crew_[i].link().KeepAlive();
+      }
     }
     if (trainee.learner->updates() == trainee.reported_updates) continue;
     trainee.reported_updates = trainee.learner->updates();
@@ -165,32 +202,123 @@ void Training::LearnWhatIsDue() {
   }
 }
 
-Status Training::Loop() {
-  std::int64_t done = steps();
-  while (done < config_.steps && !stop_.load(std::memory_order_relaxed)) {
-    std::int64_t rows = 0;
-    for (std::size_t i = 0; i < trainees_.size(); ++i) {
-      batches_[i] = trainees_[i].learner->Stage(trainees_[i].first.batch().slots);
-      trainees_[i].learner->Act(batches_[i]);
-      rows += batches_[i].rows();
-    }
-    const Status stepped = link_->Step(batches_, done + rows >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes);
-    if (!stepped.ok()) return stepped;
-    done += rows;
-    for (std::size_t i = 0; i < trainees_.size(); ++i) {
-      trainees_[i].learner->Record(batches_[i]);
-      trainees_[i].episodes.Add(batches_[i], done, *report_);
-    }
-    double reward = 0.0;
-    for (const Batch& batch : batches_) {
-      for (std::int64_t i = 0; i < batch.rows(); ++i) reward += batch.rewards[i];
-    }
-    report_->OnStep(done, reward);
-    LearnWhatIsDue();
-    for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
-    if (CheckpointDue()) (void)Checkpoint();
+bool Training::LearningDue() const {
+  return std::any_of(learners_.begin(), learners_.end(), [](const auto* learner) { return learner->LearningDue(); });
+}
+
+// The worker chooses its actions and takes its step, unless enough are under way.
+void Training::Send(std::size_t worker, Where where) {
+  if (asked_ >= config_.steps || stop_.load(std::memory_order_relaxed)) return;
+  const double start = Now();
+  const Rows rows = crew_.size() == 1 && where == Where::kHere ? Rows::kLearners : Rows::kOwn;
+  crew_[worker].Act(learners_, rows);
+  spent_.inference += Now() - start;
+  asked_ += crew_[worker].rows();
+  crew_.Step(worker, asked_ >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes, where);
+}
+
+// What a worker comes back with: a step, a failure, a new connection.
+Status Training::Handle(const Crew::Outcome& outcome) {
+  if (!outcome.connected_anew) {
+    if (!outcome.status.ok()) return Lose(outcome);
+    Take(crew_[outcome.worker]);
+    return Status::Ok();
+  }
+  --connecting_;
+  if (outcome.status.ok()) {
+    lost_[outcome.worker] = 0;
+    crew_[outcome.worker].Begin(learners_);
+    report_->Line("an engine is back: " + crew_[outcome.worker].link().description());
+  } else if (outcome.status.code() != StatusCode::kCancelled) {
+    report_->Line("warning: an engine is given up: " + outcome.status.message());
   }
   return Status::Ok();
+}
+
+void Training::Take(Worker& worker) {
+  worker.Record(learners_);
+  done_ += worker.rows();
+  double reward = 0.0;
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    const Batch& batch = worker.batches()[b];
+    trainees_[b].episodes.Add(batch, done_, *report_);
+    for (std::int64_t i = 0; i < batch.rows(); ++i) reward += batch.rewards[static_cast<std::size_t>(i)];
+  }
+  report_->OnStep(done_, reward);
+  spent_.agent_steps += worker.rows();
+  ++spent_.rounds;
+}
+
+// One world of several is lost: the others go on while it is tried again. Its step was not taken.
+Status Training::Lose(const Crew::Outcome& outcome) {
+  Worker& worker = crew_[outcome.worker];
+  asked_ -= worker.rows();
+  lost_[outcome.worker] = 1;
+  const bool last = std::all_of(lost_.begin(), lost_.end(), [](std::uint8_t lost) { return lost != 0; });
+  if (last || stop_.load(std::memory_order_relaxed)) return outcome.status;
+  for (std::size_t b = 0; b < trainees_.size(); ++b) trainees_[b].episodes.Clear(worker.slots(b));
+  report_->Line("warning: an engine is lost: " + outcome.status.message() + "; the others go on, it is tried again");
+  crew_.ConnectAnew(outcome.worker, config_.seed + static_cast<std::uint64_t>(done_), stop_);
+  ++connecting_;
+  return Status::Ok();
+}
+
+// Learning overlaps the next step of the worker whose outcome made it due; in lock step all wait for all.
+Status Training::LearnAndGoOn(std::size_t worker) {
+  if (IsUrl(config_.world) && !config_.lockstep) {
+    Send(worker, Where::kAside);
+  } else {
+    while (steps_under_way() > 0) CONSAC_RETURN_IF_ERROR(Handle(crew_.Next()));
+  }
+  const double start = Now();
+  LearnWhatIsDue();
+  spent_.learning += Now() - start;
+  return Status::Ok();
+}
+
+void Training::SendIdle() {
+  if (LearningDue()) return;  // stopped in the middle of it
+  const Where where = crew_.size() == 1 ? Where::kHere : Where::kAside;
+  for (std::size_t i = 0; i < crew_.size(); ++i) {
+    if (!crew_.busy(i) && lost_[i] == 0) Send(i, where);
+  }
+}
+
+Status Training::Loop() {
+  done_ = asked_ = steps();
+  round_began_ = Now();
+  while (true) {
+    SendIdle();
+    if (steps_under_way() == 0) break;
+    const double start = Now();
+    const Crew::Outcome outcome = crew_.Next();
+    AccountFor(outcome, Now() - start);
+    // A step that was asked for ahead of learning which was stopped in the middle has no place.
+    if (LearningDue()) continue;
+    CONSAC_RETURN_IF_ERROR(Handle(outcome));
+    if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
+    for (const learn::Learner* learner : learners_) CONSAC_RETURN_IF_ERROR(learner->health());
+    if (CheckpointDue()) (void)Checkpoint();
+    TellTime();
+  }
+  return Status::Ok();
+}
+
+void Training::AccountFor(const Crew::Outcome& outcome, double waited) {
+  const Worker& worker = crew_[outcome.worker];
+  const bool known = !outcome.connected_anew && worker.step_seconds() > 0.0;
+  const double share = known ? std::min(1.0, worker.world_seconds() / worker.step_seconds()) : 0.0;
+  spent_.world += share * waited;
+  spent_.wire += (1.0 - share) * waited;
+}
+
+void Training::TellTime() {
+  const double now = Now();
+  spent_.other = 0.0;
+  spent_.other = std::max(0.0, now - round_began_ - spent_.sum());
+  report_->OnTime(spent_);
+  spent_ = {};
+  round_began_ = now;
 }
 
 bool Training::CheckpointDue() const {
@@ -240,7 +368,7 @@ Status Training::SaveModel() {
     PolicyData data = trainee.learner->Snapshot();
     nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
     training["algorithm"] = config_.algorithm;
-    training["world"] = link_->spec().id.empty() ? config_.world : link_->spec().id;
+    training["world"] = spec().id.empty() ? config_.world : spec().id;
     training["seed"] = config_.seed;
     data.training_json = training.dump();
     const std::string path = ModelPath(data.behaviour);
@@ -258,7 +386,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   for (const Status& status : {checkpoint, model, report}) CONSAC_RETURN_IF_ERROR(status);
   RunSummary summary;
   summary.directory = directory_->path();
-  summary.model_path = ModelPath(link_->spec().behaviours[0].name);
+  summary.model_path = ModelPath(spec().behaviours[0].name);
   summary.steps = steps();
   summary.updates = trainees_[0].learner->updates();
   summary.seconds = seconds;

@@ -6,27 +6,31 @@
 #include <memory>
 #include <vector>
 
-#include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/run/report.h"
 #include "consac/run/run_directory.h"
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
+#include "crew.h"
 #include "episode_sums.h"
-#include "link.h"
 
 namespace consac::run {
 
 /// What is learned for one behaviour.
 struct Trainee {
   std::unique_ptr<learn::Learner> learner;
-  BatchBuffer first;  // where first observations arrive
   EpisodeSums episodes;
   std::int64_t reported_updates = 0;
 };
 
 /// Who says how long the training is.
 enum class Length : std::uint8_t { kOfCaller, kOfEngine };
+
+/// A world of a run, and how it is reached again.
+struct WorldSource {
+  std::unique_ptr<WorldLink> link;
+  Worker::Connect connect;  ///< null: cannot be done
+};
 
 /// One run under way.
 class Training {
@@ -35,9 +39,10 @@ class Training {
   Training(RunConfig config, Length length, const std::atomic<bool>& stop)
       : config_(std::move(config)), length_(length), stop_(stop), pool_(config_.threads) {}
 
-  /// Makes learners for the world, opens the run's folder and logs, restores what --resume asks for.
-  Status Start(std::unique_ptr<WorldLink> link);
-  /// Trains until all steps are taken, `stop` is set or the world fails.
+  /// Makes learners for the worlds, which must offer the same behaviours, opens the run's folder and logs, restores
+  /// what --resume asks for.
+  Status Start(std::vector<WorldSource> worlds);
+  /// Trains until all steps are taken, `stop` is set or the last world fails.
   Status Loop();
   /// Writes checkpoint, model and logs, whatever ended the loop.
   Result<RunSummary> Finish(double seconds);
@@ -53,11 +58,24 @@ class Training {
   std::string ModelPath(const std::string& behaviour) const;
   Status SaveModel();
   Status MakeLearners();
-  std::int64_t ShareOfSteps(const BehaviourSpec& behaviour) const;
+  std::int64_t ShareOfSteps(std::int64_t slots) const;
   Status Restore();
   Status OpenReport(bool resumed);
   Status WriteConfig() const;
+  Status AddWorkers(std::vector<WorldSource> worlds);
+  const EnvSpec& spec() { return crew_[0].link().spec(); }
+  std::size_t steps_under_way() const { return crew_.under_way() - connecting_; }
+  bool LearningDue() const;
+  Status BeginWorlds();
+  void Send(std::size_t worker, Where where);
+  void SendIdle();
+  Status Handle(const Crew::Outcome& outcome);
+  void Take(Worker& worker);
+  Status Lose(const Crew::Outcome& outcome);
+  Status LearnAndGoOn(std::size_t worker);
   void LearnWhatIsDue();
+  void AccountFor(const Crew::Outcome& outcome, double waited);
+  void TellTime();
   bool CheckpointDue() const;
   Status Checkpoint();
   std::string Description() const;
@@ -67,12 +85,17 @@ class Training {
   const Length length_;
   const std::atomic<bool>& stop_;
   ThreadPool pool_;
-  std::unique_ptr<WorldLink> link_;
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
   std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
-  std::int64_t slots_ = 0;         // agents of all behaviours
-  std::vector<Batch> batches_;
+  std::vector<learn::Learner*> learners_;
+  Crew crew_;
+  std::vector<std::uint8_t> lost_;     // per worker: it has no connection
+  std::size_t connecting_ = 0;         // workers that are trying to get one
+  std::int64_t slots_ = 0;             // agents of all behaviours
+  std::int64_t done_ = 0, asked_ = 0;  // agent steps recorded; these and those under way
+  TimeSpent spent_;                    // since the latest round that was told
+  double round_began_ = 0.0;
   const learn::Algorithm* algorithm_ = nullptr;
   bool restored_ = false;  // from a checkpoint, be it of step 0
   std::int64_t restored_steps_ = 0, checkpoint_updates_ = 0;

@@ -21,6 +21,7 @@ RunConfig EngineRun(const std::string& directory, const std::string& url) {
   config.steps = -1;
   config.connect_timeout_s = 5.0;
   config.deadline_s = 5.0;
+  config.lockstep = true;  // as in process, to the bit
   return config;
 }
 

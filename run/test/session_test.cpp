@@ -47,9 +47,15 @@ RunConfig TwoRun(const std::string& directory, const std::string& name, std::int
   return config;
 }
 
+std::vector<WorldSource> Only(std::unique_ptr<WorldLink> link) {
+  std::vector<WorldSource> worlds;
+  worlds.push_back({std::move(link), nullptr});
+  return worlds;
+}
+
 RunSummary TrainTwo(const RunConfig& config) {
   const Result<RunSummary> summary =
-      RunSession(config, Length::kOfCaller, MakeLocalLink(std::make_unique<TwoWorlds>()), kNeverStop);
+      RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::make_unique<TwoWorlds>())), kNeverStop);
   EXPECT_TRUE(summary.ok()) << summary.status().message();
   return summary.ok() ? *summary : RunSummary{};
 }
@@ -101,10 +107,11 @@ TEST(Session, AnEngineInsideThisProcessLearnsWhatOneOverTcpLearns) {
   });
   RunConfig config = SmallRun(scratch.path(), "inside");
   config.world = "tcp://in-process";
+  config.lockstep = true;
   config.steps = -1;
   Result<std::unique_ptr<WorldLink>> link = OpenEngine(std::move(ours), EnvClientOptions{});
   ASSERT_TRUE(link.ok()) << link.status().message();
-  const Result<RunSummary> inside = RunSession(config, Length::kOfEngine, std::move(*link), kNeverStop);
+  const Result<RunSummary> inside = RunSession(config, Length::kOfEngine, Only(std::move(*link)), kNeverStop);
   over = true;
   engine.join();
   ASSERT_TRUE(inside.ok()) << inside.status().message();
@@ -113,6 +120,7 @@ TEST(Session, AnEngineInsideThisProcessLearnsWhatOneOverTcpLearns) {
   testing::ServedWorld served("road-v0", options);
   RunConfig tcp = SmallRun(scratch.path(), "tcp");
   tcp.world = served.url();
+  tcp.lockstep = true;
   tcp.steps = -1;
   const Result<RunSummary> outside = Train(tcp, kNeverStop);
   ASSERT_TRUE(outside.ok()) << outside.status().message();

@@ -1,4 +1,5 @@
 // Where the blocks of RESET, STEP and RESULT lie, and reading a RESULT into batches.
+#include <algorithm>
 #include <cstring>
 
 #include "consac/base/text.h"
@@ -32,12 +33,27 @@ Blocks::Blocks(const EnvSpec& env) : environments(static_cast<std::size_t>(env.e
 
 namespace {
 
+constexpr double kEngineTick = 1e-7;          // s
+constexpr std::size_t kEngineTimeOffset = 4;  // in RESULT
+
 Status WrongSize(std::size_t found, std::size_t expected) {
   return Fault("MALFORMED", "a RESULT has " + std::to_string(found) + " bytes, too few for its " +
                                 std::to_string(expected) + " of rows, rewards and states");
 }
 
 }  // namespace
+
+void WriteEngineTime(double seconds, std::byte* payload) {
+  constexpr double kLongest = 4294967295.0;
+  const auto ticks = static_cast<std::uint32_t>(std::clamp(seconds / kEngineTick, 0.0, kLongest));
+  std::memcpy(payload + kEngineTimeOffset, &ticks, sizeof(ticks));
+}
+
+double ReadEngineTime(const std::byte* payload) {
+  std::uint32_t ticks = 0;
+  std::memcpy(&ticks, payload + kEngineTimeOffset, sizeof(ticks));
+  return ticks * kEngineTick;
+}
 
 Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload,
                   std::span<Batch> batches) {
@@ -59,6 +75,11 @@ Status ReadResult(const EnvSpec& env, const Blocks& blocks, std::span<const std:
       batch.rewards[i] = static_cast<float>(reward);
       batch.terminated[i] = (state & kTerminated) != 0 ? 1 : 0;
       batch.truncated[i] = (state & kTruncated) != 0 ? 1 : 0;
+      if ((state & (kTerminated | kTruncated)) != 0 && (state & kFinal) == 0) {
+        // It vanished: what it saw last is where it stands.
+        std::memcpy(batch.final_observations + i * row_bytes, payload.data() + at.observations + i * row_bytes,
+                    row_bytes);
+      }
       if ((parts & kPartFinals) != 0 && (state & kFinal) != 0) {
         if (payload.size() < final_at + row_bytes) return WrongSize(payload.size(), final_at + row_bytes);
         std::memcpy(batch.final_observations + i * row_bytes, payload.data() + final_at, row_bytes);

@@ -312,6 +312,21 @@ Result<Configure> ParseConfigure(std::span<const std::byte> payload) {
   return configure;
 }
 
+Result<std::int64_t> ParseRender(std::span<const std::byte> payload) {
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  const Members members{*json};
+  return members.Whole("env");
+}
+
+std::string EncodePicture(const Picture& picture) {
+  const std::uint32_t size[2] = {static_cast<std::uint32_t>(picture.height), static_cast<std::uint32_t>(picture.width)};
+  std::string payload(sizeof(size), '\0');
+  std::memcpy(payload.data(), size, sizeof(size));
+  payload.append(picture.rgb.begin(), picture.rgb.end());
+  return payload;
+}
+
 std::string BehavioursJson(const EnvSpec& env) {
   return Dump(BehavioursToJson(env));
 }

@@ -21,6 +21,7 @@ using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
 
+constexpr double kPingEvery = 5.0;   // s
 constexpr double kRetryPause = 0.2;  // s between attempts to connect anew
 
 StatusCode CodeOf(std::string_view name) {
@@ -79,6 +80,17 @@ class Client2 final : public EnvClient {
     return {status.code(), "at step " + std::to_string(steps_) + ": " + status.message()};
   }
 
+  std::span<const std::uint8_t> present(std::size_t b) const override {
+    return agents_leave_ ? std::span<const std::uint8_t>(present_[b]) : std::span<const std::uint8_t>();
+  }
+  double engine_seconds() const override { return engine_seconds_; }
+
+  void KeepAlive() override {
+    if (!open_ || Now() - alive_at_ < kPingEvery) return;
+    alive_at_ = Now();
+    (void)SendControl(FrameType::kPing, {});  // if that fails, the next request tells
+  }
+
   void Close() override {
     if (open_) (void)SendControl(FrameType::kBye, {});
     open_ = false;
@@ -108,6 +120,9 @@ class Client2 final : public EnvClient {
       shared_ = std::move(*channel);
     }
     spec_ = std::move(spec->env);
+    present_.clear();
+    for (const BehaviourSpec& behaviour : spec_.behaviours)
+      present_.emplace_back(static_cast<std::size_t>(behaviour.slots), std::uint8_t{1});
     request_ask_ = {spec->training_length, spec->model_name};
     message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
     return Status::Ok();
@@ -175,6 +190,11 @@ class Client2 final : public EnvClient {
     const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
     const std::uint64_t next = ++request_;
     refused_ = false;
+    if (payload > welcome_.max_frame) {
+      return Status{StatusCode::kInvalidArgument, "a request of " + std::to_string(payload) +
+                                                      " bytes is more than the " + std::to_string(welcome_.max_frame) +
+                                                      " that the engine takes; use fewer environments"};
+    }
     protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(payload), 0, next, welcome_.session},
                            message_.data());
     if (shared_.has_value() && message_.size() <= shared_->request_bytes) {
@@ -264,7 +284,21 @@ class Client2 final : public EnvClient {
     if (!answer.ok()) return answer.status();
     if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
     CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
+    engine_seconds_ = protocol2::ReadEngineTime(answer->payload.data());
+    ReadPresence(answer->payload.data());
     return CheckNumbers(batches);
+  }
+
+  void ReadPresence(const std::byte* payload) {
+    for (std::size_t b = 0; b < present_.size(); ++b) {
+      const std::byte* states = payload + blocks_.behaviours[b].states;
+      std::uint8_t all = 1;
+      for (std::size_t i = 0; i < present_[b].size(); ++i) {
+        present_[b][i] = (states[i] & std::byte{protocol2::kActive}) != std::byte{0} ? 1 : 0;
+        all &= present_[b][i];
+      }
+      agents_leave_ = agents_leave_ || all == 0;
+    }
   }
 
   Status CheckNumbers(std::span<const Batch> batches) const {
@@ -371,7 +405,9 @@ class Client2 final : public EnvClient {
   std::vector<std::byte> message_;  // the request under way
   std::uint64_t request_ = 0;
   std::int64_t steps_ = 0;
-  bool open_ = false, refused_ = false;
+  std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
+  double engine_seconds_ = 0.0, alive_at_ = 0.0;
+  bool agents_leave_ = false, open_ = false, refused_ = false;
 };
 
 }  // namespace

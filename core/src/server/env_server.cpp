@@ -1,132 +1,229 @@
-// Accepting trainers: which protocol each speaks, who is served and who is turned away.
+// Accepting trainers: which protocol each speaks, who is served, with which worlds, and who is turned away.
 #include "consac/server/env_server.h"
 
 #include <algorithm>
-#include <array>
+#include <thread>
 
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
+#include "server/secret.h"
 #include "server/session.h"
 
 namespace consac {
 namespace {
 
+using protocol2::Fault;
+using protocol2::FrameType;
+
 constexpr double kIdleWait = 0.1;           // s between looks at the stop flag and at further trainers
 constexpr double kShortWait = 0.005;        // s, while somebody has connected who has said nothing yet
+constexpr double kSpin = 0.0001;            // s of looking at several sessions in turn before waiting for one
+constexpr double kTurnWait = 0.0005;        // s of waiting for one of several sessions
 constexpr int kMostFramesPerPoll = 64;      // a peer that floods does not keep the engine's tick either
 constexpr std::size_t kMostUndecided = 16;  // connections that have said nothing; more are closed at once
 constexpr std::string_view kBusyLine =
     "busy: another trainer is connected to this engine; try again when it has left\n";
 
-/// A connection whose protocol is not known yet.
+/// A connection that has not said enough yet.
 struct Undecided {
   std::unique_ptr<Transport> transport;
   double since = 0.0;
-  std::array<std::byte, 64> first = {};
-  std::size_t count = 0;
+  protocol2::FrameReader reader;
+};
 
-  std::span<const std::byte> heard() const { return std::span(first).first(count); }
+/// Worlds and whom they serve: a session of either protocol, or nobody.
+class Seat {
+ public:
+  Seat(VectorEnv& env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps)
+      : env_(env), options_(options), steps_(steps), session2_(Session2::Create({env_, options_, steps_})) {}
+  Seat(std::unique_ptr<VectorEnv> env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps)
+      : Seat(*env, options, steps) {
+    owned_ = std::move(env);
+  }
+
+  ServerSession* present() const {
+    if (text_ != nullptr) return text_.get();
+    return connected2_ ? session2_.get() : nullptr;
+  }
+  bool resumable() const { return session2_->resumable(); }
+  bool Owns(std::string_view token) const { return session2_->Owns(token); }
+  void Forget() { steps_.Restart(); }
+
+  Status Connect(Arrival arrival) {
+    connected2_ = true;
+    const Status status = session2_->Connect(std::move(arrival));
+    return status.ok() ? status : End(status);
+  }
+  Status Connect(Undecided one, std::int64_t number) {
+    session2_->Forget();
+    Result<std::unique_ptr<ServerSession>> session =
+        BeginTextSession({env_, options_, steps_}, std::move(one.transport), one.reader.pending(), number);
+    if (session.ok()) text_ = std::move(*session);
+    return session.ok() ? Status::Ok() : session.status();
+  }
+
+  Result<bool> Pump(double timeout_s) { return present()->Pump(timeout_s); }
+  bool finished() const { return connected2_ && session2_->finished(); }
+  std::int64_t steps() const { return steps_.session(); }
+  Status End(const Status& why) {
+    const Status status = present()->End(why);
+    text_.reset();
+    connected2_ = false;
+    return status;
+  }
+
+ private:
+  std::unique_ptr<VectorEnv> owned_;  // null: the host's
+  VectorEnv& env_;
+  const EnvServerOptions& options_;
+  StepCount steps_;
+  std::unique_ptr<Session2> session2_;
+  bool connected2_ = false;
+  std::unique_ptr<ServerSession> text_;
 };
 
 class EnvServerOfEither final : public EnvServer {
  public:
   EnvServerOfEither(VectorEnv& env, std::unique_ptr<Listener> listener, const EnvServerOptions& options)
-      : env_(env),
-        listener_(std::move(listener)),
-        options_(options),
-        text_fits_(CheckTextSession(env.spec(), options).ok()),
-        session2_(Session2::Create({env_, options_, steps_})) {}
+      : listener_(std::move(listener)), options_(options), text_fits_(CheckTextSession(env.spec(), options).ok()) {
+    seats_.push_back(std::make_unique<Seat>(env, options_, steps_));
+  }
   ~EnvServerOfEither() override { Close(); }
 
   Status Poll() override {
     if (!open_) return {StatusCode::kFailedPrecondition, "the server is closed; create it again to serve"};
-    CONSAC_RETURN_IF_ERROR(Accept(0.0));
-    ServerSession* session = present();
-    if (session == nullptr) return Status::Ok();
-    // Up to one step of the world: a fast trainer must not keep the engine's tick, a slow one not lose one.
-    const std::int64_t before = steps_;
-    for (int frames = 0; frames < kMostFramesPerPoll && steps_ == before; ++frames) {
-      const Result<bool> progressed = session->Pump(0.0);
-      if (!progressed.ok()) return End(progressed.status());
-      if (session2_connected_ && session2_->finished()) return End(Status::Ok());
-      if (!*progressed) break;
+    Status first = Accept(0.0);
+    for (const std::unique_ptr<Seat>& seat : seats_) {
+      if (seat->present() == nullptr) continue;
+      const Status status = PollSeat(*seat);
+      if (first.ok()) first = status;
     }
-    return Status::Ok();
+    return first;
   }
 
   Status ServeSession(const std::atomic<bool>& stop) override {
     if (!open_) return {StatusCode::kFailedPrecondition, "the server is closed; create it again to serve"};
     bool served = false;
-    double next_look = 0.0;
+    double next_look = 0.0, last_progress = 0.0;
+    Status latest;  // how the latest session ended
     while (true) {
-      if (ServerSession* session = present(); session != nullptr) {
-        served = true;
-        const Result<bool> progressed = session->Pump(waiting_.empty() ? kIdleWait : kShortWait);
-        if (!progressed.ok()) {
-          const Status ended = End(progressed.status());
-          if (!session2_->resumable()) return ended;
-          broken_ = ended;
-        } else if (session2_connected_ && session2_->finished()) {
-          return End(Status::Ok());
-        }
-        if (progressed.ok() && *progressed && Now() < next_look) continue;
-      } else if (served && !session2_->resumable()) {
-        return broken_;
+      const std::size_t present = sessions_present();
+      served = served || present > 0;
+      if (served && present == 0 && !Awaited()) return latest;
+      bool progressed = false;
+      if (present == 1) {
+        progressed = PumpAll(waiting_.empty() ? kIdleWait : kShortWait, &latest);
+      } else if (present > 1) {
+        progressed = PumpAll(0.0, &latest);
+        const double now = Now();
+        if (progressed) last_progress = now;
+        if (!progressed && now - last_progress > kSpin) progressed = PumpInTurn(&latest);
+        if (!progressed) std::this_thread::yield();
       }
+      if ((progressed || present > 1) && Now() < next_look) continue;
       next_look = Now() + kIdleWait;
       if (stop.load(std::memory_order_relaxed)) return Stopped(served);
-      CONSAC_RETURN_IF_ERROR(Accept(present() != nullptr ? 0.0 : waiting_.empty() ? kIdleWait : kShortWait));
+      CONSAC_RETURN_IF_ERROR(Accept(sessions_present() > 0 ? 0.0 : waiting_.empty() ? kIdleWait : kShortWait));
+      if (!waiting_.empty()) next_look = 0.0;
     }
   }
 
   SessionState state() const override {
-    return present() == nullptr ? SessionState::kWaiting : SessionState::kConnected;
+    return sessions_present() == 0 ? SessionState::kWaiting : SessionState::kConnected;
   }
   std::int64_t session_steps() const override { return steps_.load(std::memory_order_relaxed); }
   int port() const override { return listener_->port(); }
   void SetPaused(bool paused) override {
-    if (ServerSession* session = present(); session != nullptr) session->SetPaused(paused);
+    for (const std::unique_ptr<Seat>& seat : seats_) {
+      if (seat->present() != nullptr) seat->present()->SetPaused(paused);
+    }
   }
 
   void Close() override {
-    if (present() != nullptr) (void)End({StatusCode::kCancelled, "the engine closes"});
+    EndAll({StatusCode::kCancelled, "the engine closes"});
     waiting_.clear();
     listener_->Close();
     open_ = false;
   }
 
  private:
-  ServerSession* present() const {
-    if (text_ != nullptr) return text_.get();
-    return session2_connected_ ? session2_.get() : nullptr;
+  std::size_t sessions_present() const {
+    return static_cast<std::size_t>(
+        std::count_if(seats_.begin(), seats_.end(), [](const auto& seat) { return seat->present() != nullptr; }));
+  }
+  /// Whether a session that lost its connection may still be taken up.
+  bool Awaited() const {
+    return std::any_of(seats_.begin(), seats_.end(), [](const auto& seat) { return seat->resumable(); });
+  }
+
+  // ---- driving sessions
+
+  /// Up to one step of the seat's worlds: a fast trainer must not keep the engine's tick, a slow one not lose one.
+  static Status PollSeat(Seat& seat) {
+    const std::int64_t before = seat.steps();
+    for (int frames = 0; frames < kMostFramesPerPoll && seat.steps() == before; ++frames) {
+      const Result<bool> progressed = seat.Pump(0.0);
+      if (!progressed.ok()) return seat.End(progressed.status());
+      if (seat.finished()) return seat.End(Status::Ok());
+      if (!*progressed) break;
+    }
+    return Status::Ok();
+  }
+
+  static bool PumpOne(Seat& seat, double timeout_s, Status* latest) {
+    const Result<bool> progressed = seat.Pump(timeout_s);
+    if (!progressed.ok())
+      *latest = seat.End(progressed.status());
+    else if (seat.finished())
+      *latest = seat.End(Status::Ok());
+    return progressed.ok() && *progressed;
+  }
+
+  bool PumpAll(double timeout_s, Status* latest) {
+    bool progressed = false;
+    for (const std::unique_ptr<Seat>& seat : seats_) {
+      if (seat->present() != nullptr) progressed = PumpOne(*seat, timeout_s, latest) || progressed;
+    }
+    return progressed;
+  }
+
+  /// Waits a little for the next of several sessions.
+  bool PumpInTurn(Status* latest) {
+    for (std::size_t i = 0; i < seats_.size(); ++i) {
+      turn_ = (turn_ + 1) % seats_.size();
+      if (seats_[turn_]->present() != nullptr) return PumpOne(*seats_[turn_], kTurnWait, latest);
+    }
+    return false;
+  }
+
+  void EndAll(const Status& why) {
+    for (const std::unique_ptr<Seat>& seat : seats_) {
+      if (seat->present() != nullptr) (void)seat->End(why);
+    }
   }
 
   Status Stopped(bool served) {
     if (!served) return {StatusCode::kCancelled, "stopped while waiting for a trainer"};
-    if (present() != nullptr) (void)End({StatusCode::kCancelled, "the engine stops"});
+    EndAll({StatusCode::kCancelled, "the engine stops"});
     return {StatusCode::kCancelled,
             "stopped in the middle of a session, after " + std::to_string(session_steps()) + " steps"};
   }
 
-  Status End(const Status& why) {
-    const Status status = present()->End(why);
-    text_.reset();
-    session2_connected_ = false;
-    return status;
-  }
+  // ---- at the door
 
   /// Takes waiting connections and decides about those that have said enough, or nothing for long enough.
   Status Accept(double timeout_s) {
     Result<std::unique_ptr<Transport>> accepted = listener_->Accept(timeout_s);
     if (!accepted.ok()) {
-      if (present() == nullptr) return accepted.status();
-      if (!accept_failed_) Log(LogLevel::kWarning, accepted.status().message());  // the session there is goes on
+      if (sessions_present() == 0) return accepted.status();
+      if (!accept_failed_) Log(LogLevel::kWarning, accepted.status().message());  // the sessions there are go on
       accept_failed_ = true;
       return Status::Ok();
     }
     accept_failed_ = false;
     if (*accepted != nullptr && waiting_.size() < kMostUndecided)
-      waiting_.push_back({std::move(*accepted), Now(), {}, 0});
+      waiting_.push_back({std::move(*accepted), Now(), protocol2::FrameReader()});
+    Status first;
     for (std::size_t i = 0; i < waiting_.size();) {
       const Result<Protocol> protocol = Decide(waiting_[i]);
       if (protocol.ok() && *protocol == Protocol::kAuto) {
@@ -135,66 +232,140 @@ class EnvServerOfEither final : public EnvServer {
       }
       Undecided one = std::move(waiting_[i]);
       waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
-      if (protocol.ok()) CONSAC_RETURN_IF_ERROR(Welcome(std::move(one), *protocol));
+      if (!protocol.ok()) {
+        TurnAway(one, protocol.status());
+      } else if (*protocol == Protocol::kText1) {
+        const Status status = WelcomeText(std::move(one));
+        if (first.ok()) first = status;
+      }
     }
-    return Status::Ok();
+    return first;
   }
 
-  /// kAuto: not yet. An error when the connection is gone or has outstayed its time.
-  Result<Protocol> Decide(Undecided& one) const {
+  /// kAuto: not yet; kProtocol2: seated. An error when the connection is gone, has outstayed its time or said what it
+  /// may not.
+  Result<Protocol> Decide(Undecided& one) {
     if (options_.protocol == Protocol::kText1) return Protocol::kText1;
-    const Result<std::size_t> count = one.transport->Read(std::span(one.first).subspan(one.count), 0.0);
+    const Result<std::size_t> count = one.transport->Read(one.reader.Writable(), 0.0);
     if (!count.ok()) return count.status();
-    one.count += *count;
-    if (one.count > 0) return one.first[0] == std::byte{0xC0} ? Protocol::kProtocol2 : Protocol::kText1;
+    one.reader.Commit(*count);
     const double waited = Now() - one.since;
-    if (text_fits_ && options_.protocol == Protocol::kAuto)
-      return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
-    if (waited < kHandshake) return Protocol::kAuto;
-    return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
+    if (one.reader.pending().empty()) {
+      if (text_fits_ && options_.protocol == Protocol::kAuto)
+        return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
+      if (waited < kHandshake) return Protocol::kAuto;
+      return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
+    }
+    if (one.reader.pending()[0] != std::byte{0xC0}) return Protocol::kText1;
+    protocol2::Frame frame;
+    const Result<bool> whole = one.reader.Next(&frame);
+    if (!whole.ok()) return whole.status();
+    if (!*whole) {
+      if (waited < kHandshake) return Protocol::kAuto;
+      return Fault("MALFORMED", "no whole HELLO came within " + std::to_string(static_cast<int>(kHandshake)) + " s");
+    }
+    Arrival arrival;
+    CONSAC_RETURN_IF_ERROR(ReadHello(frame, &arrival.hello));
+    Result<Seat*> seat = SeatFor(arrival.hello);
+    if (!seat.ok()) return seat.status();
+    arrival.request = frame.header.request;
+    arrival.transport = std::move(one.transport);
+    arrival.reader = std::move(one.reader);
+    arrival.since = one.since;
+    arrival.number = static_cast<std::uint32_t>(arrival.hello.resume.empty() ? ++sessions_ : 0);
+    (void)(*seat)->Connect(std::move(arrival));  // gone again at once: the seat is free
+    return Protocol::kProtocol2;
   }
 
-  Status Welcome(Undecided one, Protocol protocol) {
-    if (present() != nullptr) {
-      Log(LogLevel::kWarning,
-          "a second trainer, " + one.transport->peer() + ", was turned away: this engine serves " + present()->peer());
-      if (protocol == Protocol::kProtocol2)
-        TurnAway2(*one.transport);
-      else
-        (void)one.transport->Write(std::as_bytes(std::span(kBusyLine)), 0.0);
-      one.transport->Close();
-      return Status::Ok();
+  Status ReadHello(const protocol2::Frame& frame, protocol2::Hello* hello) const {
+    if (frame.header.type != FrameType::kHello) return Fault("BAD_STATE", "a session begins with HELLO");
+    Result<protocol2::Hello> parsed = protocol2::ParseHello(frame.payload);
+    if (!parsed.ok()) return parsed.status();
+    *hello = std::move(*parsed);
+    if (hello->lowest > protocol2::kVersion || hello->highest < protocol2::kVersion) {
+      return Fault("UNSUPPORTED_VERSION", "this engine speaks protocol " + std::to_string(protocol2::kVersion) +
+                                              ", the trainer " + std::to_string(hello->lowest) + " to " +
+                                              std::to_string(hello->highest) + "; update the older one");
     }
-    if (protocol == Protocol::kProtocol2) {
-      session2_->Connect(std::move(one.transport), one.heard());
-      session2_connected_ = true;
-      return Status::Ok();
-    }
-    if (!text_fits_ || options_.protocol == Protocol::kProtocol2) {
-      constexpr std::string_view kNoText = "error: this engine speaks protocol 2 only\n";
-      (void)one.transport->Write(std::as_bytes(std::span(kNoText)), 0.0);
-      one.transport->Close();
-      return Status::Ok();
-    }
-    Result<std::unique_ptr<ServerSession>> session =
-        BeginTextSession({env_, options_, steps_}, std::move(one.transport), one.heard(), sessions_++);
-    session2_->Forget();
-    if (!session.ok()) return session.status();
-    text_ = std::move(*session);
+    if (!options_.token.empty() && !SameSecret(options_.token, hello->token))
+      return Fault("AUTH_FAILED", "the access token is missing or wrong; give the engine's --token");
     return Status::Ok();
   }
 
-  VectorEnv& env_;
+  /// The seat of the session that HELLO takes up, or one for a new session.
+  Result<Seat*> SeatFor(const protocol2::Hello& hello) {
+    if (!hello.resume.empty()) {
+      for (const std::unique_ptr<Seat>& seat : seats_) {
+        if (seat->Owns(hello.resume)) return seat.get();
+      }
+      return Fault("AUTH_FAILED", "that session is over; begin a new one");
+    }
+    if (options_.protocol == Protocol::kText1)
+      return Fault("UNSUPPORTED_VERSION", "this engine speaks text protocol 1");
+    Seat* seat = FreeSeat();
+    if (seat == nullptr)
+      return Fault("CAPACITY", "another trainer is connected to this engine; try again when it has left");
+    return seat;
+  }
+
+  /// Nobody's, rather than one whose trainer may come back; one more where worlds can be made; null when there is none.
+  Seat* FreeSeat() {
+    if (sessions_present() == 0) {
+      for (const std::unique_ptr<Seat>& seat : seats_) seat->Forget();
+    }
+    Seat* left = nullptr;
+    for (const std::unique_ptr<Seat>& seat : seats_) {
+      if (seat->present() != nullptr) continue;
+      if (!seat->resumable()) return seat.get();
+      if (left == nullptr) left = seat.get();
+    }
+    if (options_.make_env && seats_.size() < static_cast<std::size_t>(std::max(1, options_.max_sessions))) {
+      std::unique_ptr<VectorEnv> env = options_.make_env();
+      if (env != nullptr) return seats_.emplace_back(std::make_unique<Seat>(std::move(env), options_, steps_)).get();
+    }
+    return left;
+  }
+
+  Status WelcomeText(Undecided one) {
+    if (!text_fits_ || options_.protocol == Protocol::kProtocol2) {
+      Dismiss(one, "error: this engine speaks protocol 2 only\n");
+      return Status::Ok();
+    }
+    Seat* seat = FreeSeat();
+    if (seat == nullptr) {
+      Log(LogLevel::kWarning, "a further trainer, " + one.transport->peer() + ", was turned away");
+      Dismiss(one, kBusyLine);
+      return Status::Ok();
+    }
+    return seat->Connect(std::move(one), sessions_++);
+  }
+
+  static void Dismiss(Undecided& one, std::string_view line) {
+    (void)one.transport->Write(std::as_bytes(std::span(line)), 0.0);
+    one.transport->Close();
+  }
+
+  /// With an ERROR, unless it left by itself.
+  static void TurnAway(Undecided& one, const Status& why) {
+    if (why.code() == StatusCode::kUnavailable) return;
+    Log(LogLevel::kWarning, one.transport->peer() + " was turned away: " + why.message());
+    const bool later = protocol2::FaultName(why) == "CAPACITY";
+    const std::string json = protocol2::EncodeError(
+        {std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, later ? 1.0 : 0.0, -1});
+    std::string frame(protocol2::kHeaderBytes, '\0');
+    protocol2::WriteHeader({FrameType::kError, false, static_cast<std::uint32_t>(json.size()), 0, 0, 0},
+                           reinterpret_cast<std::byte*>(frame.data()));
+    Dismiss(one, frame + json);
+  }
+
   std::unique_ptr<Listener> listener_;
   const EnvServerOptions options_;
   const bool text_fits_;
   std::atomic<std::int64_t> steps_{0};
-  std::unique_ptr<Session2> session2_;
-  bool session2_connected_ = false;
-  std::unique_ptr<ServerSession> text_;
+  std::vector<std::unique_ptr<Seat>> seats_;  // at least one; never fewer
+  std::size_t turn_ = 0;
   std::vector<Undecided> waiting_;
   std::int64_t sessions_ = 0;
-  Status broken_;  // how the last connection of a session that may be taken up again ended
   bool open_ = true, accept_failed_ = false;
 };
 

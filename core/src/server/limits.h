@@ -10,6 +10,7 @@ inline constexpr double kHandshake = 5.0;      ///< s from connecting to CONFIGU
 inline constexpr double kStopLook = 0.1;       ///< s between looks at the stop flag
 inline constexpr double kSharedWait = 0.02;    ///< s in shared memory between looks at the connection
 
-inline constexpr std::string_view kSharedMemory = "shm";  ///< the capability's name
+inline constexpr std::string_view kSharedMemory = "shm";  ///< a capability's name
+inline constexpr std::string_view kRendering = "render";  ///< a capability's name
 
 }  // namespace consac

@@ -6,15 +6,32 @@
 #include <memory>
 #include <span>
 
+#include "consac/protocol/protocol2.h"
 #include "consac/server/env_server.h"
 
 namespace consac {
+
+/// Steps of one session, and with them those of all sessions, which any thread may read.
+class StepCount {
+ public:
+  explicit StepCount(std::atomic<std::int64_t>& of_all) : of_all_(of_all) {}
+  void Add(std::int64_t steps) {
+    session_ += steps;
+    of_all_.fetch_add(steps, std::memory_order_relaxed);
+  }
+  void Restart() { Add(-session_); }
+  std::int64_t session() const { return session_; }
+
+ private:
+  std::atomic<std::int64_t>& of_all_;
+  std::int64_t session_ = 0;
+};
 
 /// What a session works on; outlives it.
 struct SessionHost {
   VectorEnv& env;
   const EnvServerOptions& options;
-  std::atomic<std::int64_t>& steps;  ///< of the present session
+  StepCount& steps;
 };
 
 /// One trainer's session.
@@ -38,13 +55,25 @@ Result<std::unique_ptr<ServerSession>> BeginTextSession(const SessionHost& host,
 /// Ok when text protocol 1 can carry this environment.
 Status CheckTextSession(const EnvSpec& spec, const EnvServerOptions& options);
 
+/// A trainer of protocol 2 whose HELLO was good.
+struct Arrival {
+  std::unique_ptr<Transport> transport;
+  protocol2::FrameReader reader;  ///< with what came behind HELLO
+  protocol2::Hello hello;
+  std::uint64_t request = 0;  ///< HELLO's
+  double since = 0.0;         ///< when it connected
+  std::uint32_t number = 0;   ///< of the session, from 1
+};
+
 /// Protocol 2. A session that lost its connection can go on with another.
 class Session2 : public ServerSession {
  public:
   /// Serves `host` to one trainer after another.
   static std::unique_ptr<Session2> Create(const SessionHost& host);
-  /// A new connection, of which `first` has come already; its HELLO decides whether the session goes on.
-  virtual void Connect(std::unique_ptr<Transport> transport, std::span<const std::byte> first) = 0;
+  /// A new connection: of a new session or, where HELLO says so, of the one there is, in place of the one it had.
+  virtual Status Connect(Arrival arrival) = 0;
+  /// Whether `token` takes up the session there is.
+  virtual bool Owns(std::string_view token) const = 0;
   /// True once the trainer has said BYE.
   virtual bool finished() const = 0;
   /// Another trainer has the world now: the session cannot be taken up again.
@@ -52,8 +81,5 @@ class Session2 : public ServerSession {
   /// True while a session without connection may be taken up again.
   virtual bool resumable() const = 0;
 };
-
-/// Answers a HELLO with ERROR CAPACITY.
-void TurnAway2(Transport& transport);
 
 }  // namespace consac

@@ -21,13 +21,13 @@ struct SharedChannel {
   std::byte* request() const { return region->data() + request_offset; }
   std::byte* result() const { return region->data() + result_offset; }
 
-  /// The engine's: room for the largest STEP, RESET and RESULT of `blocks`.
-  static Result<SharedChannel> Create(const protocol2::Blocks& blocks) {
+  /// The engine's: room for the largest STEP and RESET of `blocks`, and for a RESULT of `result_room` bytes.
+  static Result<SharedChannel> Create(const protocol2::Blocks& blocks, std::size_t result_room) {
     SharedChannel channel;
     channel.request_bytes =
         protocol2::AlignBlock(protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options));
     channel.result_offset = (kRequests + channel.request_bytes + 63) / 64 * 64;
-    channel.result_bytes = protocol2::AlignBlock(protocol2::kHeaderBytes + blocks.largest_result + kErrorRoom);
+    channel.result_bytes = protocol2::AlignBlock(protocol2::kHeaderBytes + result_room + kErrorRoom);
     Result<std::unique_ptr<SharedRegion>> region = SharedRegion::Create(channel.result_offset + channel.result_bytes);
     if (!region.ok()) return region.status();
     const std::uint32_t head[2] = {protocol2::kMagic, protocol2::kVersion};

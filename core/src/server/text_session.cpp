@@ -41,7 +41,7 @@ class TextSession final : public ServerSession {
         steps_(host.steps) {}
 
   void Begin(std::int64_t number) {
-    steps_ = 0;
+    steps_.Restart();
     last_heard_ = Now();
     const Leaf& action = behaviour_.action_layout.leaves[0];
     framer_.SetExpect(Framer::Expect::kAction, action.space.kind() == SpaceKind::kDiscrete && action.space.n() <= 10);
@@ -83,8 +83,8 @@ class TextSession final : public ServerSession {
   Status End(const Status& why) override {
     transport_->Close();
     if (why.ok() || why.code() != StatusCode::kUnavailable) return why;
-    if (steps_.load() >= options_.training_length) return Status::Ok();
-    return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_.load()) + " of " +
+    if (steps_.session() >= options_.training_length) return Status::Ok();
+    return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_.session()) + " of " +
                                           std::to_string(options_.training_length) + " steps: " + why.message()};
   }
 
@@ -164,7 +164,7 @@ class TextSession final : public ServerSession {
     Batch& batch = buffer_.batch();
     if (options_.min_step_s > 0.0) last_step_ = std::max(Now(), last_step_ + options_.min_step_s);
     env_.Step({&batch, 1});
-    steps_.fetch_add(1, std::memory_order_relaxed);
+    steps_.Add(1);
     const bool done = (batch.terminated[0] | batch.truncated[0]) != 0;
     if (!done) return Then(SendObservation(batch.next_observations, batch.rewards[0], false), Phase::kAwaitAction);
     if (options_.wait_after_end)
@@ -206,7 +206,7 @@ class TextSession final : public ServerSession {
   Framer framer_;
   std::unique_ptr<Transport> transport_;
   Phase phase_ = Phase::kSendFirst;
-  std::atomic<std::int64_t>& steps_;
+  StepCount& steps_;
   double not_before_ = 0.0, last_heard_ = 0.0, last_step_ = 0.0;
 };
 

@@ -43,7 +43,9 @@ Ppo::Ppo(const LearnerOptions& options, const PpoOptions& ppo, nn::Network netwo
   step_features_.resize(slots * features);
   work_features_.resize(slots * features);
   step_raw_.resize(slots * raw);
-  for (std::vector<float>* column : {&step_values_, &step_neglogp_, &step_rewards_}) column->resize(slots);
+  part_raw_.resize(slots * raw);
+  for (std::vector<float>* column : {&step_values_, &step_neglogp_, &part_neglogp_, &step_rewards_, &last_values_})
+    column->resize(slots);
   slab_features_.resize(rollout_rows * features);
   order_.resize(rollout_rows);
   for (std::vector<float>* column : {&mb_advantages_, &mb_returns_, &mb_values_, &mb_neglogp_}) column->resize(rows);

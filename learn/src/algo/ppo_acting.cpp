@@ -56,17 +56,28 @@ void Ppo::Begin(const Batch& batch) {
   RefreshNormaliser();
 }
 
+// What was chosen is kept slot by slot until its outcome is recorded. Where all slots act, their rows are the batch's.
 void Ppo::Act(Batch& batch) {
   const std::int64_t rows = batch.rows();
-  EncodeNormalised(batch.observations, rows, step_features_.data());
-  const float* input = step_features_.data();
+  const bool whole = rows == behaviour_.slots;
+  float* features = whole ? step_features_.data() : work_features_.data();
+  float* raw = whole ? step_raw_.data() : part_raw_.data();
+  float* neglogp = whole ? step_neglogp_.data() : part_neglogp_.data();
+  EncodeNormalised(batch.observations, rows, features);
+  const float* input = features;
   evaluator_.Forward(std::span<const float* const>(&input, 1), rows);
-  const float* head = evaluator_.output(0);
-  std::copy_n(evaluator_.output(1), rows, step_values_.data());
-  SelectActions(behaviour_.action_layout, head, log_std().data(), batch.action_masks, rows, ActionMode::kSample,
-                action_rng_, step_raw_.data(), step_neglogp_.data());
-  for (std::int64_t i = 0; i < rows; ++i) step_neglogp_[static_cast<std::size_t>(i)] *= -1.0f;
-  WriteActions(behaviour_.action_layout, step_raw_.data(), rows, batch.actions);
+  SelectActions(behaviour_.action_layout, evaluator_.output(0), log_std().data(), batch.action_masks, rows,
+                ActionMode::kSample, action_rng_, raw, neglogp);
+  WriteActions(behaviour_.action_layout, raw, rows, batch.actions);
+  for (std::int64_t i = 0; i < rows; ++i) {
+    const auto slot = static_cast<std::size_t>(batch.slots[static_cast<std::size_t>(i)]);
+    step_values_[slot] = evaluator_.output(1)[i];
+    step_neglogp_[slot] = -neglogp[i];
+    if (whole) continue;
+    std::copy_n(features + i * features_, features_,
+                step_features_.data() + slot * static_cast<std::size_t>(features_));
+    std::copy_n(raw + i * raw_size_, raw_size_, step_raw_.data() + slot * static_cast<std::size_t>(raw_size_));
+  }
 }
 
 // VecNormalize: rewards are divided by the deviation of the running discounted return; no mean is taken off.
@@ -112,11 +123,12 @@ void Ppo::Record(const Batch& batch) {
 
   const auto features = static_cast<std::size_t>(features_), raw = static_cast<std::size_t>(raw_size_);
   for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+    const auto slot = static_cast<std::size_t>(batch.slots[i]);
     const auto row = static_cast<std::size_t>(rollout_.RowOf(batch.slots[i]));
-    std::copy_n(step_features_.data() + i * features, features, slab_features_.data() + row * features);
-    std::copy_n(step_raw_.data() + i * raw, raw, rollout_.raw_actions.data() + row * raw);
-    rollout_.values[row] = step_values_[i];
-    rollout_.neglogp[row] = step_neglogp_[i];
+    std::copy_n(step_features_.data() + slot * features, features, slab_features_.data() + row * features);
+    std::copy_n(step_raw_.data() + slot * raw, raw, rollout_.raw_actions.data() + row * raw);
+    rollout_.values[row] = step_values_[slot];
+    rollout_.neglogp[row] = step_neglogp_[slot];
     rollout_.rewards[row] = step_rewards_[i];
     rollout_.ended[row] = batch.terminated[i] | batch.truncated[i];
   }

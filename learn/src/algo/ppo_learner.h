@@ -103,11 +103,16 @@ class Ppo final : public Learner, private BlockLoss {
   ObservationNormaliser normaliser_;
   std::vector<float> discounted_;  // [N] running discounted return per slot, for reward scaling
 
-  // The staged step, until Record.
-  std::vector<float> step_features_;                              // [N, F] network inputs
-  std::vector<float> step_raw_;                                   // [N, raw]
-  std::vector<float> step_values_, step_neglogp_, step_rewards_;  // [N]
-  std::vector<float> work_features_;                              // [N, F] of next and final observations
+  // The step that each slot is taking, from Act to Record.
+  std::vector<float> step_features_;               // [N, F] network inputs
+  std::vector<float> step_raw_;                    // [N, raw]
+  std::vector<float> step_values_, step_neglogp_;  // [N]
+
+  // Work space, row by row of a batch.
+  std::vector<float> part_raw_, part_neglogp_;  // [N, raw], [N] where a part of the slots acts
+  std::vector<float> step_rewards_;             // [N]
+  std::vector<float> work_features_;            // [N, F]
+  std::vector<float> last_values_;              // [N] of each slot's latest observation
 
   std::vector<float> slab_features_;  // [T * N, F] network inputs as they were acted upon
 

@@ -52,8 +52,8 @@ void Ppo::BeginUpdate() {
     Encode(rollout_.observations(rollout_.RowOf(slot)), 1, work_features_.data() + slot * features_);
   }
   if (ppo_.norm_obs) normaliser_.Apply(work_features_.data(), behaviour_.slots);
-  ValuesOf(work_features_.data(), behaviour_.slots, step_values_.data());
-  EstimateAdvantages(rollout_, step_values_, ppo_.gamma, ppo_.gae_lambda);
+  ValuesOf(work_features_.data(), behaviour_.slots, last_values_.data());
+  EstimateAdvantages(rollout_, last_values_, ppo_.gamma, ppo_.gae_lambda);
 
   rows_ = rollout_.ListRows(order_);
   const double remaining = Remaining();

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "report/budget.h"
 #include "report/console.h"
 #include "report/console_table.h"
 #include "report/curve.h"
@@ -25,6 +26,7 @@ constexpr int kMostCallsPerLook = 64;                   // steps between looks a
 constexpr double kShortLook = 0.005, kLongLook = 0.05;  // s: look less often, look every step
 constexpr std::int64_t kFewestEpisodes = 20;            // that make a curve
 constexpr double kFlushEvery = 1.0;                     // s
+constexpr double kBudgetEvery = 15.0;                   // s
 
 double WallTime() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -42,6 +44,7 @@ class AllSinks final : public Report {
   void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
                 std::int64_t steps_per_update) override;
   void OnStep(std::int64_t steps, double reward_sum) override;
+  void OnTime(const TimeSpent& round) override { budget_.Add(round, looked_); }
   void Line(std::string_view line) override { console_.Print(std::string(line) + "\n"); }
   Status Finish() override;
   double mean_episode_reward() const override { return episodes_.mean_reward(); }
@@ -61,6 +64,7 @@ class AllSinks final : public Report {
   void FillSb3(std::int64_t steps, std::int64_t updates);
   void WriteScalars(std::span<const learn::Metric> metrics, std::int64_t steps);
   bool EpisodesStopped() const;
+  void TellBudget();
   ProgressView View() const;
   Status Draw() const;
 
@@ -84,6 +88,8 @@ class AllSinks final : public Report {
   double session_start_ = 0.0, looked_ = 0.0, flushed_ = 0.0;
   bool stepped_ = false;
   int calls_per_look_ = 1, calls_left_ = 1;
+  Budget budget_;
+  double told_budget_ = 0.0;
   Row row_;
 };
 
@@ -115,7 +121,7 @@ Status AllSinks::OpenFiles() {
 
 // The clocks start at the first step: what went before (waiting for an engine) is no training.
 void AllSinks::Begin(double now) {
-  session_start_ = looked_ = flushed_ = now;
+  session_start_ = looked_ = flushed_ = told_budget_ = now;
   progress_.Start(now, steps_);
 }
 
@@ -143,6 +149,10 @@ void AllSinks::Look() {
   if (passed < kShortLook) calls_per_look_ = std::min(2 * calls_per_look_, kMostCallsPerLook);
   calls_left_ = calls_per_look_ - 1;
   if (options_.progress && progress_.Due(now)) progress_.Draw(now, View());
+  if (options_.progress && now - told_budget_ >= kBudgetEvery) {
+    told_budget_ = now;
+    TellBudget();
+  }
   if (now - flushed_ < kFlushEvery) return;
   flushed_ = now;
   Flush();
@@ -255,6 +265,12 @@ ProgressView AllSinks::View() const {
   return view;
 }
 
+void AllSinks::TellBudget() {
+  fmt::memory_buffer line;
+  AppendBudget(budget_.recent(), options_.engine ? "engine" : "world", &line);
+  if (line.size() > 0) Line({line.data(), line.size()});
+}
+
 Status AllSinks::Draw() const {
   const bool per_step = episodes_.count() < kFewestEpisodes || EpisodesStopped();
   const std::vector<CurvePoint> points = per_step ? step_curve_.Points() : episode_curve_.Points();
@@ -270,7 +286,10 @@ Status AllSinks::Draw() const {
 }
 
 Status AllSinks::Finish() {
-  if (options_.progress && stepped_) progress_.Finish(Now(), View());
+  if (options_.progress && stepped_) {
+    progress_.Finish(Now(), View());
+    TellBudget();
+  }
   Flush();
   if (options_.directory.empty()) return Status::Ok();
   const Status drawn = Draw();

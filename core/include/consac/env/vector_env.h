@@ -45,8 +45,26 @@ struct EnvSpec {
   }
 };
 
+/// A number per slot that people want to see beside the reward: a distance, a score.
+struct InfoColumn {
+  std::string name;               ///< unique within the environment
+  std::span<const float> values;  ///< [slots of all behaviours, in their order]; NaN: nothing to tell
+};
+
+/// What a world looks like.
+struct Picture {
+  std::int32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;  ///< [height, width, 3], rows from the top
+};
+
 /// N copies of a world, stepped together. Autoreset in the same step: a row whose episode ended carries its last
 /// observation in `final_observations` and the first of its next episode in `next_observations`.
+///
+/// Agents may come and go: `present` says which slots have an agent. A row that ended and is no longer present has no
+/// next episode of its own; it comes back when the world puts an agent there, at the latest when every agent of its
+/// copy has ended and the copy begins anew, in that same step. Observations of absent slots are left alone, their
+/// actions are not looked at.
+///
 /// Not thread-safe; separate objects are independent.
 class VectorEnv {
  public:
@@ -66,6 +84,18 @@ class VectorEnv {
   }
   /// True when Step takes batches that hold some of the slots only: all of those of the worlds that are to be stepped.
   virtual bool steps_some() const { return false; }
+  /// One byte per slot of behaviour `b`: whether an agent is there, so that its action counts at the next step. As of
+  /// the latest Reset or Step. Empty: all, always.
+  virtual std::span<const std::uint8_t> present(std::size_t b) const {
+    (void)b;
+    return {};
+  }
+  /// Columns as of the latest Step; their names and number never change.
+  virtual std::span<const InfoColumn> infos() const { return {}; }
+  /// True when Render works.
+  virtual bool renders() const { return false; }
+  /// Draws world `world` as it is.
+  virtual void Render(std::int32_t world, Picture* picture) { (void)world, (void)picture; }
   /// Exact state of all worlds, generators included.
   virtual void Visit(Archive& archive) = 0;
 };

@@ -161,6 +161,11 @@ Result<SpecMessage> ParseSpec(std::span<const std::byte> payload);
 std::string EncodeError(const ErrorMessage& error);
 Result<ErrorMessage> ParseError(std::span<const std::byte> payload);
 
+/// RENDER's environment.
+Result<std::int64_t> ParseRender(std::span<const std::byte> payload);
+/// FRAME's payload.
+std::string EncodePicture(const Picture& picture);
+
 /// The behaviours of SPEC alone, as a JSON list.
 std::string BehavioursJson(const EnvSpec& env);
 /// Ok when `found` has every member of `expected` (both lists of behaviours in JSON); otherwise SPEC_MISMATCH, and
@@ -193,6 +198,10 @@ class Blocks {
 
 inline constexpr std::size_t kActiveOffset = 8;  ///< of the byte per environment in RESET and STEP
 inline constexpr std::uint32_t kWithSeeds = 1, kWithOptions = 2, kPartFinals = 1, kPartInfos = 2;
+
+/// Writes into RESULT's payload how long the engine took, and reads it from there [s].
+void WriteEngineTime(double seconds, std::byte* payload);
+double ReadEngineTime(const std::byte* payload);
 
 /// The next multiple of 8.
 constexpr std::size_t AlignBlock(std::size_t offset) {

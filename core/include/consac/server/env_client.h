@@ -58,6 +58,15 @@ class EnvClient {
   /// Sends the actions and waits for what comes of them; writes everything below `actions`. After an episode's end it
   /// also waits for the next episode's first observation, unless `more` is kLast. Never allocates once warm.
   virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;
+  /// One byte per slot of behaviour `b`: whether an agent is there, as VectorEnv::present says it. Empty: all, always.
+  virtual std::span<const std::uint8_t> present(std::size_t b) const {
+    (void)b;
+    return {};
+  }
+  /// How long the engine says it took for the latest Step [s]; 0 when it does not say.
+  virtual double engine_seconds() const { return 0.0; }
+  /// To be called now and then while no Step is under way for long: the engine hears that its trainer lives.
+  virtual void KeepAlive() {}
   /// Ends the session; calling it again does nothing.
   virtual void Close() = 0;
   /// "127.0.0.1:5005, text protocol 1", for people.

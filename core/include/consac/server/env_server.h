@@ -1,10 +1,12 @@
 #pragma once
-// The engine's end: serves a VectorEnv to one trainer at a time over a Listener, in text protocol 1 or protocol 2,
-// whichever the trainer speaks. Driven by its host: Poll from an engine's tick never waits; ServeSession is loop mode.
-// A second trainer is turned away with one line while the first stays. Misuse is an error Status, never a fault.
+// The engine's end: serves a VectorEnv to a trainer over a Listener, in text protocol 1 or protocol 2, whichever the
+// trainer speaks. Driven by its host: Poll from an engine's tick never waits; ServeSession is loop mode. A second
+// trainer is served worlds of its own where the host can make some, and turned away with one line where it cannot.
+// Misuse is an error Status, never a fault.
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -28,13 +30,16 @@ struct EnvServerOptions {
   double resume_s = 60.0;               ///< protocol 2: a session whose connection broke may be taken up for so long
   std::string token;                    ///< protocol 2: what a trainer must show; needed to listen beyond loopback
   double min_step_s = 0.0;              ///< at least this long between steps: acts like a frame-bound engine
+  std::int32_t max_sessions = 16;       ///< trainers at once, where make_env is given
+  /// Worlds for a further trainer while others stay, of the same spec; null: one trainer at a time.
+  std::function<std::unique_ptr<VectorEnv>()> make_env;
   bool wait_after_end = false;  ///< as some hand-made engines: wait for an answer to an episode's last observation
 };
 
 /// How a session stands.
 enum class SessionState : std::uint8_t { kWaiting, kConnected };
 
-/// Serves one world. One thread, but for session_steps.
+/// Serves a world. One thread, but for session_steps.
 class EnvServer {
  public:
   /// `env` must outlive the server and fit the protocol (text protocol 1 alone: one world, one agent, simple spaces).
@@ -42,15 +47,16 @@ class EnvServer {
                                                    const EnvServerOptions& options);
   virtual ~EnvServer() = default;
 
-  /// Does what can be done without waiting, up to one step of the world: accepts, reads, steps, answers. A broken
-  /// session is reported once and the server then waits for the next trainer.
+  /// Does what can be done without waiting, up to one step of each session's worlds: accepts, reads, steps, answers.
+  /// A broken session is reported once and the server then waits for the next trainer.
   virtual Status Poll() = 0;
-  /// Waits for a trainer and serves it until it leaves or `stop` is set. Ok when the trainer closed in order.
+  /// Waits for a trainer and serves it, and whoever comes meanwhile, until nobody is connected or `stop` is set. Ok
+  /// when the last trainer closed in order.
   virtual Status ServeSession(const std::atomic<bool>& stop) = 0;
 
   /// Whether a trainer is connected.
   virtual SessionState state() const = 0;
-  /// Steps that the present (or latest) session has taken. The one call that any thread may make at any time.
+  /// Steps that the present sessions (or the latest) have taken. The one call that any thread may make at any time.
   virtual std::int64_t session_steps() const = 0;
   /// The port that is open.
   virtual int port() const = 0;

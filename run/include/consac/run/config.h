@@ -14,7 +14,7 @@ namespace consac::run {
 
 /// A training run. Unset numbers are -1 where the engine or the algorithm has a say.
 struct RunConfig {
-  std::string world;               ///< "road-v0" or "tcp://host:port"
+  std::string world;               ///< "road-v0" or "tcp://host:port"; several engines with commas between
   std::string algorithm = "ppo2";  ///< a row of learn::Algorithms()
   std::string name;                ///< runs/NAME; "": made from world, algorithm and seed
   std::string directory = "runs";  ///< where runs live
@@ -35,6 +35,7 @@ struct RunConfig {
   double quiet_s = 0.002;                     ///< text protocol 1 without terminators
   std::string protocol = "auto";              ///< auto, text1 or 2: what to speak with an engine
   std::string token;                          ///< access token that an engine asks for
+  bool lockstep = false;                      ///< no step is under way while the model learns
   bool answer_done = false;                   ///< text protocol 1: answer an episode's last observation
   bool resume = false;                        ///< go on with runs/NAME
   bool force = false;                         ///< overwrite runs/NAME

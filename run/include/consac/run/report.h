@@ -27,6 +27,7 @@ struct ReportOptions {
   bool console_table = true;                                   ///< print the table
   bool progress = true;          ///< bar on a terminal, a plain line every few seconds otherwise
   bool tensorboard = true;       ///< write event files
+  bool engine = false;           ///< the world is an engine's, reached over a wire
   bool append = false;           ///< a resumed run: go on in the files that exist
   std::int64_t resume_step = 0;  ///< with append: rows past this step, of a killed run, are dropped
 };
@@ -37,6 +38,19 @@ struct EpisodeEnd {
   double reward = 0.0;       ///< sum of the world's own rewards
   std::int64_t length = 0;   ///< steps
   std::int64_t at_step = 0;  ///< agent steps of the run so far
+};
+
+/// Seconds by what they were spent on, and what was done in them.
+struct TimeSpent {
+  double world = 0.0;            ///< waiting for the world, while it worked
+  double wire = 0.0;             ///< waiting for the world, while it did not (a frame to come, a message on its way)
+  double inference = 0.0;        ///< choosing actions
+  double learning = 0.0;         ///< learning, while nothing else was waited for
+  double other = 0.0;            ///< recording, logging, saving
+  std::int64_t rounds = 0;       ///< steps of a whole world
+  std::int64_t agent_steps = 0;  ///< steps of single agents
+
+  double sum() const { return world + wire + inference + learning + other; }
 };
 
 /// All sinks of one run. Failing to write (disk full) is reported once, loudly, and never stops the training.
@@ -53,6 +67,8 @@ class Report {
   /// Cheap; call every step with the agent steps so far and the sum of this step's rewards: refreshes the progress
   /// bar at most ten times a second, and feeds the curve of worlds whose episodes do not end.
   virtual void OnStep(std::int64_t steps, double reward_sum) = 0;
+  /// What the latest round took; told now and then as the budget of a step.
+  virtual void OnTime(const TimeSpent& round) = 0;
   /// Prints a line without breaking the bar.
   virtual void Line(std::string_view line) = 0;
   /// Writes everything out, and curve.svg and curve.png of the mean episode reward.

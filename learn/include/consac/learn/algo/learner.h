@@ -8,6 +8,9 @@
 //   learner.Record(batch);
 //   while (learner.Learn(budget)) {}      // a bounded piece of what is due
 //
+// Worlds that answer at their own pace do without Stage: each has a batch of its own, with the slots that are its, and
+// Act and Record take it. Several may be under way at once, and learning may come between a batch's Act and its Record.
+//
 // How an algorithm works reads from top to bottom in its one file, beside this one.
 
 #include <cstdint>
@@ -58,9 +61,10 @@ class Learner {
   /// First observations of slots that begin (or begin again after a lost connection): copies
   /// batch.next_observations (and masks) in, forgets an unfinished episode of these slots.
   virtual void Begin(const Batch& batch) = 0;
-  /// Chooses actions for a staged batch (writes batch.actions, legal as the world takes them).
+  /// Chooses actions (writes batch.actions, legal as the world takes them). `batch` is staged, or of the caller's own
+  /// memory: then its observations are those that were recorded, or begun with, last.
   virtual void Act(Batch& batch) = 0;
-  /// Takes what came of a staged batch.
+  /// Takes what came of the batch. Not while learning is due, but for batches that were acted upon before it was.
   virtual void Record(const Batch& batch) = 0;
   /// True when Learn has something to do before the next Stage.
   virtual bool LearningDue() const = 0;

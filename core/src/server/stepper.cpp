@@ -1,0 +1,403 @@
+#include "server/stepper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace consac {
+
+using protocol2::Autoreset;
+using protocol2::Fault;
+
+Stepper::Group::Group(const BehaviourSpec& behaviour)
+    : spec(&behaviour),
+      agents(behaviour.agents.size()),
+      row_bytes(behaviour.observation_layout.row_bytes),
+      mask_bytes(behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0),
+      action_bytes(behaviour.action_layout.row_bytes),
+      whole_rows(behaviour),
+      some_rows(behaviour),
+      stashed(static_cast<std::size_t>(behaviour.slots) * row_bytes),
+      active(static_cast<std::size_t>(behaviour.slots)) {
+  some_slots.reserve(active.size());
+}
+
+Stepper::Stepper(VectorEnv& env) : env_(env), spec_(env.spec()), blocks_(env.spec()) {
+  request_.Resize(blocks_.step_bytes);
+  pending_.resize(blocks_.environments);
+  stepped_.resize(blocks_.environments);
+  std::size_t slots = 0;
+  for (std::size_t b = 0; b < spec_.behaviours.size(); ++b) {
+    Group& group = groups_.emplace_back(spec_.behaviours[b]);
+    group.first_slot = slots;
+    slots += group.active.size();
+    whole_.push_back(group.whole_rows.batch());
+    some_.push_back(group.some_rows.batch());
+    agents_leave_ = agents_leave_ || !env.present(b).empty();
+  }
+  // Each value: its slot and itself as text.
+  constexpr std::size_t kValueText = 48, kColumnText = 64;
+  for (const InfoColumn& column : env.infos())
+    info_room_ += 2 * (kColumnText + 6 * column.name.size()) + slots * kValueText;
+  if (info_room_ > 0) info_room_ += kColumnText;
+}
+
+void Stepper::WriteTo(std::byte* payload) {
+  payload_ = payload;
+  for (std::size_t b = 0; b < whole_.size(); ++b) {
+    whole_[b].next_observations = payload_ + blocks_.behaviours[b].observations;
+    whole_[b].actions = request_.data() + blocks_.behaviours[b].actions;
+    if (groups_[b].mask_bytes > 0)
+      whole_[b].next_action_masks = reinterpret_cast<std::uint8_t*>(payload_ + blocks_.behaviours[b].masks);
+  }
+}
+
+void Stepper::Forget() {
+  std::fill(pending_.begin(), pending_.end(), std::uint8_t{0});
+  begins_next_ = false;
+}
+
+Status Stepper::SetAutoreset(Autoreset autoreset) {
+  if (autoreset != Autoreset::kSameStep) {
+    if (!env_.steps_some()) return Fault("UNSUPPORTED", "this engine begins the next episode in the same step only");
+    for (const Group& group : groups_) {
+      if (group.agents > 1 && !agents_leave_)
+        return Fault("UNSUPPORTED", "agents of '" + group.spec->name +
+                                        "' begin their next episodes each in the same step; no other way is known");
+    }
+  }
+  autoreset_ = autoreset;
+  return Status::Ok();
+}
+
+bool Stepper::Ended(std::size_t b, std::size_t slot) {
+  constexpr std::byte kEnds{protocol2::kTerminated | protocol2::kTruncated};
+  return (States(b)[slot] & kEnds) != std::byte{0};
+}
+
+bool Stepper::Present(std::size_t b, std::size_t slot) const {
+  const std::span<const std::uint8_t> present = env_.present(b);
+  return present.empty() || present[slot] != 0;
+}
+
+// ---- RESET
+
+Status Stepper::Reset(std::span<const std::byte> request, bool first, std::uint64_t seed) {
+  std::uint32_t flags = 0;
+  if (request.size() < blocks_.seeds) return Fault("WRONG_SIZE", "RESET is too short");
+  std::memcpy(&flags, request.data(), sizeof(flags));
+  const bool seeded = (flags & protocol2::kWithSeeds) != 0;
+  if (seeded && request.size() < blocks_.options) return Fault("WRONG_SIZE", "RESET has too few seeds");
+  // Copied, since in shared memory it might change while it is looked at.
+  std::transform(request.data() + protocol2::kActiveOffset,
+                 request.data() + protocol2::kActiveOffset + blocks_.environments, stepped_.begin(),
+                 [](std::byte b) { return b != std::byte{0} ? 1 : 0; });
+  const bool all = std::all_of(stepped_.begin(), stepped_.end(), [](std::uint8_t chosen) { return chosen != 0; });
+  std::vector<std::uint64_t> seeds(seeded ? blocks_.environments : 0);
+  if (seeded) std::memcpy(seeds.data(), request.data() + blocks_.seeds, seeds.size() * sizeof(seeds[0]));
+  if (first && !all) return Fault("BAD_STATE", "the first RESET is of every environment");
+  BeginResult();
+  if (first && !seeded) {
+    env_.Reset(seed, whole_);
+    for (std::size_t world = 0; world < blocks_.environments; ++world) MarkFirst(world);
+  } else {
+    CONSAC_RETURN_IF_ERROR(ResetChosen(seeds, all));
+  }
+  FinishResult();
+  return Status::Ok();
+}
+
+/// The environments that stepped_ names; `seeds` may be empty. An engine that can only begin all of them together
+/// takes seeds that follow one another.
+Status Stepper::ResetChosen(const std::vector<std::uint64_t>& seeds, bool all) {
+  for (std::size_t world = 0; world < blocks_.environments; ++world) {
+    if (stepped_[world] == 0) continue;
+    const Status reset = ResetOne(world, seeds.empty() ? std::nullopt : std::optional<std::uint64_t>(seeds[world]));
+    if (reset.ok()) continue;
+    bool follow = all && world == 0 && !seeds.empty();
+    for (std::size_t i = 1; i < seeds.size(); ++i) follow = follow && seeds[i] == seeds[0] + i;
+    if (!follow) return reset;
+    env_.Reset(seeds[0], whole_);
+    for (std::size_t each = 0; each < blocks_.environments; ++each) MarkFirst(each);
+    return Status::Ok();
+  }
+  return Status::Ok();
+}
+
+Status Stepper::ResetOne(std::size_t world, std::optional<std::uint64_t> seed) {
+  if (!seed.has_value() && pending_[world] != 0) {
+    BeginNext(world);
+    return Status::Ok();
+  }
+  if (!env_.ResetWorld(static_cast<std::int32_t>(world), seed, whole_))
+    return Fault("UNSUPPORTED", "this engine cannot reset single environments or take seeds");
+  MarkFirst(world);
+  return Status::Ok();
+}
+
+// ---- STEP
+
+Status Stepper::ReadStep(std::span<const std::byte> request) {
+  if (request.size() != blocks_.step_bytes) {
+    return Fault("WRONG_SIZE", "STEP has " + std::to_string(request.size()) + " bytes, expected " +
+                                   std::to_string(blocks_.step_bytes));
+  }
+  std::memcpy(request_.data(), request.data(), request.size());
+  const std::byte* wanted = request_.data() + protocol2::kActiveOffset;
+  stepped_count_ = 0;
+  begins_next_ = false;
+  for (std::size_t world = 0; world < blocks_.environments; ++world) {
+    const bool chosen = wanted[world] != std::byte{0};
+    if (chosen && pending_[world] != 0 && autoreset_ == Autoreset::kDisabled) {
+      blamed_ = static_cast<std::int64_t>(world);
+      return Fault("RESET_REQUIRED", "environment " + std::to_string(world) + " has ended; reset it first");
+    }
+    stepped_[world] = chosen && pending_[world] == 0 ? 1 : 0;
+    begins_next_ = begins_next_ || (chosen && pending_[world] != 0);
+    stepped_count_ += stepped_[world];
+  }
+  if (stepped_count_ < blocks_.environments && !env_.steps_some())
+    return Fault("UNSUPPORTED", "this engine steps all of its environments together");
+  return CheckActions();
+}
+
+Status Stepper::CheckActions() {
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    const Group& group = groups_[b];
+    for (std::int32_t slot = 0; slot < group.spec->slots; ++slot) {
+      const auto row = static_cast<std::size_t>(slot);
+      if (stepped_[group.WorldOf(slot)] == 0 || group.active[row] == 0) continue;
+      const Status legal = CheckRow(group.spec->action_layout, whole_[b].actions + row * group.action_bytes);
+      if (legal.ok()) continue;
+      blamed_ = static_cast<std::int64_t>(group.WorldOf(slot));
+      return Fault(legal.code() == StatusCode::kNonFinite ? "NON_FINITE" : "OUT_OF_RANGE",
+                   "the action of slot " + std::to_string(slot) + " of '" + group.spec->name + "': " + legal.message());
+    }
+  }
+  return Status::Ok();
+}
+
+void Stepper::Step() {
+  BeginResult();
+  agents_stepped_ = 0;
+  if (begins_next_) {
+    const std::byte* wanted = request_.data() + protocol2::kActiveOffset;
+    for (std::size_t world = 0; world < blocks_.environments; ++world) {
+      if (wanted[world] != std::byte{0} && pending_[world] != 0) BeginNext(world);
+    }
+  }
+  if (stepped_count_ == blocks_.environments) {
+    env_.Step(whole_);
+    for (std::size_t b = 0; b < whole_.size(); ++b) WriteOutcomes(b, whole_[b]);
+  } else if (stepped_count_ > 0) {
+    StepSome();
+  }
+  if (autoreset_ != Autoreset::kSameStep) {
+    for (std::size_t world = 0; world < blocks_.environments; ++world) {
+      if (stepped_[world] != 0 && EpisodeOver(world)) HideNextEpisode(world);
+    }
+  }
+  if (agents_leave_) {
+    for (std::size_t b = 0; b < groups_.size(); ++b) WriteArrivals(b);
+  }
+  FinishResult();
+}
+
+/// Some environments only: their rows lie together for the world, and are put in their places afterwards.
+void Stepper::StepSome() {
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    Group& group = groups_[b];
+    group.some_slots.clear();
+    for (std::int32_t slot = 0; slot < group.spec->slots; ++slot) {
+      if (stepped_[group.WorldOf(slot)] == 0) continue;
+      std::memcpy(some_[b].actions + group.some_slots.size() * group.action_bytes,
+                  whole_[b].actions + static_cast<std::size_t>(slot) * group.action_bytes, group.action_bytes);
+      group.some_slots.push_back(slot);
+    }
+    some_[b].slots = group.some_slots;
+  }
+  env_.Step(some_);
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    Scatter(b);
+    WriteOutcomes(b, some_[b]);
+  }
+}
+
+void Stepper::Scatter(std::size_t b) {
+  const Group& group = groups_[b];
+  for (std::size_t i = 0; i < group.some_slots.size(); ++i) {
+    const auto slot = static_cast<std::size_t>(group.some_slots[i]);
+    if (agents_leave_ && !Present(b, slot)) continue;
+    std::memcpy(whole_[b].next_observations + slot * group.row_bytes, some_[b].next_observations + i * group.row_bytes,
+                group.row_bytes);
+    if (group.mask_bytes == 0) continue;
+    std::memcpy(whole_[b].next_action_masks + slot * group.mask_bytes,
+                some_[b].next_action_masks + i * group.mask_bytes, group.mask_bytes);
+  }
+}
+
+// ---- RESULT
+
+/// Rows and firsts of before stay; everything else is 0 until a slot is stepped or reset.
+void Stepper::BeginResult() {
+  std::memset(payload_, 0, 8);
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    const std::size_t slots = groups_[b].active.size();
+    std::memset(payload_ + blocks_.behaviours[b].rewards, 0, slots * sizeof(double));
+    for (std::size_t i = 0; i < slots; ++i) {
+      States(b)[i] = (States(b)[i] & std::byte{protocol2::kFirst}) |
+                     (groups_[b].active[i] != 0 ? std::byte{protocol2::kActive} : std::byte{0});
+    }
+  }
+  has_finals_ = false;
+  result_bytes_ = blocks_.result_bytes;
+}
+
+void Stepper::FinishResult() {
+  std::uint32_t parts = has_finals_ ? protocol2::kPartFinals : 0;
+  if (info_room_ > 0 && WriteInfos()) parts |= protocol2::kPartInfos;
+  std::memcpy(payload_, &parts, sizeof(parts));
+}
+
+/// Every present agent of the world stands at the beginning of an episode.
+void Stepper::MarkFirst(std::size_t world) {
+  pending_[world] = 0;
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    Group& group = groups_[b];
+    for (std::size_t slot = world * group.agents; slot < (world + 1) * group.agents; ++slot) {
+      group.active[slot] = Present(b, slot) ? 1 : 0;
+      States(b)[slot] = group.active[slot] != 0 ? std::byte{protocol2::kFirst | protocol2::kActive} : std::byte{0};
+    }
+  }
+}
+
+/// The episode that the world has begun already becomes visible.
+void Stepper::BeginNext(std::size_t world) {
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    const Group& group = groups_[b];
+    const std::size_t at = world * group.agents * group.row_bytes;
+    std::memcpy(whole_[b].next_observations + at, group.stashed.data() + at, group.agents * group.row_bytes);
+  }
+  MarkFirst(world);
+}
+
+/// Whether the last agents that took part have ended with this step.
+bool Stepper::EpisodeOver(std::size_t world) {
+  bool ended = false;
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    const Group& group = groups_[b];
+    for (std::size_t slot = world * group.agents; slot < (world + 1) * group.agents; ++slot) {
+      if (group.active[slot] != 0) return false;
+      ended = ended || Ended(b, slot);
+    }
+  }
+  return ended;
+}
+
+/// What the world has begun waits until it is asked for; the rows show the last of the old episode.
+void Stepper::HideNextEpisode(std::size_t world) {
+  pending_[world] = 1;
+  for (std::size_t b = 0; b < groups_.size(); ++b) {
+    Group& group = groups_[b];
+    for (std::size_t slot = world * group.agents; slot < (world + 1) * group.agents; ++slot) {
+      std::byte* row = whole_[b].next_observations + slot * group.row_bytes;
+      std::byte* stash = group.stashed.data() + slot * group.row_bytes;
+      std::swap_ranges(row, row + group.row_bytes, stash);
+    }
+  }
+}
+
+/// Rewards, states and, for episodes that ended, where both observations go. `batch` holds the slots that were
+/// stepped.
+void Stepper::WriteOutcomes(std::size_t b, const Batch& batch) {
+  Group& group = groups_[b];
+  for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+    const auto slot = static_cast<std::size_t>(batch.slots[i]);
+    if (group.active[slot] == 0) continue;
+    ++agents_stepped_;
+    const auto reward = static_cast<double>(batch.rewards[i]);
+    std::memcpy(payload_ + blocks_.behaviours[b].rewards + slot * sizeof(reward), &reward, sizeof(reward));
+    unsigned state = protocol2::kActive;
+    const bool left = agents_leave_ && !Present(b, slot);
+    if ((batch.terminated[i] | batch.truncated[i]) != 0) {
+      state = WriteEnd(b, batch, i);
+    } else if (left) {
+      state = protocol2::kTruncated;  // it vanished: its episode was cut where it was last seen
+      group.active[slot] = 0;
+    }
+    States(b)[slot] = static_cast<std::byte>(state);
+  }
+  result_bytes_ = protocol2::AlignBlock(result_bytes_);
+}
+
+unsigned Stepper::WriteEnd(std::size_t b, const Batch& batch, std::size_t row) {
+  Group& group = groups_[b];
+  const auto slot = static_cast<std::size_t>(batch.slots[row]);
+  const std::byte* last = batch.final_observations + row * group.row_bytes;
+  unsigned state = 0;
+  if (batch.terminated[row] != 0) state |= protocol2::kTerminated;
+  if (batch.truncated[row] != 0) state |= protocol2::kTruncated;
+  if (autoreset_ == Autoreset::kSameStep) {
+    std::memcpy(payload_ + result_bytes_, last, group.row_bytes);
+    result_bytes_ += group.row_bytes;
+    has_finals_ = true;
+    state |= protocol2::kFinal;
+    group.active[slot] = Present(b, slot) ? 1 : 0;
+    if (group.active[slot] != 0) state |= protocol2::kFirst | protocol2::kActive;
+  } else {
+    group.active[slot] = 0;
+    std::memcpy(group.stashed.data() + slot * group.row_bytes, last, group.row_bytes);  // see HideNextEpisode
+  }
+  if (agents_leave_ && !Present(b, slot))
+    std::memcpy(whole_[b].next_observations + slot * group.row_bytes, last, group.row_bytes);
+  return state;
+}
+
+/// Agents that were not there before this step.
+void Stepper::WriteArrivals(std::size_t b) {
+  Group& group = groups_[b];
+  for (std::size_t slot = 0; slot < group.active.size(); ++slot) {
+    const std::size_t world = slot / group.agents;
+    if (stepped_[world] == 0 || pending_[world] != 0 || group.active[slot] != 0) continue;
+    if (Ended(b, slot) || !Present(b, slot)) continue;
+    group.active[slot] = 1;
+    States(b)[slot] = std::byte{protocol2::kFirst | protocol2::kActive};
+  }
+}
+
+/// Values by column of the slots whose step ended an episode that is no longer visible, or of all others.
+nlohmann::json Stepper::Infos(bool final) {
+  nlohmann::json columns = nlohmann::json::object();
+  for (const InfoColumn& column : env_.infos()) {
+    nlohmann::json slots = nlohmann::json::array(), values = nlohmann::json::array();
+    for (std::size_t b = 0; b < groups_.size(); ++b) {
+      const Group& group = groups_[b];
+      for (std::size_t i = 0; i < group.active.size(); ++i) {
+        const bool ended = (States(b)[i] & std::byte{protocol2::kFinal}) != std::byte{0};
+        const float value = column.values[group.first_slot + i];
+        if (stepped_[i / group.agents] == 0 || ended != final || !std::isfinite(value)) continue;
+        slots.push_back(group.first_slot + i);
+        values.push_back(value);
+      }
+    }
+    if (!slots.empty()) columns[column.name] = {{"slots", slots}, {"values", values}};
+  }
+  return columns;
+}
+
+/// The last block: length, then JSON; left out where it would not fit.
+bool Stepper::WriteInfos() {
+  const nlohmann::json all = {{"infos", Infos(false)}, {"final_infos", Infos(true)}};
+  const std::string text = all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const auto length = static_cast<std::uint32_t>(text.size());
+  const std::size_t end = result_bytes_ + sizeof(length) + text.size();
+  if (protocol2::AlignBlock(end) > result_room()) return false;
+  std::memcpy(payload_ + result_bytes_, &length, sizeof(length));
+  std::memcpy(payload_ + result_bytes_ + sizeof(length), text.data(), text.size());
+  result_bytes_ = protocol2::AlignBlock(end);
+  std::memset(payload_ + end, 0, result_bytes_ - end);
+  return true;
+}
+
+}  // namespace consac

@@ -1,0 +1,141 @@
+// Agents that come and go, in the three ways to begin the next episode; columns of infos.
+#include "server/stepper.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+
+#include "tests/swarm_world.h"
+
+namespace consac {
+namespace {
+
+using protocol2::Autoreset;
+
+/// Two agents that live 2 and 4 steps.
+class StepperTest : public ::testing::Test {
+ protected:
+  void Begin(Autoreset autoreset, bool respawn = false, std::int32_t copies = 1) {
+    world_ = std::make_unique<testing::Swarm>(copies, 2, respawn);
+    stepper_ = std::make_unique<Stepper>(*world_);
+    result_.resize(stepper_->result_room() / 8 + 1);
+    stepper_->WriteTo(reinterpret_cast<std::byte*>(result_.data()));
+    ASSERT_TRUE(stepper_->SetAutoreset(autoreset).ok());
+    std::vector<std::byte> reset(stepper_->blocks().seeds);
+    for (std::int32_t i = 0; i < copies; ++i)
+      reset[protocol2::kActiveOffset + static_cast<std::size_t>(i)] = std::byte{1};
+    ASSERT_TRUE(stepper_->Reset(reset, true, 0).ok());
+  }
+  Status Step() {
+    std::vector<std::byte> step(stepper_->blocks().step_bytes);
+    for (std::size_t i = 0; i < stepper_->blocks().environments; ++i) step[protocol2::kActiveOffset + i] = std::byte{1};
+    const Status read = stepper_->ReadStep(step);
+    if (read.ok()) stepper_->Step();
+    return read;
+  }
+  /// State and age of each slot: "T16 a3".
+  std::string Slot(std::size_t slot) const {
+    const auto* payload = reinterpret_cast<const std::byte*>(result_.data());
+    const protocol2::BehaviourBlocks& at = stepper_->blocks().behaviours[0];
+    std::array<float, 2> row;
+    std::memcpy(row.data(), payload + at.observations + slot * sizeof(row), sizeof(row));
+    const auto state = std::to_integer<unsigned>(payload[at.states + slot]);
+    std::string text;
+    if ((state & protocol2::kTerminated) != 0) text += "ended ";
+    if ((state & protocol2::kFinal) != 0) text += "final ";
+    if ((state & protocol2::kFirst) != 0) text += "first ";
+    text += (state & protocol2::kActive) != 0 ? "there " : "away ";
+    return text + "at " + std::to_string(static_cast<int>(row[1]));
+  }
+  std::string Both() const { return Slot(0) + " | " + Slot(1); }
+  std::string Infos() const {
+    const auto* payload = reinterpret_cast<const std::byte*>(result_.data());
+    std::uint32_t parts = 0, length = 0;
+    std::memcpy(&parts, payload, sizeof(parts));
+    if ((parts & protocol2::kPartInfos) == 0) return "";
+    std::size_t at = stepper_->blocks().result_bytes;
+    for (std::size_t slot = 0; slot < 2; ++slot) {
+      if (Slot(slot).find("final") != std::string::npos) at += 8;
+    }
+    std::memcpy(&length, payload + at, sizeof(length));
+    return {reinterpret_cast<const char*>(payload + at + sizeof(length)), length};
+  }
+
+  std::unique_ptr<testing::Swarm> world_;
+  std::unique_ptr<Stepper> stepper_;
+  std::vector<std::uint64_t> result_;
+};
+
+TEST_F(StepperTest, AnAgentThatHasEndedIsAwayUntilTheEpisodeOfItsWorldIsOver) {
+  Begin(Autoreset::kSameStep);
+  EXPECT_EQ(Both(), "first there at 0 | first there at 0");
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "there at 1 | there at 1");
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "ended final away at 2 | there at 2");
+  EXPECT_EQ(stepper_->agents_stepped(), 2);
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "away at 2 | there at 3");
+  EXPECT_EQ(stepper_->agents_stepped(), 1);
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "first there at 0 | ended final first there at 0");
+}
+
+TEST_F(StepperTest, NextStepShowsTheLastOfEveryAgentFirst) {
+  Begin(Autoreset::kNextStep);
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "ended away at 2 | there at 2");
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "away at 2 | ended away at 4");
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "first there at 0 | first there at 0");
+  EXPECT_EQ(stepper_->agents_stepped(), 0);
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "there at 1 | there at 1");
+}
+
+TEST_F(StepperTest, DisabledAsksForAResetOnlyOnceEveryAgentHasEnded) {
+  Begin(Autoreset::kDisabled);
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "away at 2 | ended away at 4");
+  EXPECT_EQ(protocol2::FaultName(Step()), "RESET_REQUIRED");
+  EXPECT_EQ(stepper_->TakeBlamed(), 0);
+  std::vector<std::byte> reset(stepper_->blocks().seeds);
+  reset[protocol2::kActiveOffset] = std::byte{1};
+  ASSERT_TRUE(stepper_->Reset(reset, false, 0).ok());
+  EXPECT_EQ(Both(), "first there at 0 | first there at 0");
+}
+
+TEST_F(StepperTest, AnAgentMayComeBackByItself) {
+  Begin(Autoreset::kSameStep, true);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "away at 2 | there at 3");
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Both(), "first there at 0 | ended final away at 4");
+}
+
+TEST_F(StepperTest, ActionsOfAgentsThatAreAwayAreNotLookedAt) {
+  Begin(Autoreset::kSameStep);
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(Step().ok());
+  std::vector<std::byte> step(stepper_->blocks().step_bytes);
+  step[protocol2::kActiveOffset] = std::byte{1};
+  const std::int32_t actions[2] = {99, 1};
+  std::memcpy(step.data() + stepper_->blocks().behaviours[0].actions, actions, sizeof(actions));
+  EXPECT_TRUE(stepper_->ReadStep(step).ok());
+  const std::int32_t bad[2] = {0, 99};
+  std::memcpy(step.data() + stepper_->blocks().behaviours[0].actions, bad, sizeof(bad));
+  EXPECT_EQ(protocol2::FaultName(stepper_->ReadStep(step)), "OUT_OF_RANGE");
+}
+
+TEST_F(StepperTest, InfosOfTheLastStepOfAnEpisodeAreFinal) {
+  Begin(Autoreset::kSameStep);
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Infos(), R"({"final_infos":{},"infos":{"age":{"slots":[0,1],"values":[1.0,1.0]}}})");
+  ASSERT_TRUE(Step().ok());
+  EXPECT_EQ(Infos(),
+            R"({"final_infos":{"age":{"slots":[0],"values":[2.0]}},"infos":{"age":{"slots":[1],"values":[2.0]}}})");
+}
+
+}  // namespace
+}  // namespace consac

@@ -1,0 +1,89 @@
+#pragma once
+// One world of a run at work: which slots of the learners are its, and the rows of the step that it is taking. Agents
+// may come and go; a world that fails can be connected anew. Private to run.
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "consac/env/buffer.h"
+#include "consac/learn/algo/learner.h"
+#include "link.h"
+
+namespace consac::run {
+
+/// One learner per behaviour, in the world's order.
+using Learners = std::span<learn::Learner* const>;
+
+/// Whose memory a step is taken in: the learner's own, without copies where every agent is there, or the worker's, so
+/// that several may step at once and the learner may learn meanwhile.
+enum class Rows : std::uint8_t { kLearners, kOwn };
+
+/// A world and its slots.
+class Worker {
+ public:
+  /// Connects anew; null: cannot be done.
+  using Connect = std::function<Result<std::unique_ptr<WorldLink>>()>;
+
+  /// `first_slots[b]` is the learner's slot of the world's slot 0 of behaviour b.
+  Worker(std::unique_ptr<WorldLink> link, std::vector<std::int32_t> first_slots, Connect connect);
+
+  /// The world.
+  WorldLink& link() { return *link_; }
+
+  /// The world afresh; the learners hear of it by Begin.
+  Status Reset(std::uint64_t seed);
+  /// Every agent that is there begins an episode.
+  void Begin(Learners learners);
+  /// Chooses the actions of every agent that is there.
+  void Act(Learners learners, Rows rows);
+  /// Takes the step. Touches no learner, unless the step is taken in its memory.
+  Status Step(MoreSteps more);
+  /// Tells the learners what came of it, and which agents came.
+  void Record(Learners learners);
+  /// A new connection after a failure, and the world afresh; agents that were there are gone.
+  Status ConnectAnew(std::uint64_t seed);
+
+  /// Agents that are taking the present step.
+  std::int64_t rows() const;
+  /// The present step, one batch per behaviour, with the learners' slots.
+  std::span<const Batch> batches() const { return batches_; }
+  /// The learner's slots of behaviour `b` that are this world's.
+  std::span<const std::int32_t> slots(std::size_t b) const { return parts_[b].ids; }
+  /// How long the latest Step took, and how much of that the world itself [s].
+  double step_seconds() const { return step_seconds_; }
+  double world_seconds() const { return link_->world_seconds(); }
+
+ private:
+  /// What one behaviour needs.
+  struct Part {
+    Part(const BehaviourSpec& behaviour, std::int32_t first_slot);
+    const BehaviourSpec spec;
+    std::vector<std::int32_t> ids;         // [slots] the learner's
+    BatchBuffer whole, some;               // every slot of the world; those that act, gathered
+    std::vector<std::int32_t> acting;      // slots of the world that take the present step
+    std::vector<std::int32_t> acting_ids;  // the same as the learner's
+    std::vector<std::uint8_t> acted;       // [slots] work space
+    bool everyone() const { return acting.size() == ids.size(); }
+  };
+
+  bool IsPresent(std::size_t b, std::size_t slot) const;
+  void FindActing(std::size_t b);
+  void PlaceObservations(std::size_t b);
+  Batch OwnRows(std::size_t b);
+  void GatherOutcome(std::size_t b);
+  void BeginArrivals(std::size_t b, learn::Learner& learner);
+  void BeginSlots(Part& part, learn::Learner& learner);
+
+  std::unique_ptr<WorldLink> link_;
+  const Connect connect_;
+  std::vector<Part> parts_;
+  std::vector<Batch> batches_;        // as the learners see the step
+  std::vector<Batch> world_batches_;  // as the world does
+  bool in_learners_ = false;          // the present step's rows are the learners'
+  bool latest_in_learners_ = false;   // so were those of the step before
+  double step_seconds_ = 0.0;
+};
+
+}  // namespace consac::run
