@@ -12,11 +12,11 @@ import sys
 import threading
 import time
 import weakref
-from urllib.parse import urlsplit
 
 import numpy as np
 
 from . import __version__, shared_memory, wire
+from .address import is_here, open_socket, parse_url
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
 
 HANDSHAKE_S = 5.0
@@ -35,32 +35,6 @@ _REQUEST = struct.Struct("<Q")
 _HEAD = struct.Struct("<IHHIIQIII")  # a header and the first word of its payload
 _WORDS = struct.Struct("<II")
 _LENGTH = struct.Struct("<I")
-
-
-def parse_url(url: str) -> tuple[str, int]:
-    """Host and port of `tcp://host:port`."""
-    parts = urlsplit(url if "://" in url else f"tcp://{url}")
-    try:
-        host, port = parts.hostname, parts.port
-    except ValueError:
-        host = port = None
-    if parts.scheme != "tcp" or not host or not port or parts.path not in ("", "/"):
-        raise ConsacError(f"{url!r} is no engine's address; write tcp://host:port")
-    return host, port
-
-
-def open_socket(host: str, port: int, timeout: float, wait: float = 0.0) -> socket.socket:
-    """A connected socket; a port that refuses is tried again for `wait` seconds."""
-    end = time.monotonic() + wait
-    while True:
-        try:
-            sock = socket.create_connection((host, port), timeout)
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            return sock
-        except OSError as error:
-            if time.monotonic() >= end:
-                raise ConnectionLost(f"no engine answers at {host}:{port} ({error}); start it first, or check the address") from error
-        time.sleep(0.05)
 
 
 def connect(url: str, protocol="auto", *, wait: float = 0.0, **options):
@@ -174,7 +148,7 @@ class Connection:
 
     def _configure(self, wanted: dict) -> None:
         """CONFIGURE and SPEC; over TCP where memory cannot be shared."""
-        if "shm" in self.capabilities and shared_memory.AVAILABLE and _is_here(self._socket):
+        if "shm" in self.capabilities and shared_memory.AVAILABLE and is_here(self._socket):
             try:
                 self._adopt(_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "shm"}), wire.SPEC)), shared=True)
                 return
@@ -693,14 +667,6 @@ def _json(payload, quick: bool = False) -> dict:
 def _end(last: int) -> int:
     """Where a request ends whose last block ends at `last`: every block is padded, the last one too."""
     return wire.align(last)
-
-
-def _is_here(sock: socket.socket) -> bool:
-    """Whether the peer's address is a loopback one."""
-    try:
-        return sock.getpeername()[0].removeprefix("::ffff:").startswith(("127.", "::1"))
-    except OSError:
-        return False
 
 
 def _set_timeouts(sock: socket.socket, receive: float, send: float) -> None:

@@ -14,6 +14,7 @@ import struct
 import sys
 import threading
 import time
+import weakref
 
 from . import wire
 
@@ -158,6 +159,27 @@ def open_channel(spec: dict, request_bytes: int, result_bytes: int) -> Channel:
     if _HEAD.unpack_from(memory) != (wire.MAGIC, wire.VERSION):
         raise Unavailable(f"{path} holds no frames of protocol 2")
     return Channel(memory, (REQUEST_TURN, request_offset, requests), (RESULT_TURN, result_offset, results), spin_us)
+
+
+def create_channel(request_bytes: int, result_bytes: int) -> tuple[Channel, dict]:
+    """The server's end of a new region with room for frames of so many bytes, and what SPEC says of it; OSError where there is none.
+
+    The client can open the region as long as the channel lives."""
+    result_offset = -(-(REQUESTS + request_bytes) // 64) * 64
+    size = result_offset + wire.align(result_bytes)
+    descriptor = os.memfd_create("consac", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+    try:
+        os.ftruncate(descriptor, size)
+        fcntl.fcntl(descriptor, fcntl.F_ADD_SEALS, _SEALS)
+        memory = mmap.mmap(descriptor, size)
+    except BaseException:
+        os.close(descriptor)
+        raise
+    _HEAD.pack_into(memory, 0, wire.MAGIC, wire.VERSION)
+    channel = Channel(memory, (RESULT_TURN, result_offset, size - result_offset), (REQUEST_TURN, REQUESTS, request_bytes), SPIN_US)
+    weakref.finalize(channel, os.close, descriptor)
+    return channel, {"path": f"/proc/{os.getpid()}/fd/{descriptor}", "bytes": size, "request_offset": REQUESTS, "request_bytes": request_bytes,
+                     "result_offset": result_offset, "result_bytes": size - result_offset, "spin_us": SPIN_US}
 
 
 def _whole(value) -> int:

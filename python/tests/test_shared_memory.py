@@ -7,9 +7,11 @@ import pathlib
 import signal
 import struct
 import subprocess
+import sys
 import threading
 import time
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -17,6 +19,7 @@ from gymnasium.vector import AutoresetMode
 import consac
 from consac import shared_memory, wire
 from consac.errors import ConnectionLost, DeadlineExceeded, EngineError, ProtocolError
+from consac.serve import Server
 from toy_server import ToyServer
 
 PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
@@ -286,3 +289,105 @@ def test_nonsense_in_memory_is_an_error_and_no_more(write, code):
             env.step(0)
         with pytest.raises(ConnectionLost):
             env.step(0)
+
+
+# ---- our own server
+
+@contextlib.contextmanager
+def served(world="CartPole-v1", envs=3, *arguments):
+    """`python -m consac.serve` in a process of its own; its address and process."""
+    command = [sys.executable, "-u", "-m", "consac.serve", world, "--envs", str(envs), "--port", "0", "--no-render", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(pathlib.Path(consac.__file__).parents[1])})
+    try:
+        yield f"tcp://127.0.0.1:{int(process.stdout.readline().rpartition(':')[2])}", process
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_our_server_says_the_same_in_memory(mode):
+    with served() as (url, _):
+        one, other = trajectory(url, True, mode), trajectory(url, False, mode)
+    assert len(one) == len(other) and all(np.array_equal(a, b) for a, b in zip(one, other))
+
+
+def test_our_server_killed_is_told_within_a_second():
+    with served(envs=1) as (url, process), consac.make(url) as env:
+        env.reset(seed=1)
+        assert env.connection.in_memory
+        process.kill()
+        begun = time.monotonic()
+        with pytest.raises(ConnectionLost):
+            env.step(1)
+        assert time.monotonic() - begun < 1
+
+
+def test_our_server_goes_on_over_tcp_where_the_connection_was_lost():
+    with served() as (url, _), contextlib.closing(consac.make_vec(url)) as envs:
+        envs.reset(seed=5)
+        for step in range(30):
+            if step == 10:
+                envs.connection._broken = ConnectionLost("cut on purpose")
+            envs.step(np.array([0, 1, step % 2]))
+        assert not envs.connection.in_memory
+
+
+class Talkative(gymnasium.Env):
+    """Infos of many sizes, and one action that it does not bear."""
+
+    observation_space, action_space = gymnasium.spaces.Box(-1, 1, (2,), np.float32), gymnasium.spaces.Discrete(100_000)
+
+    def reset(self, *, seed=None, options=None):
+        return np.zeros(2, np.float32), {"options": str(options)}
+
+    def step(self, action):
+        if action == 13:
+            raise RuntimeError("not this one")
+        return np.full(2, 1 / (1 + action), np.float32), float(action), False, False, {"text": "x" * int(action)}
+
+
+def test_what_does_not_fit_in_memory_goes_over_tcp():
+    with Server(Talkative) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        assert env.connection.in_memory
+        for size in (0, 1000, 99_000, 5, 99_999, 99_998, 0):
+            observation, reward, _, _, info = env.step(size) if size else (*env.reset(options={"map": "y" * 2000})[:1], 0.0, False, False, {"text": ""})
+            assert reward == size and len(info["text"]) == size and observation[0] == np.float32(1 / (1 + size) if size else 0)
+        with pytest.raises(EngineError, match="ENV_FAILED.*not this one"):
+            env.step(13)
+        with pytest.raises(EngineError, match="RESET_REQUIRED"):
+            env.step(1)
+        assert env.reset()[1] == {"options": "None"} and env.connection.in_memory
+
+
+def test_a_server_that_closes_says_so():
+    with Server(lambda: gymnasium.make("CartPole-v1")) as server:
+        env = consac.make(f"tcp://127.0.0.1:{server.port}")
+        env.reset(seed=1)
+        env.step(1)
+        server.close()
+        with pytest.raises(ConnectionLost):
+            env.step(1)
+
+
+def test_the_descriptor_goes_with_its_session():
+    with Server(lambda: gymnasium.make("CartPole-v1")) as server:
+        before = len(os.listdir("/proc/self/fd"))
+        for _ in range(5):
+            with consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+                env.reset(seed=1)
+        del env  # whose rows lie in the last region
+        end = time.monotonic() + 3
+        while len(os.listdir("/proc/self/fd")) > before and time.monotonic() < end:
+            time.sleep(0.01)
+        assert len(os.listdir("/proc/self/fd")) <= before
+
+
+@in_cpp
+@pytest.mark.parametrize("envs", [1, 4])
+def test_consac_train_in_memory_with_python_worlds(tmp_path, envs):
+    with served("CartPole-v1", envs) as (url, _):
+        done = subprocess.run([PROGRAM, "train", url, "--steps", "2000", "--dir", tmp_path, "--no-tensorboard"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "in shared memory" in done.stdout + done.stderr

@@ -2,12 +2,12 @@
 from __future__ import annotations
 
 import hmac
-import ipaddress
 import socket
 import threading
 import time
 
-from consac import wire
+from consac import shared_memory, wire
+from consac.address import is_here, is_loopback
 from consac.wire import WireError
 
 from . import text1
@@ -255,9 +255,10 @@ class Server:
             raise WireError("MALFORMED", f"HELLO has capabilities {offered!r} and max_frame {most!r}; a list and at least {wire.LARGEST_BEFORE_WELCOME}")
         if self._stop.is_set():
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
-        capabilities = [name for name in ("render", "crc") if name in offered and (name != "render" or self.world.renders)]
+        has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
+        capabilities = [name for name in has if name in offered and has[name]]
         session, resumed = self._take_up(connection, hello["resume"]) if hello.get("resume") else self._open(connection, request)
-        connection.crc, connection.limit = "crc" in capabilities, min(most, self.limits.max_frame)
+        connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
         session.renders = "render" in capabilities
         answer = connection.pack(wire.WELCOME, wire.dump_json({
             "protocol": wire.VERSION, "server": "consac-python 0.1.0", "session": session.number, "resume": session.token, "capabilities": capabilities,
@@ -301,10 +302,3 @@ class Server:
                 session.connection = before
             raise Refused("CAPACITY", f"session {session.number} is still at work on request {session.last_request + 1}; try again", retry_after_s=1)
         return session, True
-
-
-def is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

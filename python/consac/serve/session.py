@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import Callable
 
-from consac import wire
+from consac import shared_memory, wire
 from consac.wire import HEADER
 
 from .agents import AgentBatch
@@ -15,6 +15,9 @@ from .batch import AUTORESETS, Batch
 from .connection import Connection
 from .refusal import CONNECTION_ERRORS, Gone, Refused, error_json
 from .world import World
+
+
+INFOS_ROOM = 1 << 16  # bytes of a RESULT's infos that shared memory has room for; larger ones go over TCP
 
 
 @dataclass
@@ -59,12 +62,12 @@ class Session:
                 continue
             if request != self.last_request + 1 or number != self.number:
                 if request == self.last_request != 0 and number == self.number:
-                    connection.write(self.answer)
+                    connection.answer(self.answer)
                     continue
                 why = f"request {request} after {self.last_request}; the next is {self.last_request + 1}"
                 if number != self.number:
                     why = f"session {number} on the connection of session {self.number}"
-                connection.write(connection.pack(wire.ERROR, error_json("BAD_STATE", why), request, self.number))
+                connection.answer(connection.pack(wire.ERROR, error_json("BAD_STATE", why), request, self.number))
                 continue
             if connection.closing.is_set():
                 raise Refused("SHUTTING_DOWN", "the server shuts down; this request was not carried out", retry_after_s=5)
@@ -75,7 +78,7 @@ class Session:
                     raise
                 answer = connection.pack(wire.ERROR, error_json(error.code, error.message, **error.extra), request, self.number)
             self.last_request, self.answer = request, answer
-            connection.write(answer)
+            connection.answer(answer)
             if connection.closing.is_set():
                 raise Gone("the server shuts down")
 
@@ -117,8 +120,8 @@ class Session:
         autoreset, transport = wanted.get("autoreset", "same_step"), wanted.get("transport", "tcp")
         if autoreset not in AUTORESETS:
             raise Refused("UNSUPPORTED", f"autoreset {autoreset!r}; there are {', '.join(AUTORESETS)}", path="autoreset")
-        if transport != "tcp":
-            raise Refused("UNSUPPORTED", f"transport {transport!r}; this server has tcp", path="transport")
+        if transport != "tcp" and not (transport == "shm" and connection.shares):
+            raise Refused("UNSUPPORTED", f"transport {transport!r}; this connection has tcp{' and shm' * connection.shares}", path="transport")
         spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name)
         if "expect" in wanted:
             difference = wire.first_difference(wanted["expect"], spec["behaviours"], "behaviours")
@@ -127,6 +130,9 @@ class Session:
                 path = "/".join(part for part in path.split("/") if part not in ("spaces", "space"))
                 both = [wire.dump_json(value).decode()[:400] for value in (expected, found)]
                 raise Refused("SPEC_MISMATCH", f"{path}: the client expects {both[0]}, the engine has {both[1]}", path=path)
+        channel = None
+        if transport == "shm":
+            channel, spec["shm"] = self._share()
         text = wire.dump_json(spec)
         largest = max(Batch.largest_result(self.offer.world), Batch.step_bytes(self.offer.world), len(text))
         if largest > connection.limit:
@@ -134,8 +140,18 @@ class Session:
         if self.batch is None:
             self.batch = self._make_batch()
         self.batch.autoreset = autoreset
+        connection.channel, connection.in_memory = channel, False
         self.configured, self.deadline = True, None
         return text
+
+    def _share(self) -> tuple[shared_memory.Channel, dict]:
+        """Memory for the requests and answers of this world."""
+        world = self.offer.world
+        reset = wire.align(8 + world.environments) + 8 * world.environments
+        try:
+            return shared_memory.create_channel(HEADER.size + max(Batch.step_bytes(world), reset), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
+        except OSError as error:
+            raise Refused("UNSUPPORTED", f"memory cannot be shared: {error}; ask for the transport tcp", path="transport") from error
 
     def _make_batch(self) -> Batch:
         envs: list = []
