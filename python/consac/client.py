@@ -1,7 +1,6 @@
 """The trainer's end of protocol 2: one Connection is one session. What its rows mean to Gymnasium is in env.py, vector.py, ..."""
 from __future__ import annotations
 
-import json
 import logging
 import math
 import os
@@ -18,6 +17,7 @@ import numpy as np
 from . import __version__, shared_memory, wire
 from .address import is_here, open_socket, parse_url
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
+from .frames import ResultFrame, Rows, StepFrame, read_json, reset_payload
 
 HANDSHAKE_S = 5.0
 TEXT_SETUP_S = 0.1  # so long a text setup is waited for before HELLO
@@ -34,7 +34,6 @@ _SPIN = range(40 if _DONT_WAIT and (len(os.sched_getaffinity(0)) if hasattr(os, 
 _REQUEST = struct.Struct("<Q")
 _HEAD = struct.Struct("<IHHIIQIII")  # a header and the first word of its payload
 _WORDS = struct.Struct("<II")
-_LENGTH = struct.Struct("<I")
 
 
 def connect(url: str, protocol="auto", *, wait: float = 0.0, **options):
@@ -57,20 +56,6 @@ def connect(url: str, protocol="auto", *, wait: float = 0.0, **options):
         if protocol == "auto" and error.code == "BAD_MAGIC":
             return TextConnection(url, **text_options)
         raise
-
-
-class Rows:
-    """What a RESULT says of one behaviour. The arrays lie in the receive buffer: they hold until the next request."""
-
-    __slots__ = ("observations", "rewards", "states", "masks", "final_slots", "finals")
-
-    def __init__(self):
-        self.observations: list[np.ndarray] = []  # for each leaf [slots, *shape]
-        self.rewards: np.ndarray  # [slots] f64
-        self.states: np.ndarray  # [slots] u8, bits as wire.TERMINATED ...
-        self.masks: np.ndarray | None = None  # [slots, mask_bytes] u8
-        self.final_slots: np.ndarray  # slots that `finals` are of; both hold while `parts` has PART_FINALS
-        self.finals: list[np.ndarray]  # for each leaf [len(final_slots), *shape]
 
 
 class Connection:
@@ -128,7 +113,7 @@ class Connection:
         try:
             sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json(hello))))
             have, self._heard = 0, time.monotonic()
-            welcome = _json(self._await(have, 0, wire.WELCOME, end))
+            welcome = read_json(self._await(have, 0, wire.WELCOME, end))
         except OSError as error:
             if isinstance(error, ConsacError):
                 raise
@@ -150,7 +135,7 @@ class Connection:
         """CONFIGURE and SPEC; over TCP where memory cannot be shared."""
         if "shm" in self.capabilities and shared_memory.AVAILABLE and is_here(self._socket):
             try:
-                self._adopt(_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "shm"}), wire.SPEC)), shared=True)
+                self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "shm"}), wire.SPEC)), shared=True)
                 return
             except shared_memory.Unavailable as error:
                 _log.debug("%s: %s; going on over TCP", self.url, error)
@@ -158,7 +143,7 @@ class Connection:
                 if error.fatal or error.code != "UNSUPPORTED":
                     raise
                 _log.debug("%s shares no memory (%s); going on over TCP", self.url, error)
-        self._adopt(_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "tcp"}), wire.SPEC)))
+        self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "tcp"}), wire.SPEC)))
 
     def _adopt(self, spec: dict, shared: bool = False) -> None:
         """Buffers and views for the engine's spaces; `shared_memory.Unavailable` where `shared` cannot be."""
@@ -181,41 +166,20 @@ class Connection:
         except (KeyError, TypeError, ValueError) as error:
             raise ProtocolError("MALFORMED", f"SPEC cannot be used: {type(error).__name__}: {error}") from None
 
-        head = wire.HEADER.size
-        self._step_mask_at = head + 8
-        at = self._step_mask_at + self.environments
-        offsets = []
-        for behaviour in self.behaviours:
-            offsets.append(wire.align(at))
-            at = offsets[-1] + behaviour.slots * behaviour.action.row_bytes
-        request_bytes = _end(at)
-        self._plain_bytes = head + 8
-        finals = 0
-        for b in self.behaviours:
-            block = wire.align(b.slots * b.observation.row_bytes)
-            self._plain_end = self._plain_bytes + block + 9 * b.slots
-            if b.masks_actions:
-                self._plain_end = wire.align(self._plain_end) + b.slots * b.action.mask_bytes
-            self._plain_bytes = wire.align(self._plain_end)
-            finals += block
-        largest = max(request_bytes, self._plain_bytes + finals) - head
+        step, result = StepFrame(self.behaviours, self.environments), ResultFrame(self.behaviours)
+        largest = max(step.size, result.largest) - wire.HEADER.size
         if largest > self.max_frame:
             raise ConsacError(f"{self.environments} environments make frames of {largest} bytes, max_frame is {self.max_frame}; raise it or take fewer environments")
-        self._out = bytearray(request_bytes)
+        step.begin(self._flags, self.session)
+        self._out, self.step_mask, self.actions, self.action_offsets = step.bytes, step.mask, step.actions, step.action_offsets
         self._out_view = memoryview(self._out)
-        wire.HEADER.pack_into(self._out, 0, wire.MAGIC, wire.STEP, self._flags, request_bytes - head, 0, 0, self.session, 0)
-        self.step_mask = np.ndarray(self.environments, np.uint8, self._out, self._step_mask_at)
-        self.step_mask[:] = 1
-        self.action_offsets = offsets
-        self.actions = [b.action.views(self._out, b.slots, offset) for b, offset in zip(self.behaviours, offsets)]
-
-        self._reserve(self._plain_bytes + finals + wire.LARGEST_JSON + 16)
+        self._reserve(result.largest + wire.LARGEST_JSON + 16)
         if shared:
-            self._channel = shared_memory.open_channel(spec.get("shm"), request_bytes, self._plain_bytes)
+            self._channel = shared_memory.open_channel(spec.get("shm"), step.size, result.plain_size)
             self._in = np.frombuffer(self._channel.incoming, np.uint8)
         self._in_place = not shared
-        self._slots = sum(b.slots for b in self.behaviours)
-        self._map()
+        self._result, self._plain_end, self._plain_size = result, result.plain_end, result.plain_size
+        self.rows = result.lay_over(self._in)
 
     def _check_size(self, space: dict) -> None:
         """A small SPEC must not make large arrays."""
@@ -263,7 +227,7 @@ class Connection:
             if channel.wait(shared_memory.LOOK_S):
                 magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
                 if answers == request and kind == wire.RESULT and flags == 0 and magic == wire.MAGIC and parts == 0 \
-                        and self._plain_end <= length + wire.HEADER.size <= self._plain_bytes:
+                        and self._plain_end <= length + wire.HEADER.size <= self._plain_size:
                     channel.saw()
                     self._heard = time.monotonic()
                     return None
@@ -290,7 +254,7 @@ class Connection:
                     have = receive(view)
                 magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
                 if have == length + 32 and answers == request and kind == 7 and flags == 0 and magic == wire.MAGIC and parts == 0 \
-                        and self._plain_end <= have <= self._plain_bytes:
+                        and self._plain_end <= have <= self._plain_size:
                     return None
                 if not have:
                     self._broken = ConnectionLost("the engine closed the connection")
@@ -316,20 +280,7 @@ class Connection:
 
     def reset(self, mask=None, seeds=None, options: dict | None = None) -> None:
         """Begins new episodes where `mask` [environments] is true (everywhere without it); `seeds` are one i64 per environment."""
-        flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0)
-        blocks = [(np.ones(self.environments, np.uint8) if mask is None else np.asarray(mask, np.uint8)).tobytes()]
-        if seeds is not None:
-            blocks.append(np.asarray(seeds, "<i8").tobytes())
-        if options is not None:
-            try:
-                text = wire.dump_json(options)
-            except (TypeError, ValueError) as error:
-                raise ConsacError(f"reset options must be JSON: {error}") from None
-            blocks.append(_LENGTH.pack(len(text)) + text)
-        payload = bytearray(_WORDS.pack(flags, 0))
-        for block in blocks:
-            payload += bytes(wire.align(len(payload)) - len(payload)) + block
-        payload += bytes(_end(len(payload)) - len(payload))
+        payload = reset_payload(self.environments, mask, seeds, options)
         with self._lock:
             self._parse(self._ask(wire.RESET, payload, wire.RESULT))
 
@@ -499,7 +450,7 @@ class Connection:
 
     def _answer(self, frame: wire.Frame, request: int, answer: int) -> memoryview:
         if frame.type == wire.ERROR:
-            raise EngineError.from_json(_json(frame.payload))
+            raise EngineError.from_json(read_json(frame.payload))
         if frame.type != answer or frame.request != request:
             raise ProtocolError("MALFORMED", f"a frame of type {frame.type} answers request {frame.request}, expected type {answer} for request {request}")
         return frame.payload
@@ -531,7 +482,7 @@ class Connection:
         elif frame.type == wire.RESUMED:
             self.paused = False
         elif frame.type == wire.GOAWAY:
-            value = _json(frame.payload)
+            value = read_json(frame.payload)
             after = value.get("retry_after_s")
             self.goaway = f"{value.get('reason', 'no reason given')}" + (f" (try again after {after:g} s)" if isinstance(after, (int, float)) else "")
         elif frame.type != wire.PONG and not frame.type & wire.OPTIONAL:
@@ -587,86 +538,18 @@ class Connection:
         if sock is not None:
             sock.close()
 
-    # ---- what a RESULT says
-
-    def _map(self) -> None:
-        """Lays `rows` over the receive buffer."""
-        at = wire.HEADER.size + 8
-        for behaviour in self.behaviours:
-            slots, rows = behaviour.slots, Rows()
-            rows.observations = behaviour.observation.views(self._in, slots, at)
-            at = wire.align(at + slots * behaviour.observation.row_bytes)
-            rows.rewards = np.ndarray(slots, np.float64, self._in, at)
-            at += 8 * slots
-            rows.states = np.ndarray(slots, np.uint8, self._in, at)
-            at = wire.align(at + slots)
-            if behaviour.masks_actions:
-                rows.masks = np.ndarray((slots, behaviour.action.mask_bytes), np.uint8, self._in, at)
-                at = wire.align(at + slots * behaviour.action.mask_bytes)
-            self.rows.append(rows)
-
-    def _map_finals(self, payload: memoryview, at: int) -> int:
-        """Lays the final rows over the payload from `at`; where they end."""
-        for behaviour, rows in zip(self.behaviours, self.rows):
-            rows.final_slots = np.flatnonzero(rows.states & wire.FINAL)
-            begin, at = wire.align(at), wire.align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
-            if at > len(payload):
-                break
-            rows.finals = behaviour.observation.views(payload, len(rows.final_slots), begin)
-        return at
-
     def _parse(self, payload: memoryview) -> None:
-        """Lays views over a RESULT and reads its infos."""
-        end, at = len(payload), self._plain_end - wire.HEADER.size
-        if not self._in_place and end >= at and payload.obj is self._in_view.obj:
-            self._in[wire.HEADER.size:self._plain_end] = payload[:at]  # `rows` lie in the memory that is or was shared
-        self.parts, self.infos, self.final_infos = _LENGTH.unpack_from(payload)[0] if end >= 4 else 0, None, None
+        """What a RESULT says that is no plain one."""
         try:
-            if end >= at and self.parts & wire.PART_FINALS:
-                at = self._map_finals(payload, at)
-            if end >= at and self.parts & wire.PART_INFOS:
-                begin = wire.align(at) + 4
-                at = begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= end else 0)
-                if at <= end:
-                    said = _json(payload[begin:at], quick=True)
-                    self.infos, self.final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"))
-            if not at <= end <= wire.align(at) or self.parts & ~(wire.PART_FINALS | wire.PART_INFOS):
-                raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {self.parts:#x}, expected {at}")
+            in_place = self._in_place or payload.obj is not self._in_view.obj  # else it came over TCP, and `rows` lie in memory that is or was shared
+            self.parts, self.infos, self.final_infos = self._result.read(payload, in_place)
         except ProtocolError as error:
             self._fail(error)
-
-    def _columns(self, said) -> dict | None:
-        """Infos whose slots exist."""
-        try:
-            for column in (said or {}).values():
-                if len(column["slots"]) != len(column["values"]) or not all(type(slot) is int and 0 <= slot < self._slots for slot in column["slots"]):
-                    raise ValueError
-        except (AttributeError, KeyError, TypeError, ValueError):
-            raise ProtocolError("MALFORMED", f"infos of {self._slots} slots that cannot be read: {str(said)[:200]}") from None
-        return said
 
 
 _log = logging.getLogger("consac")
 _PREFIX = struct.pack("<I", wire.MAGIC)
 _ANSWERS = frozenset((wire.WELCOME, wire.SPEC, wire.RESULT, wire.FRAME, wire.ERROR))
-
-
-def _json(payload, quick: bool = False) -> dict:
-    try:
-        if quick and len(payload) <= wire.LARGEST_JSON:
-            value = json.loads(bytes(payload))
-            if isinstance(value, dict):
-                return value
-        return wire.load_json(payload)
-    except wire.WireError as error:
-        raise ProtocolError(error.code, error.message) from None
-    except (ValueError, RecursionError) as error:
-        raise ProtocolError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
-
-
-def _end(last: int) -> int:
-    """Where a request ends whose last block ends at `last`: every block is padded, the last one too."""
-    return wire.align(last)
 
 
 def _set_timeouts(sock: socket.socket, receive: float, send: float) -> None:

@@ -520,7 +520,7 @@ def test_rllib(monkeypatch, serve):
     url = serve("CartPole-v1")
     with pytest.raises(ConsacError, match="env_config"):
         rllib.env_creator({})
-    env = rllib.env_creator({"urls": [url], "protocol": 2, "max_episode_steps": 9})
+    env = rllib.env_creator({"urls": [url], "protocol": 2, "max_episode_steps": 9, "shared_memory": False})
     env.reset(seed=1)
     env.step(0)
     monkeypatch.setattr(env.unwrapped.connection, "resume", None)
