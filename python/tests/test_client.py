@@ -265,8 +265,9 @@ def test_a_step_that_never_arrived_is_carried_out_once():
         assert server.steps == 3 and server.connections == 4
 
 
-def test_consac_serve_takes_a_session_up(serve):
-    env = consac.make(serve("CartPole-v1"), protocol=2)
+@pytest.mark.parametrize("shared_memory", [False, True])
+def test_consac_serve_takes_a_session_up(serve, shared_memory):
+    env = consac.make(serve("CartPole-v1"), protocol=2, shared_memory=shared_memory)
     stock = gymnasium.make("CartPole-v1")
     assert (env.reset(seed=1)[0] == stock.reset(seed=1)[0]).all()
     for step in range(9):
