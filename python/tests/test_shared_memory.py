@@ -1,4 +1,5 @@
-"""Frames through shared memory: our client in C++'s `consac serve` and in our own server, and what happens when one end goes away."""
+"""Frames through shared memory: between our client, `consac serve` and our own server, and what happens when one end goes away."""
+import _thread
 import contextlib
 import logging
 import mmap
@@ -19,7 +20,7 @@ from gymnasium.vector import AutoresetMode
 import consac
 from consac import shared_memory, wire
 from consac.errors import ConnectionLost, DeadlineExceeded, EngineError, ProtocolError
-from consac.serve import Server
+from consac.serve import Limits, Server
 from toy_server import ToyServer
 
 PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
@@ -391,3 +392,49 @@ def test_consac_train_in_memory_with_python_worlds(tmp_path, envs):
         done = subprocess.run([PROGRAM, "train", url, "--steps", "2000", "--dir", tmp_path, "--no-tensorboard"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "in shared memory" in done.stdout + done.stderr
+
+
+class Slow(gymnasium.Env):
+    """Counts its steps, of which number 2 takes long."""
+
+    observation_space, action_space = gymnasium.spaces.Box(0, 99, (1,), np.float32), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        self.steps = 0
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        self.steps += 1
+        time.sleep(0.4 if self.steps == 2 else 0)
+        return np.full(1, self.steps, np.float32), 0.0, False, False, {}
+
+
+def test_an_interrupted_step_is_not_the_end():
+    with Server(Slow) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        env.reset()
+        env.step(0)
+        threading.Timer(0.1, _thread.interrupt_main).start()
+        begun = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            env.step(0)
+        assert time.monotonic() - begun < 0.35
+        assert env.step(0)[0] == 3 and not env.connection.in_memory
+
+
+def test_pings_are_answered_while_a_step_takes_long():
+    with Server(Slow, limits=Limits(heartbeat_s=0.05)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        env.reset()
+        assert [env.step(0)[0] for _ in range(3)] == [1, 2, 3] and env.connection.in_memory
+
+
+def test_deadlines_stop_while_the_engine_is_paused():
+    def write(frame):
+        if frame.type == wire.STEP:
+            server.open[-1].sendall(wire.pack(wire.Frame(wire.PAUSED)))
+            time.sleep(0.5)
+            server.open[-1].sendall(wire.pack(wire.Frame(wire.RESUMED)))
+        return plain(frame.request)
+
+    with Nonsense(write) as server, consac.make(server.url, timeout=0.2) as env:
+        env.reset()
+        assert env.step(0)[1] == 1.0 and env.connection.in_memory
