@@ -79,12 +79,13 @@ def serve():
 
 # ---- Gymnasium's rules
 
+@pytest.mark.parametrize("shared_memory", [False, True], ids=["tcp", "memory"])
 @pytest.mark.parametrize("kind", SPACES)
-def test_check_env_and_every_space_arrives_as_it_was(kind, serve):
+def test_check_env_and_every_space_arrives_as_it_was(kind, shared_memory, serve):
     space = SPACES[kind]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        env = consac.make(serve(lambda: Echo(space, space)), protocol=2, render_mode="rgb_array")
+        env = consac.make(serve(lambda: Echo(space, space)), protocol=2, render_mode="rgb_array", shared_memory=shared_memory)
         assert env.observation_space == space and env.action_space == space
         check_env(env)
     stock = Echo(space, space)

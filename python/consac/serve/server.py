@@ -221,7 +221,7 @@ class Server:
             connection.request = request
             if kind == wire.HELLO:
                 hello = wire.load_json(payload)
-                if number == 0 and (request <= 1 or hello.get("resume")):
+                if hello.get("resume") or number == 0 and request <= 1:  # whoever resumes may say the session's number already
                     session = self._welcome(connection, request, hello)
                     session.deadline = None if session.configured else deadline
                     return session
