@@ -1,6 +1,7 @@
 """Frames through shared memory: between our client, `consac serve` and our own server, and what happens when one end goes away."""
 import _thread
 import contextlib
+import importlib.util
 import logging
 import mmap
 import os
@@ -370,6 +371,22 @@ def test_a_server_that_closes_says_so():
         server.close()
         with pytest.raises(ConnectionLost):
             env.step(1)
+
+
+def test_every_face_asks_for_memory():
+    from consac.rllib import env_creator
+
+    faces = [consac.make, consac.make_vec, lambda url: env_creator({"url": url}), lambda url: consac.make("tcp://localhost:" + url.rpartition(":")[2])]
+    if importlib.util.find_spec("stable_baselines3"):
+        faces.append(consac.ConsacVecEnv)
+    if importlib.util.find_spec("pettingzoo"):
+        faces.append(consac.ConsacParallelEnv)
+    with Server(lambda: gymnasium.make("CartPole-v1")) as server:
+        for face in faces:
+            env = face(f"tcp://127.0.0.1:{server.port}")
+            assert getattr(env, "unwrapped", env).connection.in_memory
+            env.reset()
+            env.close()
 
 
 def test_the_descriptor_goes_with_its_session():

@@ -264,6 +264,11 @@ class Batch:
             return b""
         return text
 
+    def drop_infos(self, why: str) -> None:
+        """The answer is sent without infos."""
+        self.infos, self.final_infos = [], []
+        self._drop("", why)
+
     def _drop(self, key: str, why: str) -> None:
         if key not in self.dropped:
             self.dropped.add(key)

@@ -95,8 +95,7 @@ class Session:
                 batch.step(payload)
             answer = batch.result(request, self.number, connection.crc)
             if len(answer) - HEADER.size > connection.limit:
-                batch.infos, batch.final_infos = [], []
-                batch._drop("", "make the RESULT larger than the client takes")
+                batch.drop_infos("make the RESULT larger than the client takes")
                 answer = batch.result(request, self.number, connection.crc)
             return answer
         if kind == wire.CONFIGURE:
