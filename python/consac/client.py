@@ -1,7 +1,7 @@
 """The trainer's end of protocol 2: one Connection is one session. What its rows mean to Gymnasium is in env.py, vector.py, ..."""
 from __future__ import annotations
 
-import json
+import logging
 import math
 import os
 import select
@@ -11,19 +11,20 @@ import sys
 import threading
 import time
 import weakref
-from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import __version__, wire
+from . import __version__, shared_memory, wire
+from .address import is_here, open_socket, parse_url
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
+from .frames import ResultFrame, Rows, StepFrame, read_json, reset_payload
 
 HANDSHAKE_S = 5.0
 TEXT_SETUP_S = 0.1  # so long a text setup is waited for before HELLO
 WRITE_S = 10.0
 MISSED_PINGS = 3
 IDLE_TICK_S = 2.0  # how often PINGs are answered while no request is under way
-REFUSED_S = 1.0  # so long a port that refuses is tried again: the engine has ended
+REFUSED_S = 0.5  # so long a port that refuses is tried again: the engine has ended
 
 # A sleeping thread takes some 40 us to wake, more than an engine's step: a short spin first makes a step three times as fast.
 _DONT_WAIT = getattr(socket, "MSG_DONTWAIT", 0)
@@ -33,33 +34,6 @@ _SPIN = range(40 if _DONT_WAIT and (len(os.sched_getaffinity(0)) if hasattr(os, 
 _REQUEST = struct.Struct("<Q")
 _HEAD = struct.Struct("<IHHIIQIII")  # a header and the first word of its payload
 _WORDS = struct.Struct("<II")
-_LENGTH = struct.Struct("<I")
-
-
-def parse_url(url: str) -> tuple[str, int]:
-    """Host and port of `tcp://host:port`."""
-    parts = urlsplit(url if "://" in url else f"tcp://{url}")
-    try:
-        host, port = parts.hostname, parts.port
-    except ValueError:
-        host = port = None
-    if parts.scheme != "tcp" or not host or not port or parts.path not in ("", "/"):
-        raise ConsacError(f"{url!r} is no engine's address; write tcp://host:port")
-    return host, port
-
-
-def open_socket(host: str, port: int, timeout: float, wait: float = 0.0) -> socket.socket:
-    """A connected socket; a port that refuses is tried again for `wait` seconds."""
-    end = time.monotonic() + wait
-    while True:
-        try:
-            sock = socket.create_connection((host, port), timeout)
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            return sock
-        except OSError as error:
-            if time.monotonic() >= end:
-                raise ConnectionLost(f"no engine answers at {host}:{port} ({error}); start it first, or check the address") from error
-        time.sleep(0.05)
 
 
 def connect(url: str, protocol="auto", *, wait: float = 0.0, **options):
@@ -84,31 +58,19 @@ def connect(url: str, protocol="auto", *, wait: float = 0.0, **options):
         raise
 
 
-class Rows:
-    """What a RESULT says of one behaviour. The arrays lie in the receive buffer: they hold until the next request."""
-
-    __slots__ = ("observations", "rewards", "states", "masks", "final_slots", "finals")
-
-    def __init__(self):
-        self.observations: list[np.ndarray] = []  # for each leaf [slots, *shape]
-        self.rewards: np.ndarray  # [slots] f64
-        self.states: np.ndarray  # [slots] u8, bits as wire.TERMINATED ...
-        self.masks: np.ndarray | None = None  # [slots, mask_bytes] u8
-        self.final_slots: np.ndarray  # slots that `finals` are of; both hold while `parts` has PART_FINALS
-        self.finals: list[np.ndarray]  # for each leaf [len(final_slots), *shape]
-
-
 class Connection:
     """A session with an engine. Not for several threads at once; a thread of its own answers PINGs between requests.
 
     `step()` sends what lies in `step_mask` and `actions`; `reset()` takes masks and seeds. Both leave their answer in `rows`,
-    `infos` and `final_infos`. A connection that breaks is taken up again, and the request under way is carried out once."""
+    `infos` and `final_infos`. A connection that breaks is taken up again, and the request under way is carried out once.
+    With `shared_memory` an engine on this host is stepped through memory where it offers that; `in_memory` says whether it is."""
 
     def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str = "same_step", expect: list | None = None,
-                 wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME, sock: socket.socket | None = None):
+                 wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME,
+                 shared_memory: bool = True, sock: socket.socket | None = None):
         self.url, self.autoreset, self.timeout, self.resume_s = url, autoreset, timeout, resume_s
         self.host, self.port = parse_url(url)
-        self._hello = {"protocol": [wire.VERSION, wire.VERSION], "client": f"consac-python {__version__}", "capabilities": ["render"] + ["crc"] * crc,
+        self._hello = {"protocol": [wire.VERSION, wire.VERSION], "client": f"consac-python {__version__}", "capabilities": ["render"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc),
                        "max_frame": max_frame} | ({"token": token} if token is not None else {})
         self.closed = self.paused = False
         self.goaway: str | None = None  # why the engine takes no further requests
@@ -119,18 +81,18 @@ class Connection:
         self.rows: list[Rows] = []
         self._flags = 0
         self._left = b""  # bytes that came after the last answer
+        self._channel: shared_memory.Channel | None = None  # while frames go through shared memory
         self._lock = threading.Lock()
         self._heard = self._pinged = time.monotonic()
         self._missed = self._slow = self._skip = 0
         self._broken: Exception | None = None  # the socket is lost; the next request takes the session up
         self._reserve(wire.LARGEST_JSON)
+        self._in_place = True
         self._socket = None
         self._process = os.getpid()  # a fork of it does not say BYE
         try:
             self._greet(sock or open_socket(self.host, self.port, HANDSHAKE_S, wait), time.monotonic() + HANDSHAKE_S)
-            configure = {"autoreset": autoreset, "transport": "tcp"} | ({"expect": expect} if expect is not None else {})
-            spec = self._ask(wire.CONFIGURE, wire.dump_json(configure), wire.SPEC)
-            self._adopt(_json(spec))
+            self._configure({"autoreset": autoreset} | ({"expect": expect} if expect is not None else {}))
         except BaseException:
             self._drop()
             raise
@@ -151,7 +113,7 @@ class Connection:
         try:
             sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json(hello))))
             have, self._heard = 0, time.monotonic()
-            welcome = _json(self._await(have, 0, wire.WELCOME, end))
+            welcome = read_json(self._await(have, 0, wire.WELCOME, end))
         except OSError as error:
             if isinstance(error, ConsacError):
                 raise
@@ -169,8 +131,22 @@ class Connection:
         _set_timeouts(sock, max(0.005, min(0.5, self.timeout / 4, self.heartbeat_s / 2)), WRITE_S)
         return welcome
 
-    def _adopt(self, spec: dict) -> None:
-        """Buffers and views for the engine's spaces."""
+    def _configure(self, wanted: dict) -> None:
+        """CONFIGURE and SPEC; over TCP where memory cannot be shared."""
+        if "shm" in self.capabilities and shared_memory.AVAILABLE and is_here(self._socket):
+            try:
+                self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "shm"}), wire.SPEC)), shared=True)
+                return
+            except shared_memory.Unavailable as error:
+                _log.debug("%s: %s; going on over TCP", self.url, error)
+            except EngineError as error:
+                if error.fatal or error.code != "UNSUPPORTED":
+                    raise
+                _log.debug("%s shares no memory (%s); going on over TCP", self.url, error)
+        self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "tcp"}), wire.SPEC)))
+
+    def _adopt(self, spec: dict, shared: bool = False) -> None:
+        """Buffers and views for the engine's spaces; `shared_memory.Unavailable` where `shared` cannot be."""
         try:
             self.spec = spec
             self.environments = int(spec["environments"])
@@ -190,37 +166,20 @@ class Connection:
         except (KeyError, TypeError, ValueError) as error:
             raise ProtocolError("MALFORMED", f"SPEC cannot be used: {type(error).__name__}: {error}") from None
 
-        head = wire.HEADER.size
-        self._step_mask_at = head + 8
-        at = self._step_mask_at + self.environments
-        offsets = []
-        for behaviour in self.behaviours:
-            offsets.append(wire.align(at))
-            at = offsets[-1] + behaviour.slots * behaviour.action.row_bytes
-        request_bytes = _end(at)
-        self._plain_bytes = head + 8
-        finals = 0
-        for b in self.behaviours:
-            block = wire.align(b.slots * b.observation.row_bytes)
-            self._plain_end = self._plain_bytes + block + 9 * b.slots
-            if b.masks_actions:
-                self._plain_end = wire.align(self._plain_end) + b.slots * b.action.mask_bytes
-            self._plain_bytes = wire.align(self._plain_end)
-            finals += block
-        largest = max(request_bytes, self._plain_bytes + finals) - head
+        step, result = StepFrame(self.behaviours, self.environments), ResultFrame(self.behaviours)
+        largest = max(step.size, result.largest) - wire.HEADER.size
         if largest > self.max_frame:
             raise ConsacError(f"{self.environments} environments make frames of {largest} bytes, max_frame is {self.max_frame}; raise it or take fewer environments")
-        self._out = bytearray(request_bytes)
+        step.begin(self._flags, self.session)
+        self._out, self.step_mask, self.actions, self.action_offsets = step.bytes, step.mask, step.actions, step.action_offsets
         self._out_view = memoryview(self._out)
-        wire.HEADER.pack_into(self._out, 0, wire.MAGIC, wire.STEP, self._flags, request_bytes - head, 0, 0, self.session, 0)
-        self.step_mask = np.ndarray(self.environments, np.uint8, self._out, self._step_mask_at)
-        self.step_mask[:] = 1
-        self.action_offsets = offsets
-        self.actions = [b.action.views(self._out, b.slots, offset) for b, offset in zip(self.behaviours, offsets)]
-
-        self._reserve(self._plain_bytes + finals + wire.LARGEST_JSON + 16)
-        self._slots = sum(b.slots for b in self.behaviours)
-        self._map()
+        self._reserve(result.largest + wire.LARGEST_JSON + 16)
+        if shared:
+            self._channel = shared_memory.open_channel(spec.get("shm"), step.size, result.plain_size)
+            self._in = np.frombuffer(self._channel.incoming, np.uint8)
+        self._in_place = not shared
+        self._result, self._plain_end, self._plain_size = result, result.plain_end, result.plain_size
+        self.rows = result.lay_over(self._in)
 
     def _check_size(self, space: dict) -> None:
         """A small SPEC must not make large arrays."""
@@ -230,8 +189,14 @@ class Connection:
             raise ValueError(f"a space of shape {space['shape']}, more than max_frame {self.max_frame}")
 
     def _reserve(self, size: int) -> None:
+        """A buffer for what comes over TCP. `rows` lie over `_in`, which is the same where no memory is shared."""
         self._in = np.empty(size + wire.HEADER.size, np.uint8)  # pages that are never written cost nothing
         self._in_view = memoryview(self._in)
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether RESET, STEP and RESULT go through shared memory now."""
+        return self._channel is not None
 
     # ---- requests
 
@@ -240,45 +205,70 @@ class Connection:
         with self._lock:
             self.request = request = self.request + 1
             _REQUEST.pack_into(self._out, 16, request)
-            if self._broken is None and not self._left and not self._flags and self.goaway is None:
-                have = -1
-                try:
-                    if self._send(self._out) == len(self._out):
-                        have, receive, view = 0, self._recv_into, self._in_view
-                        for _ in _NO_SPIN if self._skip else _SPIN:
-                            try:
-                                have = receive(view, 0, _DONT_WAIT)
-                                self._slow = 0
-                                break
-                            except BlockingIOError:
-                                pass
-                        else:
-                            self._rest()
-                            have = receive(view)
-                        magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
-                        if have == length + 32 and answers == request and kind == 7 and flags == 0 and magic == wire.MAGIC and parts == 0 \
-                                and self._plain_end <= have <= self._plain_bytes:
-                            if self.parts:
-                                self.parts, self.infos, self.final_infos = 0, None, None
-                            return
-                        if not have:
-                            self._broken = ConnectionLost("the engine closed the connection")
-                    else:
-                        self._broken = ConnectionLost("a write was cut short")
-                except BlockingIOError:
-                    if have < 0:
-                        self._broken = ConnectionLost(f"the engine took no bytes for {WRITE_S:g} s")
-                except OSError as error:
-                    self._broken = error
-                except BaseException:
-                    self._broken = ConnectionLost("interrupted")
-                    raise
-                self._finish(self._out_view, wire.RESULT, max(0, have))
-            else:
+            if self._broken is not None or self._left or self._flags or self.goaway is not None:
                 if self._flags:
                     struct.pack_into("<I", self._out, 12, wire.crc32c(self._out_view[wire.HEADER.size:]))
-                self._exchange(self._out_view, wire.RESULT)
-            self._parse()
+                payload = self._exchange(self._out_view, wire.RESULT)
+            elif self._channel is not None:
+                payload = self._step_in_memory(self._channel, request)
+            elif self._in_place:
+                payload = self._step_over_tcp(request)
+            else:
+                payload = self._exchange(self._out_view, wire.RESULT)
+            if payload is not None:
+                self._parse(payload)
+            elif self.parts:
+                self.parts, self.infos, self.final_infos = 0, None, None
+
+    def _step_in_memory(self, channel: shared_memory.Channel, request: int) -> memoryview | None:
+        """None where the answer is a plain one, which lies in its place; else its payload."""
+        try:
+            channel.send(self._out)
+            if channel.wait(shared_memory.LOOK_S):
+                magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
+                if answers == request and kind == wire.RESULT and flags == 0 and magic == wire.MAGIC and parts == 0 \
+                        and self._plain_end <= length + wire.HEADER.size <= self._plain_size:
+                    channel.saw()
+                    self._heard = time.monotonic()
+                    return None
+        except BaseException:
+            self._broken = ConnectionLost("interrupted")
+            raise
+        return self._finish(self._out_view, wire.RESULT, 0, channel)
+
+    def _step_over_tcp(self, request: int) -> memoryview | None:
+        """As `_step_in_memory`: one system call each way where nothing unusual comes."""
+        have = -1
+        try:
+            if self._send(self._out) == len(self._out):
+                have, receive, view = 0, self._recv_into, self._in_view
+                for _ in _NO_SPIN if self._skip else _SPIN:
+                    try:
+                        have = receive(view, 0, _DONT_WAIT)
+                        self._slow = 0
+                        break
+                    except BlockingIOError:
+                        pass
+                else:
+                    self._rest()
+                    have = receive(view)
+                magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
+                if have == length + 32 and answers == request and kind == 7 and flags == 0 and magic == wire.MAGIC and parts == 0 \
+                        and self._plain_end <= have <= self._plain_size:
+                    return None
+                if not have:
+                    self._broken = ConnectionLost("the engine closed the connection")
+            else:
+                self._broken = ConnectionLost("a write was cut short")
+        except BlockingIOError:
+            if have < 0:
+                self._broken = ConnectionLost(f"the engine took no bytes for {WRITE_S:g} s")
+        except OSError as error:
+            self._broken = error
+        except BaseException:
+            self._broken = ConnectionLost("interrupted")
+            raise
+        return self._finish(self._out_view, wire.RESULT, max(0, have))
 
     def _rest(self) -> None:
         """Spinning was of no use: an engine that is slow again and again is waited for asleep, up to 64 steps in a row."""
@@ -290,23 +280,9 @@ class Connection:
 
     def reset(self, mask=None, seeds=None, options: dict | None = None) -> None:
         """Begins new episodes where `mask` [environments] is true (everywhere without it); `seeds` are one i64 per environment."""
-        flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0)
-        blocks = [(np.ones(self.environments, np.uint8) if mask is None else np.asarray(mask, np.uint8)).tobytes()]
-        if seeds is not None:
-            blocks.append(np.asarray(seeds, "<i8").tobytes())
-        if options is not None:
-            try:
-                text = wire.dump_json(options)
-            except (TypeError, ValueError) as error:
-                raise ConsacError(f"reset options must be JSON: {error}") from None
-            blocks.append(_LENGTH.pack(len(text)) + text)
-        payload = bytearray(_WORDS.pack(flags, 0))
-        for block in blocks:
-            payload += bytes(wire.align(len(payload)) - len(payload)) + block
-        payload += bytes(_end(len(payload)) - len(payload))
+        payload = reset_payload(self.environments, mask, seeds, options)
         with self._lock:
-            self._ask(wire.RESET, payload, wire.RESULT)
-            self._parse()
+            self._parse(self._ask(wire.RESET, payload, wire.RESULT))
 
     def render(self, env: int = 0) -> np.ndarray:
         """The picture [height, width, 3] u8 of one environment; needs capability `render`."""
@@ -359,6 +335,10 @@ class Connection:
             raise ConnectionLost(f"the connection to {self.url} is closed")
         if self.goaway is not None:
             self._fail(ConnectionLost(f"{self.url} takes no further requests: {self.goaway}"))
+        channel = self._channel if self._broken is None and answer == wire.RESULT else None
+        if channel is not None and len(request) <= channel.room:
+            channel.send(request)
+            return self._finish(request, answer, 0, channel)
         if self._broken is None:
             try:
                 self._socket.sendall(request)
@@ -366,7 +346,7 @@ class Connection:
                 self._broken = error
         return self._finish(request, answer, 0)
 
-    def _finish(self, request: memoryview, answer: int, have: int) -> memoryview:
+    def _finish(self, request: memoryview, answer: int, have: int, channel: shared_memory.Channel | None = None) -> memoryview:
         """Waits for the answer to `request`, which was sent, and repeats it on a new connection where the old one is lost."""
         if self.closed:
             self.request -= 1
@@ -380,7 +360,7 @@ class Connection:
                     data, self._left = self._left, b""
                     self._in_view[have:have + len(data)] = data
                     have += len(data)
-                return self._await(have, self.request, answer, time.monotonic() + self.timeout)
+                return self._await(have, self.request, answer, time.monotonic() + self.timeout, channel)
             except EngineError as error:
                 if error.fatal or isinstance(error, EngineBusy):
                     self._fail(error)
@@ -391,7 +371,7 @@ class Connection:
                 self._broken = ConnectionLost("interrupted")
                 raise
             except OSError as error:
-                have, tries = 0, tries + 1
+                have, tries, channel = 0, tries + 1, None
                 if tries > 5:
                     self._fail(ConnectionLost(f"{self.url} was lost again and again ({error})"))
                 self._take_up(error)
@@ -422,8 +402,10 @@ class Connection:
         if not welcome.get("resumed") or welcome.get("last_request") not in (last, self.request):
             self._fail(ConnectionLost(f"{self.url} was lost ({why}); its session began anew and the episode is gone"))
 
-    def _await(self, have: int, request: int, answer: int, end: float) -> memoryview:
-        """The payload of the frame that answers `request`; of `have` bytes in the receive buffer. Other frames are dealt with."""
+    def _await(self, have: int, request: int, answer: int, end: float, channel: shared_memory.Channel | None = None) -> memoryview:
+        """The payload of the frame that answers `request`; `have` bytes are in the receive buffer. Other frames are dealt with.
+
+        With `channel` the answer is waited for there, and the connection is looked at now and then."""
         view = self._in_view
         left = end - time.monotonic()  # of the deadline, while paused
         while True:
@@ -441,11 +423,7 @@ class Connection:
                     raise ProtocolError(error.code, error.message) from None
                 if frame.type == wire.ERROR or (frame.type in _ANSWERS and frame.request == request):
                     self._left = bytes(view[total:have])
-                    if frame.type == wire.ERROR:
-                        raise EngineError.from_json(_json(frame.payload))
-                    if frame.type != answer:
-                        raise ProtocolError("MALFORMED", f"a frame of type {frame.type} answers request {request}, expected type {answer}")
-                    return frame.payload
+                    return self._answer(frame, request, answer)
                 was_paused = self.paused
                 self._control(frame)
                 if self.paused and not was_paused:
@@ -455,7 +433,10 @@ class Connection:
                 view[:have - total] = bytes(view[total:have])
                 have -= total
             try:
-                count = self._recv_into(view[have:])
+                if channel is not None and channel.wait(shared_memory.LOOK_S):
+                    self._left, self._heard = bytes(view[:have]), time.monotonic()
+                    return self._answer_in_memory(channel, request, answer)
+                count = self._recv_into(view[have:], 0, _DONT_WAIT if channel is not None else 0)
                 if not count:
                     raise ConnectionLost("the engine closed the connection" + (f": {self.goaway}" if self.goaway else ""))
                 have += count
@@ -466,6 +447,21 @@ class Connection:
             if not self.paused and time.monotonic() > end:
                 raise DeadlineExceeded(f"{self.url} did not answer within {self.timeout:g} s; is the engine stopped? A longer time: timeout=..." if request else
                                        f"{self.url} did not answer HELLO within {HANDSHAKE_S:g} s; is it an engine?")
+
+    def _answer(self, frame: wire.Frame, request: int, answer: int) -> memoryview:
+        if frame.type == wire.ERROR:
+            raise EngineError.from_json(read_json(frame.payload))
+        if frame.type != answer or frame.request != request:
+            raise ProtocolError("MALFORMED", f"a frame of type {frame.type} answers request {frame.request}, expected type {answer} for request {request}")
+        return frame.payload
+
+    def _answer_in_memory(self, channel: shared_memory.Channel, request: int, answer: int) -> memoryview:
+        try:
+            frame, crc = channel.receive()
+            wire.check_crc(frame, crc)
+        except wire.WireError as error:
+            raise ProtocolError(error.code, error.message) from None
+        return self._answer(frame, request, answer)
 
     def _larger(self, begun: memoryview, kind: int, size: int) -> memoryview:
         """A buffer for a picture that the receive buffer cannot hold."""
@@ -486,7 +482,7 @@ class Connection:
         elif frame.type == wire.RESUMED:
             self.paused = False
         elif frame.type == wire.GOAWAY:
-            value = _json(frame.payload)
+            value = read_json(frame.payload)
             after = value.get("retry_after_s")
             self.goaway = f"{value.get('reason', 'no reason given')}" + (f" (try again after {after:g} s)" if isinstance(after, (int, float)) else "")
         elif frame.type != wire.PONG and not frame.type & wire.OPTIONAL:
@@ -538,85 +534,22 @@ class Connection:
 
     def _drop(self) -> None:
         sock, self._socket = getattr(self, "_socket", None), None
+        self._channel = None  # a session that is taken up goes on over TCP
         if sock is not None:
             sock.close()
 
-    # ---- what a RESULT says
-
-    def _map(self) -> None:
-        """Lays `rows` over the receive buffer."""
-        at = wire.HEADER.size + 8
-        for behaviour in self.behaviours:
-            slots, rows = behaviour.slots, Rows()
-            rows.observations = behaviour.observation.views(self._in, slots, at)
-            at = wire.align(at + slots * behaviour.observation.row_bytes)
-            rows.rewards = np.ndarray(slots, np.float64, self._in, at)
-            at += 8 * slots
-            rows.states = np.ndarray(slots, np.uint8, self._in, at)
-            at = wire.align(at + slots)
-            if behaviour.masks_actions:
-                rows.masks = np.ndarray((slots, behaviour.action.mask_bytes), np.uint8, self._in, at)
-                at = wire.align(at + slots * behaviour.action.mask_bytes)
-            self.rows.append(rows)
-
-    def _map_finals(self, at: int) -> int:
-        """Lays the final rows over the receive buffer from `at`; where they end."""
-        for behaviour, rows in zip(self.behaviours, self.rows):
-            rows.final_slots = np.flatnonzero(rows.states & wire.FINAL)
-            rows.finals = behaviour.observation.views(self._in, len(rows.final_slots), wire.align(at))
-            at = wire.align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
-        return at
-
-    def _parse(self) -> None:
-        """Lays views over the RESULT in the receive buffer and reads its infos."""
-        length, = _LENGTH.unpack_from(self._in, 8)
-        end, at = wire.HEADER.size + length, self._plain_end
-        self.parts, self.infos, self.final_infos = _LENGTH.unpack_from(self._in, wire.HEADER.size)[0] if length else 0, None, None
+    def _parse(self, payload: memoryview) -> None:
+        """What a RESULT says that is no plain one."""
         try:
-            if end >= at and self.parts & wire.PART_FINALS:
-                at = self._map_finals(at)
-            if end >= at and self.parts & wire.PART_INFOS:
-                begin = wire.align(at) + 4
-                at = begin + (_LENGTH.unpack_from(self._in, begin - 4)[0] if begin <= end else 0)
-                if at <= end:
-                    said = _json(self._in_view[begin:at], quick=True)
-                    self.infos, self.final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"))
-            if not at <= end <= wire.align(at) or self.parts & ~(wire.PART_FINALS | wire.PART_INFOS):
-                raise ProtocolError("WRONG_SIZE", f"a RESULT of {length} bytes with parts {self.parts:#x}, expected {at - wire.HEADER.size}")
+            in_place = self._in_place or payload.obj is not self._in_view.obj  # else it came over TCP, and `rows` lie in memory that is or was shared
+            self.parts, self.infos, self.final_infos = self._result.read(payload, in_place)
         except ProtocolError as error:
             self._fail(error)
 
-    def _columns(self, said) -> dict | None:
-        """Infos whose slots exist."""
-        try:
-            for column in (said or {}).values():
-                if len(column["slots"]) != len(column["values"]) or not all(type(slot) is int and 0 <= slot < self._slots for slot in column["slots"]):
-                    raise ValueError
-        except (AttributeError, KeyError, TypeError, ValueError):
-            raise ProtocolError("MALFORMED", f"infos of {self._slots} slots that cannot be read: {str(said)[:200]}") from None
-        return said
 
-
+_log = logging.getLogger("consac")
 _PREFIX = struct.pack("<I", wire.MAGIC)
 _ANSWERS = frozenset((wire.WELCOME, wire.SPEC, wire.RESULT, wire.FRAME, wire.ERROR))
-
-
-def _json(payload, quick: bool = False) -> dict:
-    try:
-        if quick and len(payload) <= wire.LARGEST_JSON:
-            value = json.loads(bytes(payload))
-            if isinstance(value, dict):
-                return value
-        return wire.load_json(payload)
-    except wire.WireError as error:
-        raise ProtocolError(error.code, error.message) from None
-    except (ValueError, RecursionError) as error:
-        raise ProtocolError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
-
-
-def _end(last: int) -> int:
-    """Where a request ends whose last block ends at `last`: every block is padded, the last one too."""
-    return wire.align(last)
 
 
 def _set_timeouts(sock: socket.socket, receive: float, send: float) -> None:

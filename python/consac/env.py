@@ -9,11 +9,11 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from . import wire
-from .client import Connection, connect
-from .errors import ConsacError
+from .client import Connection
+from .face import RENDER_FPS, Face
 
 REMOTE_ID = "consac/Remote-v0"
-RENDER_FPS = 30
+_FACE = Face("disabled", environments="use consac.make_vec", protocol="auto")
 _INT = struct.Struct("<i")
 _TAIL = struct.Struct("<dB")  # reward and state of a single slot
 
@@ -24,20 +24,8 @@ class ConsacEnv(gymnasium.Env):
     `url`: tcp://host:port. `protocol`: "auto", 2 or "text1". The other arguments are client.Connection's."""
 
     def __init__(self, url: str, render_mode: str | None = None, protocol="auto", **options):
-        self._connection = connection = connect(url, protocol, autoreset="disabled", **options)
-        try:
-            if isinstance(connection, Connection):
-                single_behaviour(connection, "consac.ConsacParallelEnv")
-                if connection.environments != 1:
-                    raise ConsacError(f"{url} offers {connection.environments} environments at once; use consac.make_vec")
-                modes = ["rgb_array"] if "render" in connection.capabilities else []
-            else:
-                modes = []
-            if render_mode is not None and render_mode not in modes:
-                raise ConsacError(f"render_mode={render_mode!r}; {url} has {modes or 'none'}")
-        except BaseException:
-            connection.close()
-            raise
+        self._connection, modes = _FACE.open(url, render_mode, {"protocol": protocol, **options})
+        connection = self._connection
         self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS}
         self.render_mode = render_mode
         self.spec = EnvSpec(REMOTE_ID, "consac.env:ConsacEnv", nondeterministic=not connection.deterministic, max_episode_steps=connection.max_episode_steps or None,
@@ -95,14 +83,6 @@ def make(url: str, *, max_episode_steps: int | None = None, **options) -> gymnas
     """The environment that an engine offers at `url`; `max_episode_steps` truncates its episodes here."""
     env = ConsacEnv(url, **options)
     return gymnasium.wrappers.TimeLimit(env, max_episode_steps) if max_episode_steps else env
-
-
-def single_behaviour(connection: Connection, otherwise: str) -> wire.Behaviour:
-    """The only kind of agent of an engine whose environments have one agent each; ConsacError where they have several."""
-    if len(connection.behaviours) != 1 or len(connection.behaviours[0].agents) != 1:
-        agents = [agent for behaviour in connection.behaviours for agent in behaviour.agents]
-        raise ConsacError(f"{connection.url} has the agents {', '.join(agents[:8])}; use {otherwise}")
-    return connection.behaviours[0]
 
 
 # ---- one value of a space to and from its row

@@ -4,27 +4,18 @@ from __future__ import annotations
 from pettingzoo import ParallelEnv
 
 from . import wire
-from .client import Connection, connect
-from .env import RENDER_FPS, mask_value, row_reader, slot_writer
-from .errors import ConsacError
+from .env import mask_value, row_reader, slot_writer
+from .face import RENDER_FPS, Face
+
+_FACE = Face("disabled", text1="which has one agent; use consac.make", environments="serve one for PettingZoo", agents=None)
 
 
 class ConsacParallelEnv(ParallelEnv):
     """One environment with all its agents. Arguments are client.Connection's."""
 
     def __init__(self, url: str, render_mode: str | None = None, **options):
-        self.connection = connection = connect(url, options.pop("protocol", 2), autoreset="disabled", **options)
-        try:
-            if not isinstance(connection, Connection):
-                raise ConsacError(f"{url} speaks text protocol 1, which has one agent; use consac.make")
-            if connection.environments != 1:
-                raise ConsacError(f"{url} offers {connection.environments} environments at once; serve one for PettingZoo")
-            modes = ["rgb_array"] if "render" in connection.capabilities else []
-            if render_mode is not None and render_mode not in modes:
-                raise ConsacError(f"render_mode={render_mode!r}; {url} has {modes or 'none'}")
-        except BaseException:
-            connection.close()
-            raise
+        self.connection, modes = _FACE.open(url, render_mode, options)
+        connection = self.connection
         self.metadata = {"name": connection.id, "render_modes": modes, "render_fps": RENDER_FPS, "is_parallelizable": True}
         self.render_mode = render_mode
         listed = [agent for behaviour in connection.behaviours for agent in behaviour.agents]

@@ -6,26 +6,21 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from . import wire
-from .client import Connection, connect
-from .env import mask_value, row_reader, single_behaviour
+from .env import mask_value, row_reader
 from .errors import ConsacError
+from .face import Face
 from .vector import batch_reader, batch_writer
+
+_FACE = Face("same_step", text1="which has one environment; use DummyVecEnv([lambda: consac.make(url)])")
 
 
 class ConsacVecEnv(VecEnv):
     """For `PPO("MlpPolicy", ConsacVecEnv("tcp://127.0.0.1:5005"))`. Arguments are client.Connection's."""
 
     def __init__(self, url: str, render_mode: str | None = None, **options):
-        self.connection = connection = connect(url, options.pop("protocol", 2), autoreset="same_step", **options)
-        try:
-            if not isinstance(connection, Connection):
-                raise ConsacError(f"{url} speaks text protocol 1; use DummyVecEnv([lambda: consac.make(url)])")
-            behaviour = single_behaviour(connection, "consac.ConsacParallelEnv")
-            if render_mode not in (None, "rgb_array") or (render_mode and "render" not in connection.capabilities):
-                raise ConsacError(f"render_mode={render_mode!r}; {url} has {['rgb_array'] if 'render' in connection.capabilities else 'none'}")
-        except BaseException:
-            connection.close()
-            raise
+        self.connection, _ = _FACE.open(url, render_mode, options)
+        connection = self.connection
+        behaviour = connection.behaviours[0]
         self._attributes = {"render_mode": render_mode, "spec": None}
         super().__init__(connection.environments, behaviour.observation.space, behaviour.action.space)
         self._behaviour, self._rows = behaviour, connection.rows[0]

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 from gymnasium import spaces
 
+from .address import open_socket, parse_url
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
 
 QUIET_S = 0.002  # after so long without a byte a message without a terminator is complete
@@ -29,8 +30,6 @@ class TextConnection:
         self._open(sock)
 
     def _open(self, sock: socket.socket | None = None) -> None:
-        from .client import open_socket, parse_url
-
         self._drop()
         self._socket = sock or open_socket(*parse_url(self.url), self.timeout, self._wait)
         self._data = b""

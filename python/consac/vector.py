@@ -8,9 +8,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import wire
-from .client import Connection, connect
-from .env import REMOTE_ID, RENDER_FPS, mask_value, pick, put, row_reader, single_behaviour
-from .errors import ConsacError
+from .env import REMOTE_ID, mask_value, pick, put, row_reader
+from .face import RENDER_FPS, Face
 
 _WIRE_MODES = {AutoresetMode.NEXT_STEP: "next_step", AutoresetMode.SAME_STEP: "same_step", AutoresetMode.DISABLED: "disabled"}
 _TERMINATED, _TRUNCATED = (np.array([state & bit != 0 for state in range(256)]) for bit in (wire.TERMINATED, wire.TRUNCATED))  # by state: faster than bits
@@ -23,17 +22,10 @@ class ConsacVectorEnv(VectorEnv):
 
     def __init__(self, url: str, autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP, render_mode: str | None = None, copy: bool = True, **options):
         mode = autoreset_mode if isinstance(autoreset_mode, AutoresetMode) else AutoresetMode(autoreset_mode)
-        self.connection = connection = connect(url, options.pop("protocol", 2), autoreset=_WIRE_MODES[mode], **options)
-        try:
-            if not isinstance(connection, Connection):
-                raise ConsacError(f"{url} speaks text protocol 1, which has one environment; use consac.make")
-            behaviour = single_behaviour(connection, "consac.ConsacParallelEnv")
-            modes = ["rgb_array"] if "render" in connection.capabilities else []
-            if render_mode is not None and render_mode not in modes:
-                raise ConsacError(f"render_mode={render_mode!r}; {url} has {modes or 'none'}")
-        except BaseException:
-            connection.close()
-            raise
+        face = Face(_WIRE_MODES[mode], text1="which has one environment; use consac.make")
+        self.connection, modes = face.open(url, render_mode, options)
+        connection = self.connection
+        behaviour = connection.behaviours[0]
         self.num_envs, self.copy, self.autoreset_mode, self.render_mode = connection.environments, copy, mode, render_mode
         self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS, "autoreset_mode": mode}
         self.spec = EnvSpec(REMOTE_ID, "consac.env:ConsacEnv", nondeterministic=not connection.deterministic, max_episode_steps=connection.max_episode_steps or None,

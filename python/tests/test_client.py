@@ -79,12 +79,13 @@ def serve():
 
 # ---- Gymnasium's rules
 
+@pytest.mark.parametrize("shared_memory", [False, True], ids=["tcp", "memory"])
 @pytest.mark.parametrize("kind", SPACES)
-def test_check_env_and_every_space_arrives_as_it_was(kind, serve):
+def test_check_env_and_every_space_arrives_as_it_was(kind, shared_memory, serve):
     space = SPACES[kind]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        env = consac.make(serve(lambda: Echo(space, space)), protocol=2, render_mode="rgb_array")
+        env = consac.make(serve(lambda: Echo(space, space)), protocol=2, render_mode="rgb_array", shared_memory=shared_memory)
         assert env.observation_space == space and env.action_space == space
         check_env(env)
     stock = Echo(space, space)
@@ -265,8 +266,9 @@ def test_a_step_that_never_arrived_is_carried_out_once():
         assert server.steps == 3 and server.connections == 4
 
 
-def test_consac_serve_takes_a_session_up(serve):
-    env = consac.make(serve("CartPole-v1"), protocol=2)
+@pytest.mark.parametrize("shared_memory", [False, True])
+def test_consac_serve_takes_a_session_up(serve, shared_memory):
+    env = consac.make(serve("CartPole-v1"), protocol=2, shared_memory=shared_memory)
     stock = gymnasium.make("CartPole-v1")
     assert (env.reset(seed=1)[0] == stock.reset(seed=1)[0]).all()
     for step in range(9):
@@ -520,7 +522,7 @@ def test_rllib(monkeypatch, serve):
     url = serve("CartPole-v1")
     with pytest.raises(ConsacError, match="env_config"):
         rllib.env_creator({})
-    env = rllib.env_creator({"urls": [url], "protocol": 2, "max_episode_steps": 9})
+    env = rllib.env_creator({"urls": [url], "protocol": 2, "max_episode_steps": 9, "shared_memory": False})
     env.reset(seed=1)
     env.step(0)
     monkeypatch.setattr(env.unwrapped.connection, "resume", None)

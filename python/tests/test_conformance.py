@@ -1,8 +1,10 @@
 """spec/conformance/protocol2: the frames through our reader, the conversations with our server."""
 import json
+import os
 import pathlib
 import socket
 import struct
+import subprocess
 import time
 
 import gymnasium
@@ -13,6 +15,7 @@ from consac import wire
 from consac.serve import Server
 
 CASES = pathlib.Path(__file__).parents[2] / "spec/conformance/protocol2"
+PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
 FRAMES, CONVERSATIONS = (json.loads((CASES / name).read_text()) for name in ("frames.json", "server.json"))
 
 
@@ -103,7 +106,7 @@ class Conversation:
         self.sock.close()
         for _ in range(100):
             self.connect()
-            self.sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json({"protocol": [2, 2], "resume": self.resume}), 0)))
+            self.sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json({"protocol": [2, 2], "resume": self.resume}), 0, self.session)))
             data = self.sock.recv(65536)
             self.reader.feed(data)
             peek = wire.FrameReader(wire.LARGEST_FRAME)
@@ -124,3 +127,10 @@ def test_conversations_with_our_server(case):
             (name, what), = step.items()
             getattr(conversation, name)(what)
         conversation.sock.close()
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+def test_the_doctor_finds_nothing_wrong_with_our_server():
+    with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
+        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -450,7 +450,7 @@ def test_wrong_states(counters):
     for kind in (CONFIGURE, RESET, STEP, RENDER):
         assert client.error(kind, b"{}")["code"] == "BAD_STATE"
     client.number = 0
-    welcome = client.ask_json(HELLO, {"protocol": [1, 9], "capabilities": ["shm", "render", "novel"], "news": {}})
+    welcome = client.ask_json(HELLO, {"protocol": [1, 9], "capabilities": ["render", "novel"], "news": {}})
     assert (welcome["protocol"], welcome["capabilities"], welcome["resumed"], welcome["last_request"]) == (2, ["render"], False, 1)
     client.session = welcome["session"]
     for kind, payload in ((STEP, bytes(24)), (RESET, bytes(10)), (RENDER, b"{}"), (HELLO, wire.dump_json({"protocol": [2, 2]}))):

@@ -15,9 +15,10 @@ class ToyServer:
     """Serves `sessions` at once. `fault(connection_number, sent_bytes, data)` may return fewer bytes to send, and then the connection is cut;
     `before(server, sock, frame)` runs before a frame is answered and may return True to keep silent."""
 
-    def __init__(self, observation=BOX8, action=spaces.Discrete(2), length=10, fault=None, before=None, first=None, capacity=None, keep=True, heartbeat_s=10, spec=None):
+    def __init__(self, observation=BOX8, action=spaces.Discrete(2), length=10, fault=None, before=None, first=None, capacity=None, keep=True, heartbeat_s=10, spec=None, capabilities=()):
         self.observation, self.action, self.length = wire.Layout.of(observation), wire.Layout.of(action), length
         self.fault, self.before, self.first, self.capacity, self.keep, self.heartbeat_s, self.spec = fault, before, first, capacity, keep, heartbeat_s, spec or {}
+        self.capabilities = list(capabilities)
         self.steps = 0  # carried out, over all sessions
         self.connections, self.sessions, self.log, self.errors = 0, {}, [], []
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -118,7 +119,7 @@ class Talk:
             number = len(self.server.log)
             self.session = sessions[number] = {"number": number, "last": 0, "answer": b"", "rng": np.random.default_rng(0), "steps": 0, "begun": False}
         self.send(wire.pack(wire.Frame(wire.WELCOME, wire.dump_json(
-            {"protocol": 2, "server": "toy", "session": self.session["number"], "resume": str(self.session["number"]), "capabilities": [], "max_frame": hello["max_frame"],
+            {"protocol": 2, "server": "toy", "session": self.session["number"], "resume": str(self.session["number"]), "capabilities": self.server.capabilities, "max_frame": hello["max_frame"],
              "heartbeat_s": self.server.heartbeat_s, "last_request": self.session["last"], "resumed": "resume" in hello}), 0, self.session["number"])))
 
     def request(self, frame):

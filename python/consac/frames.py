@@ -1,0 +1,156 @@
+"""STEP, RESET and RESULT of a session as arrays over their bytes. What sends and receives them is in client.py."""
+from __future__ import annotations
+
+import json
+import struct
+
+import numpy as np
+
+from . import wire
+from .errors import ConsacError, ProtocolError
+
+_WORDS = struct.Struct("<II")
+_LENGTH = struct.Struct("<I")
+
+
+def read_json(payload, quick: bool = False) -> dict:
+    """A JSON payload, or ProtocolError; `quick` leaves out the check of its depth, which json makes too."""
+    try:
+        if quick and len(payload) <= wire.LARGEST_JSON:
+            value = json.loads(bytes(payload))
+            if isinstance(value, dict):
+                return value
+        return wire.load_json(payload)
+    except wire.WireError as error:
+        raise ProtocolError(error.code, error.message) from None
+    except (ValueError, RecursionError) as error:
+        raise ProtocolError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
+
+
+class StepFrame:
+    """A STEP with its header. `mask` [environments] u8, 1 to step; `actions` for each behaviour and leaf [slots, *shape]."""
+
+    def __init__(self, behaviours: list[wire.Behaviour], environments: int):
+        at = wire.HEADER.size + 8 + environments
+        self.action_offsets = []
+        for behaviour in behaviours:
+            self.action_offsets.append(wire.align(at))
+            at = self.action_offsets[-1] + behaviour.slots * behaviour.action.row_bytes
+        self.size = wire.align(at)
+        self._behaviours, self._environments = behaviours, environments
+
+    def begin(self, flags: int, session: int) -> None:
+        """Makes the frame; a separate call, since its size may be refused."""
+        self.bytes = bytearray(self.size)
+        wire.HEADER.pack_into(self.bytes, 0, wire.MAGIC, wire.STEP, flags, self.size - wire.HEADER.size, 0, 0, session, 0)
+        self.mask = np.ndarray(self._environments, np.uint8, self.bytes, wire.HEADER.size + 8)
+        self.mask[:] = 1
+        self.actions = [b.action.views(self.bytes, b.slots, offset) for b, offset in zip(self._behaviours, self.action_offsets)]
+
+
+def reset_payload(environments: int, mask, seeds, options: dict | None) -> bytearray:
+    """A RESET's payload; `mask` [environments] and `seeds` [environments] as in Connection.reset."""
+    flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0)
+    blocks = [(np.ones(environments, np.uint8) if mask is None else np.asarray(mask, np.uint8)).tobytes()]
+    if seeds is not None:
+        blocks.append(np.asarray(seeds, "<i8").tobytes())
+    if options is not None:
+        try:
+            text = wire.dump_json(options)
+        except (TypeError, ValueError) as error:
+            raise ConsacError(f"reset options must be JSON: {error}") from None
+        blocks.append(_LENGTH.pack(len(text)) + text)
+    payload = bytearray(_WORDS.pack(flags, 0))
+    for block in blocks:
+        payload += block
+        payload += bytes(wire.align(len(payload)) - len(payload))
+    return payload
+
+
+class Rows:
+    """What a RESULT says of one behaviour. The arrays lie in the receive buffer: they hold until the next request."""
+
+    __slots__ = ("observations", "rewards", "states", "masks", "final_slots", "finals")
+
+    def __init__(self):
+        self.observations: list[np.ndarray] = []  # for each leaf [slots, *shape]
+        self.rewards: np.ndarray  # [slots] f64
+        self.states: np.ndarray  # [slots] u8, bits as wire.TERMINATED ...
+        self.masks: np.ndarray | None = None  # [slots, mask_bytes] u8
+        self.final_slots: np.ndarray  # slots that `finals` are of; both hold while the RESULT has PART_FINALS
+        self.finals: list[np.ndarray]  # for each leaf [len(final_slots), *shape]
+
+
+class ResultFrame:
+    """Where everything lies in a RESULT with its header, and what it says.
+
+    `plain_end`: bytes of one without final rows and infos, `plain_size` with its padding; `largest`: with all final rows."""
+
+    def __init__(self, behaviours: list[wire.Behaviour]):
+        self._behaviours, self._slots = behaviours, sum(behaviour.slots for behaviour in behaviours)
+        self.plain_size, finals = wire.HEADER.size + 8, 0
+        for behaviour in behaviours:
+            block = wire.align(behaviour.slots * behaviour.observation.row_bytes)
+            self.plain_end = self.plain_size + block + 9 * behaviour.slots
+            if behaviour.masks_actions:
+                self.plain_end = wire.align(self.plain_end) + behaviour.slots * behaviour.action.mask_bytes
+            self.plain_size = wire.align(self.plain_end)
+            finals += block
+        self.largest = self.plain_size + finals
+        self.rows: list[Rows] = []
+        self._buffer = None
+
+    def lay_over(self, buffer: np.ndarray) -> list[Rows]:
+        """Rows over a buffer of bytes that every RESULT comes to lie in."""
+        self._buffer, self.rows, at = buffer, [], wire.HEADER.size + 8
+        for behaviour in self._behaviours:
+            slots, rows = behaviour.slots, Rows()
+            rows.observations = behaviour.observation.views(buffer, slots, at)
+            at = wire.align(at + slots * behaviour.observation.row_bytes)
+            rows.rewards = np.ndarray(slots, np.float64, buffer, at)
+            at += 8 * slots
+            rows.states = np.ndarray(slots, np.uint8, buffer, at)
+            at = wire.align(at + slots)
+            if behaviour.masks_actions:
+                rows.masks = np.ndarray((slots, behaviour.action.mask_bytes), np.uint8, buffer, at)
+                at = wire.align(at + slots * behaviour.action.mask_bytes)
+            self.rows.append(rows)
+        return self.rows
+
+    def read(self, payload: memoryview, in_place: bool) -> tuple[int, dict | None, dict | None]:
+        """Parts, infos and final infos; ProtocolError where sizes do not fit. Unless `in_place` its rows are copied to where they belong."""
+        end, at = len(payload), self.plain_end - wire.HEADER.size
+        if not in_place and end >= at:
+            self._buffer[wire.HEADER.size:self.plain_end] = payload[:at]
+        parts, infos, final_infos = _LENGTH.unpack_from(payload)[0] if end >= 4 else 0, None, None
+        if end >= at and parts & wire.PART_FINALS:
+            at = self._map_finals(payload, at)
+        if end >= at and parts & wire.PART_INFOS:
+            begin = wire.align(at) + 4
+            at = begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= end else 0)
+            if at <= end:
+                said = read_json(payload[begin:at], quick=True)
+                infos, final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"))
+        if not at <= end <= wire.align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
+            raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {at}")
+        return parts, infos, final_infos
+
+    def _map_finals(self, payload: memoryview, at: int) -> int:
+        """Lays the final rows over the payload from `at`; where they end."""
+        for behaviour, rows in zip(self._behaviours, self.rows):
+            rows.final_slots = np.flatnonzero(rows.states & wire.FINAL)
+            begin, at = wire.align(at), wire.align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
+            if at > len(payload):
+                break
+            rows.finals = behaviour.observation.views(payload, len(rows.final_slots), begin)
+        return at
+
+    def _columns(self, said) -> dict | None:
+        """Infos whose slots exist."""
+        try:
+            for column in (said or {}).values():
+                if len(column["slots"]) != len(column["values"]) or not all(type(slot) is int and 0 <= slot < self._slots for slot in column["slots"]):
+                    raise ValueError
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise ProtocolError("MALFORMED", f"infos of {self._slots} slots that cannot be read: {str(said)[:200]}") from None
+        return said

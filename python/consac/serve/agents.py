@@ -1,0 +1,87 @@
+"""Environments with several agents, in PettingZoo's parallel form."""
+from __future__ import annotations
+
+from consac.wire import ACTIVE, FINAL, FIRST, TERMINATED, TRUNCATED
+
+from .batch import Batch
+from .rows import Rows
+from .world import World
+
+
+class AgentBatch(Batch):
+    """Environments with several agents, in PettingZoo's parallel form."""
+
+    def __init__(self, world: World, envs: list, first_seed: int | None, warn):
+        super().__init__(world, envs, first_seed, warn)
+        self.place, self.first_slot, total = {}, [], 0
+        for rows in self.parts:
+            self.first_slot.append(total)
+            total += rows.behaviour.slots
+            for place, agent in enumerate(rows.behaviour.agents):
+                self.place[world.ids[agent]] = (len(self.first_slot) - 1, place)
+        self.ended: list[set] = [set() for _ in envs]  # agents whose episode is over
+
+    def _slot(self, env: int, agent) -> tuple[Rows, int, int]:
+        part, place = self.place[agent]
+        rows = self.parts[part]
+        slot = env * len(rows.behaviour.agents) + place
+        return rows, slot, self.first_slot[part] + slot
+
+    def _begin(self, env: int, seed, options) -> None:
+        observations, infos = self._reset(env, seed, options)
+        for agent in self.place:
+            rows, slot, number = self._slot(env, agent)
+            rows.rewards[slot] = 0
+            rows.states[slot] = FIRST | ACTIVE if agent in observations else 0
+            if agent in observations:
+                self._show(rows, slot, number, observations[agent], infos.get(agent) or {}, self.infos)
+        self.ended[env] = set()
+        self.over[env] = False
+
+    def _show(self, rows: Rows, slot: int, number: int, observation, info: dict, infos: list) -> None:
+        rows.write(slot, observation)
+        rows.write_mask(slot, info)
+        if info:
+            infos.append((number, info))
+
+    def _advance(self, env: int) -> None:
+        actions = {}
+        for agent in self.place:
+            rows, slot, _ = self._slot(env, agent)
+            if rows.states[slot] & ACTIVE:
+                actions[agent] = rows.action(slot)
+        observations, rewards, terminations, truncations, infos = self.envs[env].step(actions)
+        ended_now, seen, going_on = [], [], False
+        for agent in self.place:
+            rows, slot, number = self._slot(env, agent)
+            took_part = agent in actions or agent in observations and agent not in self.ended[env]
+            rows.states[slot] = 0
+            rows.rewards[slot] = rewards.get(agent, 0) if took_part else 0
+            if not took_part:
+                continue
+            if agent in observations:
+                self._show(rows, slot, number, observations[agent], infos.get(agent) or {}, seen)
+            terminated, truncated = terminations.get(agent, False), truncations.get(agent, False)
+            gone = agent not in observations and not (terminated or truncated)
+            if terminated or truncated or gone:
+                rows.states[slot] = (TERMINATED if terminated or gone else 0) | (TRUNCATED if truncated else 0)
+                self.ended[env].add(agent)
+                ended_now.append((rows, slot))
+            else:
+                rows.states[slot] = ACTIVE
+                going_on = True
+        if going_on:
+            self.infos += seen
+            return
+        if self.autoreset != "same_step":
+            self.infos += seen
+            self.over[env] = True
+            return
+        self.final_infos += seen
+        said = [(rows, slot, int(rows.states[slot]), float(rows.rewards[slot])) for rows, slot in ended_now]
+        for rows, slot in ended_now:
+            rows.finals.append((slot, rows.row(slot)))
+        self._begin(env, None, None)
+        for rows, slot, state, reward in said:
+            rows.states[slot] |= state | FINAL
+            rows.rewards[slot] = reward

@@ -1,0 +1,296 @@
+"""The environments of one session: RESET and STEP carried out, and RESULT. One agent each; several are in agents.py."""
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from consac import wire
+from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
+
+from .refusal import Refused
+from .rows import Rows
+from .world import World
+
+AUTORESETS = ("same_step", "next_step", "disabled")
+_U32 = struct.Struct("<I")
+_TWO_U32 = struct.Struct("<II")
+
+
+class Batch:
+    """The environments of one session and the buffer that holds what is known of them."""
+
+    def __init__(self, world: World, envs: list, first_seed: int | None, warn):
+        self.world, self.envs, self.first_seed, self.warn = world, envs, first_seed, warn
+        self.autoreset, count = "same_step", len(envs)
+        offset = HEADER.size + 8
+        for behaviour in world.behaviours:
+            offset = wire.align(Rows.offsets(behaviour, offset)[3])
+        self.buffer = bytearray(offset)
+        self.parts, offset, at = [], HEADER.size + 8, wire.align(8 + count)
+        self.request = bytearray(self.step_bytes(world))
+        for behaviour in world.behaviours:
+            rows = Rows(behaviour, self.buffer, offset)
+            rows.actions = behaviour.action.views(self.request, behaviour.slots, at)
+            at = wire.align(at + behaviour.slots * behaviour.action.row_bytes)
+            offset = wire.align(rows.end)
+            self.parts.append(rows)
+        self.size = offset
+        self.all_ones = b"\1" * count
+        self.over = [False] * count  # the episode is over and the next one has not begun
+        self.broken = [True] * count  # needs a RESET before a STEP
+        self.started = False
+        self.infos: list[tuple[int, dict]] = []
+        self.final_infos: list[tuple[int, dict]] = []
+        self.dropped: set[str] = set()
+
+    @staticmethod
+    def step_bytes(world: World) -> int:
+        """Bytes of a STEP's payload."""
+        end = 8 + world.environments
+        for behaviour in world.behaviours:
+            end = wire.align(end) + behaviour.slots * behaviour.action.row_bytes
+        return wire.align(end)
+
+    @staticmethod
+    def largest_result(world: World) -> int:
+        """Bytes of the largest RESULT's payload, infos apart."""
+        end = 8
+        for behaviour in world.behaviours:
+            end = wire.align(Rows.offsets(behaviour, wire.align(end))[3]) + behaviour.slots * behaviour.observation.row_bytes
+        return end
+
+    def close(self) -> None:
+        for env in self.envs:
+            try:
+                env.close()
+            except Exception as error:
+                self.warn(f"an environment did not close: {type(error).__name__}: {error}")
+
+    # -- requests
+
+    def reset(self, payload) -> None:
+        count = len(self.envs)
+        if len(payload) < 8 + count:
+            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; {8 + count} are the least for {count} environments")
+        flags, zero = _TWO_U32.unpack_from(payload)
+        if flags & ~(wire.WITH_SEEDS | wire.WITH_OPTIONS) or zero:
+            raise Refused("MALFORMED", f"a RESET with flags {flags:#x} and {zero} where 0 belongs; flags are 1 (seeds) and 2 (options)")
+        chosen = self._chosen(bytes(payload[8:8 + count]), "RESET")
+        end, seeds, options = 8 + count, None, None
+        if flags & wire.WITH_SEEDS:
+            at, end = wire.align(end), wire.align(end) + 8 * count
+            if len(payload) < end:
+                raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; with seeds it has {end} or more")
+            seeds = struct.unpack_from(f"<{count}q", payload, at)
+        if flags & wire.WITH_OPTIONS:
+            at = wire.align(end)
+            length = _U32.unpack_from(payload, at)[0] if len(payload) >= at + 4 else 0
+            end = at + 4 + length
+            if len(payload) == wire.align(end):
+                options = wire.load_json(payload[at + 4:end])
+        if len(payload) != wire.align(end):
+            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; by its flags it has {wire.align(end)}")
+        if not self.started and len(chosen) != count:
+            raise Refused("BAD_STATE", f"the first RESET resets {len(chosen)} of {count} environments; reset all of them first")
+        for env in chosen if seeds else ():
+            if seeds[env] < 0:
+                raise Refused("OUT_OF_RANGE", f"seed {seeds[env]} of environment {env}; seeds are 0 or more", env=env)
+        self._forget(every=True)
+        for env in chosen:
+            self.broken[env] = True
+        for env in chosen:
+            seed = seeds[env] if seeds else None if self.started or self.first_seed is None else self.first_seed + env
+            self._guard(env, self._begin, env, seed, options)
+            self.broken[env] = False
+        self.started = True
+
+    def step(self, payload) -> None:
+        if len(payload) != len(self.request):
+            raise Refused("WRONG_SIZE", f"a STEP of {len(payload)} bytes; with these spaces and {len(self.envs)} environments it has {len(self.request)}")
+        chosen = self._chosen(bytes(payload[8:8 + len(self.envs)]), "STEP")
+        if payload[:8] != bytes(8):
+            raise Refused("MALFORMED", f"a STEP begins {bytes(payload[:8]).hex()}; its first 8 bytes are 0")
+        for env in chosen:
+            if self.broken[env] or self.over[env] and self.autoreset == "disabled":
+                raise Refused("RESET_REQUIRED", f"environment {env} {'failed' if self.broken[env] else 'has ended its episode'}; reset it before it is stepped", env=env)
+        self.request[:] = payload
+        for rows in self.parts:
+            agents, states, at = len(rows.behaviour.agents), self.buffer, rows.states_at
+            slots = [slot for env in chosen for slot in range(env * agents, env * agents + agents) if states[at + slot] & ACTIVE]
+            if slots:
+                rows.check(slots, agents)
+        self._forget(every=len(chosen) != len(self.envs))
+        for index, env in enumerate(chosen):
+            try:
+                if self.over[env]:
+                    self._begin(env, None, None)
+                else:
+                    self._advance(env)
+            except Exception as error:
+                for lost in chosen[:index + 1]:
+                    self.broken[lost] = True
+                raise self._failed(env, error) from error
+
+    def render(self, request: dict) -> bytes:
+        env = request.get("env", 0)
+        if not isinstance(env, int) or not 0 <= env < len(self.envs):
+            raise Refused("OUT_OF_RANGE", f"RENDER of environment {env!r}; there are 0 to {len(self.envs) - 1}")
+        if not self.started:
+            raise Refused("BAD_STATE", "RENDER before a first RESET; reset first")
+        try:
+            image = np.asarray(self.envs[env].render())
+        except Exception as error:
+            raise Refused("UNSUPPORTED", f"the environment cannot draw: {type(error).__name__}: {error}", env=env) from error
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+            raise Refused("UNSUPPORTED", f"the environment draws {image.dtype} of shape {image.shape}; wanted are bytes of height x width x 3", env=env)
+        return _TWO_U32.pack(*image.shape[:2]) + image.tobytes()
+
+    def _chosen(self, mask: bytes, what: str):
+        if mask == self.all_ones:
+            return range(len(mask))
+        for env, value in enumerate(mask):
+            if value > 1:
+                raise Refused("OUT_OF_RANGE", f"{what} says {value} for environment {env}; 0 or 1", env=env)
+        return [env for env, value in enumerate(mask) if value]
+
+    def _forget(self, every: bool) -> None:
+        """What is said only once is taken back: rewards, ends, final rows, infos."""
+        if every:
+            for rows in self.parts:
+                rows.states &= FIRST | ACTIVE
+                rows.rewards[:] = 0
+        for rows in self.parts:
+            if rows.finals:
+                rows.finals = []
+        if self.infos:
+            self.infos = []
+        if self.final_infos:
+            self.final_infos = []
+
+    def _guard(self, env: int, act, *arguments) -> None:
+        try:
+            act(*arguments)
+        except Exception as error:
+            raise self._failed(env, error) from error
+
+    def _failed(self, env: int, error: Exception) -> Refused:
+        self.broken[env] = True
+        return Refused("ENV_FAILED", f"environment {env} failed: {type(error).__name__}: {error}; reset it and those stepped with it", env=env)
+
+    # -- one environment with one agent
+
+    def _begin(self, env: int, seed, options) -> None:
+        rows = self.parts[0]
+        observation, info = self._reset(env, seed, options)
+        rows.write(env, observation)
+        rows.write_mask(env, info)
+        rows.rewards[env] = 0
+        self.buffer[rows.states_at + env] = FIRST | ACTIVE
+        self.over[env] = False
+        if info:
+            self.infos.append((env, info))
+
+    def _reset(self, env: int, seed, options):
+        return self.envs[env].reset(seed=seed) if options is None else self.envs[env].reset(seed=seed, options=options)
+
+    def _advance(self, env: int) -> None:
+        rows = self.parts[0]
+        observation, reward, terminated, truncated, info = self.envs[env].step(rows.action(env))
+        rows.write(env, observation)
+        state = ACTIVE
+        if terminated or truncated:
+            state = (TERMINATED if terminated else 0) | (TRUNCATED if truncated else 0)
+            if self.autoreset == "same_step":
+                rows.finals.append((env, rows.row(env)))
+                if info:
+                    self.final_infos.append((env, info))
+                observation, info = self._reset(env, None, None)
+                rows.write(env, observation)
+                state |= FINAL | FIRST | ACTIVE
+            else:
+                self.over[env] = True
+        rows.rewards[env] = reward
+        self.buffer[rows.states_at + env] = state
+        if info:
+            self.infos.append((env, info))
+        if rows.masks is not None:
+            rows.write_mask(env, info)
+
+    # -- the answer
+
+    def result(self, request: int, session: int, crc: bool) -> bytes | memoryview:
+        """The RESULT frame; a view of the buffer where nothing of changing size belongs to it."""
+        with_finals = any(rows.finals for rows in self.parts)
+        infos = self._infos_json() if self.infos or self.final_infos else b""
+        flags = wire.FLAG_CRC if crc else 0
+        if not with_finals and not infos and not crc:
+            HEADER.pack_into(self.buffer, 0, wire.MAGIC, wire.RESULT, 0, self.size - HEADER.size, 0, request, session, 0)
+            return memoryview(self.buffer)[:self.size]
+        out = bytearray(_TWO_U32.pack((wire.PART_FINALS if with_finals else 0) | (wire.PART_INFOS if infos else 0), 0))
+        for rows in self.parts:
+            pad(out)
+            out += memoryview(self.buffer)[rows.begin:rows.end]
+        for rows in self.parts:
+            pad(out)
+            out += b"".join(row for _, row in sorted(rows.finals))
+        pad(out)
+        if infos:
+            out += _U32.pack(len(infos)) + infos
+            pad(out)
+        return wire.pack(wire.Frame(wire.RESULT, out, request, session, flags))
+
+    def _infos_json(self) -> bytes:
+        said, masked = {}, any(rows.masks is not None for rows in self.parts)
+        for name, of in (("infos", self.infos), ("final_infos", self.final_infos)):
+            columns: dict = {}
+            for slot, info in of:
+                for key, value in info.items():
+                    if masked and key == "action_mask":
+                        continue
+                    try:
+                        value = _plain(value)
+                    except TypeError as error:
+                        self._drop(str(key), f"is {error}, which JSON has not")
+                        continue
+                    column = columns.setdefault(str(key), {"slots": [], "values": []})
+                    column["slots"].append(slot)
+                    column["values"].append(value)
+            if columns:
+                said[name] = columns
+        text = wire.dump_json(said) if said else b""
+        if len(text) > wire.LARGEST_JSON:
+            self._drop("", f"are {len(text)} bytes of JSON, at most {wire.LARGEST_JSON} are sent")
+            return b""
+        return text
+
+    def drop_infos(self, why: str) -> None:
+        """The answer is sent without infos."""
+        self.infos, self.final_infos = [], []
+        self._drop("", why)
+
+    def _drop(self, key: str, why: str) -> None:
+        if key not in self.dropped:
+            self.dropped.add(key)
+            self.warn(f"info {key!r} {why}; it is not sent" if key else f"the infos {why}; they are not sent")
+
+
+def pad(out: bytearray) -> None:
+    out += bytes(wire.align(len(out)) - len(out))
+
+
+def _plain(value):
+    """A value of an info as JSON has it; TypeError for what has no form there."""
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, float):
+        return value if value - value == 0 else None
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    raise TypeError(f"a {type(value).__name__}")

@@ -1,0 +1,50 @@
+"""`python -m consac.serve`: its arguments, and the server until it is told to end."""
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+
+from .limits import Limits
+from .server import Server
+from .world import environment_maker, pettingzoo_maker
+
+
+def main(arguments=None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m consac.serve", description="Serves any Gymnasium or PettingZoo environment to CONSAC's trainers.")
+    parser.add_argument("world", nargs="?", help="Gymnasium id, or module:attribute of a callable that makes an environment")
+    parser.add_argument("--pettingzoo", metavar="MODULE", help="a module with parallel_env, as pettingzoo.mpe.simple_spread_v3")
+    parser.add_argument("--envs", type=int, default=1, help="environments of each session")
+    parser.add_argument("--host", default="127.0.0.1", help="address to bind; another than loopback needs --token")
+    parser.add_argument("--port", type=int, default=5005, help="0 takes a free one")
+    parser.add_argument("--port-file", metavar="F", help="the port is written here once it is open")
+    parser.add_argument("--token", default=os.environ.get("CONSAC_TOKEN", ""), help="that clients must have; or set CONSAC_TOKEN")
+    parser.add_argument("--steps", type=int, default=0, metavar="N", help="training length that is asked for")
+    parser.add_argument("--model", default="", metavar="NAME", help="model that the trainer saves or finds")
+    parser.add_argument("--seed", type=int, help="of the first reset, where the client gives none")
+    parser.add_argument("--sessions", type=int, default=0, metavar="N", help="end after so many sessions; 0: never")
+    parser.add_argument("--max-sessions", type=int, default=8, metavar="N", help="at once")
+    parser.add_argument("--protocol", choices=["auto", "text1", "2"], default="auto")
+    parser.add_argument("--no-render", action="store_true", help="make environments that do not draw")
+    options = parser.parse_args(arguments)
+    if (options.world is None) == (options.pettingzoo is None):
+        parser.error("name one world: a Gymnasium id, module:attribute, or --pettingzoo MODULE")
+    try:
+        factory = environment_maker(options.world, not options.no_render) if options.world else pettingzoo_maker(options.pettingzoo, not options.no_render)
+        server = Server(factory, options.envs, host=options.host, port=options.port, token=options.token, protocol=options.protocol,
+                        training_length=options.steps, model_name=options.model, seed=options.seed, sessions=options.sessions,
+                        limits=Limits(max_sessions=options.max_sessions), log=lambda line: print(line, file=sys.stderr, flush=True))
+    except Exception as error:  # an environment's constructor may raise anything
+        print(f"consac.serve: {type(error).__name__}: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    for name in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(name, lambda *_: server._stop.set())
+    if options.port_file:
+        fresh = f"{options.port_file}.{os.getpid()}"
+        with open(fresh, "w") as file:
+            file.write(f"{server.port}\n")
+        os.replace(fresh, options.port_file)
+    print(f"serving {server.world.name}, {options.envs} environment{'s' * (options.envs > 1)} per session, on {options.host}:{server.port}", flush=True)
+    server.run()
+    return 0

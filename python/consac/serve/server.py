@@ -1,0 +1,304 @@
+"""Listens, lets trainers in and keeps their sessions, each with a thread of its own."""
+from __future__ import annotations
+
+import hmac
+import socket
+import threading
+import time
+
+from consac import shared_memory, wire
+from consac.address import is_here, is_loopback
+from consac.wire import WireError
+
+from . import text1
+from .batch import Batch
+from .connection import Connection
+from .limits import TICK, Limits
+from .refusal import Gone, Refused, error_json
+from .session import Offer, Session
+from .world import World, environment_maker
+
+
+class Server:
+    """Serves environments from `make_env`, a callable, or a Gymnasium id, on `host`:`port` (0: a free one)."""
+
+    def __init__(self, make_env, envs: int = 1, *, host: str = "127.0.0.1", port: int = 0, token: str = "", protocol: str = "auto",
+                 training_length: int = 0, model_name: str = "", seed: int | None = None, sessions: int = 0, name: str = "",
+                 limits: Limits = Limits(), log=None):
+        if protocol not in ("auto", "text1", "2"):
+            raise ValueError(f"protocol {protocol!r}; it is auto, text1 or 2")
+        if not token and not is_loopback(host):
+            raise ValueError(f"{host} can be reached from other machines, so an access token is needed: set --token, or bind 127.0.0.1")
+        if envs < 1 or training_length < 0 or sessions < 0:
+            raise ValueError(f"envs {envs}, training length {training_length}, sessions {sessions}; envs is 1 or more, the others 0 or more")
+        self.make_env = environment_maker(make_env) if isinstance(make_env, str) else make_env
+        self.token, self.protocol, self.limits, self.sessions_wanted = token, protocol, limits, sessions
+        self._log = log or (lambda line: None)
+        self.world = World.probe(self.make_env, envs, name)
+        self._offer = Offer(self.world, self.make_env, seed, training_length, model_name, self._log)
+        self.text_misfit = text1.misfit(self._offer) if not token else "it has no access token"
+        if protocol == "text1" and self.text_misfit:
+            raise ValueError(f"text protocol 1 cannot carry this: {self.text_misfit}")
+        largest = max(Batch.largest_result(self.world), Batch.step_bytes(self.world))
+        if largest > limits.max_frame:
+            raise ValueError(f"{envs} environments make frames of {largest} bytes, over {limits.max_frame}; use fewer of them")
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        self._listener = socket.create_server((host, port), family=family, backlog=64)
+        self._listener.settimeout(TICK)
+        self.host, self.port = host, self._listener.getsockname()[1]
+        self._lock = threading.Lock()
+        self._sessions: dict[int, Session] = {}
+        self._connections: dict[Connection, threading.Thread] = {}
+        self._next_session, self._finished = 1, 0
+        self._text_lock = threading.Lock()  # held by the one trainer of text protocol 1
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> "Server":
+        """Serves from a thread of its own."""
+        self._thread = threading.Thread(target=self.run, name=f"consac-serve-{self.port}", daemon=True)
+        self._thread.start()
+        return self
+
+    def run(self) -> None:
+        """Serves until `close`, or until the wanted number of sessions is over."""
+        while not self._stop.is_set():
+            try:
+                sock, _ = self._listener.accept()
+            except (TimeoutError, socket.timeout):
+                self._forget_lost()
+                for connection in list(self._connections):
+                    connection.reassure()
+                if self.sessions_wanted and self._finished >= self.sessions_wanted:
+                    self._stop.set()
+                continue
+            except OSError:
+                break
+            connection = Connection(sock, self.limits)
+            with self._lock:
+                if len(self._connections) >= 2 * self.limits.max_sessions + 16:
+                    sock.close()
+                    continue
+                thread = threading.Thread(target=self._serve, args=(connection,), daemon=True)
+                self._connections[connection] = thread
+            thread.start()
+        self._shut_down()
+
+    def close(self) -> None:
+        """Answers what is under way, says GOAWAY and closes; more than once does no harm."""
+        self._stop.set()
+        try:
+            self._listener.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(5)
+        elif self._thread is None:
+            self._shut_down()
+
+    def __enter__(self) -> "Server":
+        return self if self._thread is not None else self.start()
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def _shut_down(self) -> None:
+        self._listener.close()
+        with self._lock:
+            connections = list(self._connections.items())
+        for connection, _ in connections:
+            connection.closing.set()
+            try:
+                connection.sock.shutdown(socket.SHUT_RD)
+            except OSError:
+                pass
+        deadline = time.monotonic() + 2
+        for _, thread in connections:
+            thread.join(max(0, deadline - time.monotonic()))
+        with self._lock:
+            left, self._sessions = list(self._sessions.values()), {}
+        for session in left:
+            if session.batch and session.lock.acquire(timeout=0.1):
+                session.batch.close()
+
+    def _forget_lost(self) -> None:
+        now = time.monotonic()
+        with self._lock:
+            lost = [session for session in self._sessions.values() if session.connection is None and now - session.lost_at > self.limits.resume_s]
+            for session in lost:
+                del self._sessions[session.number]
+        for session in lost:
+            self._end(session, "was not taken up again")
+
+    def _end(self, session: Session, why: str) -> None:
+        with self._lock:
+            self._sessions.pop(session.number, None)
+            self._finished += 1
+        if session.batch:
+            session.batch.close()
+        self._log(f"session {session.number} {why}")
+
+    # -- one connection
+
+    def _serve(self, connection: Connection) -> None:
+        session = None
+        try:
+            if self.protocol == "text1" or self._hears_nothing(connection):
+                self._serve_text(connection)
+                return
+            session = self._shake_hands(connection)
+            if session is not None:
+                session.serve(connection, lambda: self._look(connection, session.deadline))
+                self._end(session, "said BYE")
+        except (WireError, Refused) as error:
+            connection.last_word(connection.pack(wire.ERROR, error_json(error.code, error.message, **getattr(error, "extra", {})),
+                                                        connection.request, session=session.number if session else 0))
+            self._log(f"closed a connection: {error}")
+        except Gone as error:
+            if connection.closing.is_set():
+                connection.last_word(connection.pack(wire.GOAWAY, wire.dump_json({"reason": "the server shuts down"}),
+                                                            session=session.number if session else 0))
+            elif session:
+                self._log(f"session {session.number}: {error}; it can be resumed for {self.limits.resume_s:g} s")
+        finally:
+            connection.finish()
+            if session is not None:
+                self._detach(connection, session)
+            with self._lock:
+                self._connections.pop(connection, None)
+
+    def _serve_text(self, connection: Connection) -> None:
+        if not self._text_lock.acquire(timeout=self.limits.grace_s):  # a trainer that just closed may be coming back
+            connection.last_word(b"busy: this engine serves another trainer; try again later\n")
+            return
+        env = None
+        try:
+            env = self.make_env()
+            text1.play(connection, self._offer, self.limits, env)
+        except Gone as error:
+            self._log(f"text protocol 1: {error}")
+        except Exception as error:
+            connection.last_word(f"error: {' '.join(str(error).split())}\n".encode())
+            self._log(f"text protocol 1: {error}")
+        finally:
+            self._text_lock.release()
+            if env is not None:
+                env.close()
+            with self._lock:
+                self._finished += 1
+
+    def _detach(self, connection: Connection, session: Session) -> None:
+        with self._lock:
+            if session.connection is connection:
+                session.connection, session.lost_at = None, time.monotonic()
+        session.lock.release()
+
+    def _hears_nothing(self, connection: Connection) -> bool:
+        if self.protocol == "2":
+            return False
+        if connection.wait(self.limits.grace_s):
+            return False
+        if self.text_misfit:
+            self._log(f"a silent trainer; text protocol 1 is not served: {self.text_misfit}")
+        return not self.text_misfit
+
+    def _look(self, connection: Connection, deadline: float | None) -> None:
+        if connection.closing.is_set():
+            raise Gone("the server shuts down")
+        if deadline is not None and time.monotonic() > deadline:
+            connection.last_word(connection.pack(wire.GOAWAY, wire.dump_json({"reason": f"no HELLO and CONFIGURE within {self.limits.handshake_s:g} s"})))
+            raise Gone("the handshake took too long")
+        if deadline is None:
+            connection.heartbeat()
+
+    def _shake_hands(self, connection: Connection) -> Session | None:
+        """Everything up to WELCOME; the session is then this thread's."""
+        deadline = time.monotonic() + self.limits.handshake_s
+        while True:
+            connection.request = 0
+            kind, request, number, payload = connection.read(lambda: self._look(connection, deadline))
+            self._check_deadline(connection, deadline)
+            connection.request = request
+            if kind == wire.HELLO:
+                hello = wire.load_json(payload)
+                if hello.get("resume") or number == 0 and request <= 1:  # whoever resumes may say the session's number already
+                    session = self._welcome(connection, request, hello)
+                    session.deadline = None if session.configured else deadline
+                    return session
+                why = f"HELLO has request {request} and session {number}; a new session begins with request 1 (or 0) and session 0"
+                connection.write(connection.pack(wire.ERROR, error_json("BAD_STATE", why), request))
+                continue
+            if kind == wire.BYE:
+                return None
+            if not connection.aside(kind, payload, 0):
+                code, message = "UNKNOWN_MESSAGE", f"a frame of type {kind} is not known here"
+                if kind <= wire.FRAME:
+                    code, message = "BAD_STATE", f"a frame of type {kind} before HELLO; send HELLO first"
+                connection.write(connection.pack(wire.ERROR, error_json(code, message), request))
+
+    def _check_deadline(self, connection: Connection, deadline: float) -> None:
+        if time.monotonic() > deadline:
+            self._look(connection, deadline)
+
+    def _welcome(self, connection: Connection, request: int, hello: dict) -> Session:
+        versions = hello.get("protocol")
+        if not (isinstance(versions, list) and len(versions) == 2 and all(type(version) is int for version in versions)):
+            raise WireError("MALFORMED", f"HELLO has protocol {versions!r}; it is [lowest, highest]")
+        given = hello.get("token", "")
+        if self.token and not hmac.compare_digest(str(given).encode(), self.token.encode()):
+            raise Refused("AUTH_FAILED", "this server asks for a token and HELLO's is " + ("another; check it" if given else "missing; add it"))
+        if not versions[0] <= wire.VERSION <= versions[1]:
+            raise Refused("UNSUPPORTED_VERSION", f"the client speaks protocols {versions[0]} to {versions[1]}, this server {wire.VERSION}; update one of them",
+                          protocol=[wire.VERSION, wire.VERSION])
+        offered, most = hello.get("capabilities", []), hello.get("max_frame", self.limits.max_frame)
+        if not isinstance(offered, list) or type(most) is not int or most < wire.LARGEST_BEFORE_WELCOME:
+            raise WireError("MALFORMED", f"HELLO has capabilities {offered!r} and max_frame {most!r}; a list and at least {wire.LARGEST_BEFORE_WELCOME}")
+        if self._stop.is_set():
+            raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
+        has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
+        capabilities = [name for name in has if name in offered and has[name]]
+        session, resumed = self._take_up(connection, hello["resume"]) if hello.get("resume") else self._open(connection, request)
+        connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
+        session.renders = "render" in capabilities
+        answer = connection.pack(wire.WELCOME, wire.dump_json({
+            "protocol": wire.VERSION, "server": "consac-python 0.1.0", "session": session.number, "resume": session.token, "capabilities": capabilities,
+            "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), request, session.number)
+        if not resumed:
+            session.answer = answer
+        try:
+            connection.write(answer)
+        except Gone:
+            self._detach(connection, session)
+            raise
+        return session
+
+    def _open(self, connection: Connection, request: int) -> tuple[Session, bool]:
+        with self._lock:
+            if len(self._sessions) >= self.limits.max_sessions:
+                lost = [session.lost_at for session in self._sessions.values() if session.connection is None]
+                wait = max(1.0, min(lost) + self.limits.resume_s - time.monotonic()) if lost else 10.0
+                raise Refused("CAPACITY", f"all {self.limits.max_sessions} sessions are taken; close one, or start the server with more --max-sessions",
+                              retry_after_s=round(wait, 1))
+            session = Session(self._next_session, self._offer)
+            self._next_session += 1
+            self._sessions[session.number] = session
+            session.connection, session.last_request = connection, request
+            session.lock.acquire()
+        return session, False
+
+    def _take_up(self, connection: Connection, token) -> tuple[Session, bool]:
+        with self._lock:
+            session = next((known for known in self._sessions.values() if hmac.compare_digest(known.token.encode(), str(token).encode())), None)
+            if session is None:
+                raise Refused("AUTH_FAILED", "no session has this resume token, or it has expired; begin a new one")
+            before, session.connection = session.connection, connection
+        if before is not None:
+            try:
+                before.sock.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+        if not session.lock.acquire(timeout=self.limits.handshake_s):
+            with self._lock:
+                session.connection = before
+            raise Refused("CAPACITY", f"session {session.number} is still at work on request {session.last_request + 1}; try again", retry_after_s=1)
+        return session, True

@@ -1,0 +1,164 @@
+"""One trainer's session: its environments, its requests carried out once each, the last answer kept."""
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from dataclasses import dataclass
+from typing import Callable
+
+from consac import shared_memory, wire
+from consac.wire import HEADER
+
+from .agents import AgentBatch
+from .batch import AUTORESETS, Batch
+from .connection import Connection
+from .refusal import CONNECTION_ERRORS, Gone, Refused, error_json
+from .world import World
+
+
+INFOS_ROOM = 1 << 16  # bytes of a RESULT's infos that shared memory has room for; larger ones go over TCP
+
+
+@dataclass
+class Offer:
+    """What a server offers to every session."""
+
+    world: World
+    make_env: Callable
+    seed: int | None  # of a first RESET that gives none
+    training_length: int
+    model_name: str
+    log: Callable
+
+
+class Session:
+    """Environments and the last answer; it may outlive a connection."""
+
+    def __init__(self, number: int, offer: Offer):
+        self.offer = offer
+        self.number, self.token = number, secrets.token_urlsafe(24)
+        self.lock = threading.Lock()  # held by the thread that serves it
+        self.connection: Connection | None = None
+        self.lost_at = 0.0
+        self.last_request = 0
+        self.answer: bytes | memoryview = b""
+        self.batch: Batch | None = None
+        self.configured = False
+        self.renders = False
+        self.deadline: float | None = None  # for CONFIGURE
+
+    def serve(self, connection: Connection, look) -> None:
+        """Answers requests until BYE; `look` is called now and then and raises where time is up."""
+        while True:
+            connection.request = 0
+            kind, request, number, payload = connection.read(look)
+            connection.request = request
+            if self.deadline is not None and time.monotonic() > self.deadline:
+                look()
+            if kind == wire.BYE:
+                return
+            if connection.aside(kind, payload, self.number):
+                continue
+            if request != self.last_request + 1 or number != self.number:
+                if request == self.last_request != 0 and number == self.number:
+                    connection.answer(self.answer)
+                    continue
+                why = f"request {request} after {self.last_request}; the next is {self.last_request + 1}"
+                if number != self.number:
+                    why = f"session {number} on the connection of session {self.number}"
+                connection.answer(connection.pack(wire.ERROR, error_json("BAD_STATE", why), request, self.number))
+                continue
+            if connection.closing.is_set():
+                raise Refused("SHUTTING_DOWN", "the server shuts down; this request was not carried out", retry_after_s=5)
+            try:
+                answer = self._carry_out(connection, kind, request, payload)
+            except Refused as error:
+                if error.code in CONNECTION_ERRORS:
+                    raise
+                answer = connection.pack(wire.ERROR, error_json(error.code, error.message, **error.extra), request, self.number)
+            self.last_request, self.answer = request, answer
+            connection.answer(answer)
+            if connection.closing.is_set():
+                raise Gone("the server shuts down")
+
+    def _carry_out(self, connection: Connection, kind: int, request: int, payload):
+        batch = self.batch
+        if kind == wire.STEP or kind == wire.RESET:
+            if not self.configured:
+                raise Refused("BAD_STATE", f"{'STEP' if kind == wire.STEP else 'RESET'} before CONFIGURE; configure first")
+            if kind == wire.RESET:
+                batch.reset(payload)
+            elif not batch.started:
+                raise Refused("BAD_STATE", "STEP before a first RESET; reset first")
+            else:
+                batch.step(payload)
+            answer = batch.result(request, self.number, connection.crc)
+            if len(answer) - HEADER.size > connection.limit:
+                batch.drop_infos("make the RESULT larger than the client takes")
+                answer = batch.result(request, self.number, connection.crc)
+            return answer
+        if kind == wire.CONFIGURE:
+            return connection.pack(wire.SPEC, self._configure(connection, wire.load_json(payload)), request, self.number)
+        if kind == wire.RENDER:
+            if not self.renders:
+                raise Refused("UNSUPPORTED", "RENDER without the capability `render`" + ("" if self.offer.world.renders else "; this server's environments do not draw"))
+            if batch is None:
+                raise Refused("BAD_STATE", "RENDER before CONFIGURE; configure first")
+            image = batch.render(wire.load_json(payload))
+            if len(image) > connection.limit:
+                raise Refused("UNSUPPORTED", f"an image of {len(image)} bytes, over the client's max_frame {connection.limit}; raise it")
+            return connection.pack(wire.FRAME, image, request, self.number)
+        if kind == wire.HELLO:
+            raise Refused("BAD_STATE", "HELLO twice on one connection; go on with CONFIGURE or RESET")
+        raise Refused("UNKNOWN_MESSAGE", f"a frame of type {kind} is not {'sent by a client' if kind <= wire.FRAME else 'known here'}")
+
+    def _configure(self, connection: Connection, wanted: dict) -> bytes:
+        if self.batch is not None and self.batch.started:
+            raise Refused("BAD_STATE", "CONFIGURE after a RESET; begin a new session")
+        autoreset, transport = wanted.get("autoreset", "same_step"), wanted.get("transport", "tcp")
+        if autoreset not in AUTORESETS:
+            raise Refused("UNSUPPORTED", f"autoreset {autoreset!r}; there are {', '.join(AUTORESETS)}", path="autoreset")
+        if transport != "tcp" and not (transport == "shm" and connection.shares):
+            raise Refused("UNSUPPORTED", f"transport {transport!r}; this connection has tcp{' and shm' * connection.shares}", path="transport")
+        spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name)
+        if "expect" in wanted:
+            difference = wire.first_difference(wanted["expect"], spec["behaviours"], "behaviours")
+            if difference:
+                path, expected, found = difference
+                path = "/".join(part for part in path.split("/") if part not in ("spaces", "space"))
+                both = [wire.dump_json(value).decode()[:400] for value in (expected, found)]
+                raise Refused("SPEC_MISMATCH", f"{path}: the client expects {both[0]}, the engine has {both[1]}", path=path)
+        channel = None
+        if transport == "shm":
+            channel, spec["shm"] = self._share()
+        text = wire.dump_json(spec)
+        largest = max(Batch.largest_result(self.offer.world), Batch.step_bytes(self.offer.world), len(text))
+        if largest > connection.limit:
+            raise Refused("UNSUPPORTED", f"this world's frames have up to {largest} bytes, over max_frame {connection.limit}; raise it or serve fewer environments")
+        if self.batch is None:
+            self.batch = self._make_batch()
+        self.batch.autoreset = autoreset
+        connection.channel, connection.in_memory = channel, False
+        self.configured, self.deadline = True, None
+        return text
+
+    def _share(self) -> tuple[shared_memory.Channel, dict]:
+        """Memory for the requests and answers of this world."""
+        world = self.offer.world
+        reset = wire.align(8 + world.environments) + 8 * world.environments
+        try:
+            return shared_memory.create_channel(HEADER.size + max(Batch.step_bytes(world), reset), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
+        except OSError as error:
+            raise Refused("UNSUPPORTED", f"memory cannot be shared: {error}; ask for the transport tcp", path="transport") from error
+
+    def _make_batch(self) -> Batch:
+        envs: list = []
+        try:
+            for _ in range(self.offer.world.environments):
+                envs.append(self.offer.make_env())
+        except Exception as error:
+            for env in envs:
+                env.close()
+            raise Refused("ENV_FAILED", f"environment {len(envs)} cannot be made: {type(error).__name__}: {error}", env=len(envs)) from error
+        return (AgentBatch if self.offer.world.multi_agent else Batch)(self.offer.world, envs, self.offer.seed, self.offer.log)

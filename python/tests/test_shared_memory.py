@@ -1,0 +1,457 @@
+"""Frames through shared memory: between our client, `consac serve` and our own server, and what happens when one end goes away."""
+import _thread
+import contextlib
+import importlib.util
+import logging
+import mmap
+import os
+import pathlib
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+import consac
+from consac import shared_memory, wire
+from consac.errors import ConnectionLost, DeadlineExceeded, EngineError, ProtocolError
+from consac.serve import Limits, Server
+from toy_server import ToyServer
+
+PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
+in_cpp = pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+pytestmark = pytest.mark.skipif(not shared_memory.AVAILABLE, reason="shared memory is there on Linux with x86-64 only")
+
+
+class Engines:
+    """`consac serve` processes."""
+
+    def __init__(self, folder):
+        self.folder, self.processes = folder, []
+
+    def __call__(self, world, *arguments):
+        port_file = self.folder / f"port{len(self.processes)}"
+        self.processes.append(subprocess.Popen([PROGRAM, "serve", world, "--port", "0", "--port-file", port_file, *arguments], stdout=subprocess.DEVNULL))
+        while not port_file.is_file():
+            time.sleep(0.01)
+        return f"tcp://127.0.0.1:{int(port_file.read_text())}"
+
+
+@pytest.fixture
+def serve(tmp_path):
+    engines = Engines(tmp_path)
+    yield engines
+    for process in engines.processes:
+        process.kill()
+        process.wait()
+
+
+# ---- against `consac serve`
+
+def trajectory(url, memory, mode, steps=300):
+    """Everything that a vector environment says."""
+    said = []
+    with contextlib.closing(consac.make_vec(url, autoreset_mode=mode, shared_memory=memory)) as envs:
+        assert envs.connection.in_memory == memory
+        observations, _ = envs.reset(seed=7)
+        rng, ended = np.random.default_rng(1), np.zeros(envs.num_envs, bool)
+        for _ in range(steps):
+            if mode == AutoresetMode.DISABLED and ended.any():
+                observations, _ = envs.reset(options={"reset_mask": ended})
+                said.append(observations)
+            observations, rewards, terminated, truncated, infos = envs.step(rng.integers(0, 2, envs.num_envs))
+            ended = terminated | truncated
+            said += [observations, rewards, terminated, truncated] + [final for final in infos.get("final_obs", ()) if final is not None]
+    return said
+
+
+@in_cpp
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_memory_and_tcp_say_the_same(serve, mode):
+    url = serve("cartpole-v1", "--envs", "5")
+    one, other = trajectory(url, True, mode), trajectory(url, False, mode)
+    assert len(one) == len(other) and all(np.array_equal(a, b) for a, b in zip(one, other))
+
+
+@in_cpp
+def test_one_world_says_the_same_and_its_observations_stay(serve):
+    url, episodes = serve("pendulum-v1"), []
+    for memory in (True, False):
+        with consac.make(url, shared_memory=memory) as env:
+            assert env.connection.in_memory == memory
+            kept = [env.reset(seed=3)[0]]
+            copies = [kept[0].copy()]
+            for _ in range(100):
+                kept.append(env.step(np.array([0.5], np.float32))[0])
+                copies.append(kept[-1].copy())
+            assert np.array_equal(kept, copies)
+            episodes.append(np.array(kept))
+    assert np.array_equal(*episodes)
+
+
+@in_cpp
+def test_a_refused_action_and_then_a_good_one(serve):
+    with consac.make(serve("cartpole-v1")) as env:
+        env.reset(seed=1)
+        with pytest.raises(EngineError, match="OUT_OF_RANGE"):
+            env.step(7)
+        assert env.connection.in_memory
+        env.step(1)
+
+
+@in_cpp
+def test_a_killed_engine_is_told_within_a_second(serve):
+    with consac.make(serve("cartpole-v1")) as env:
+        env.reset(seed=1)
+        killer = threading.Timer(0.2, serve.processes[0].kill)
+        killer.start()
+        with pytest.raises(ConnectionLost):
+            while True:
+                begun = time.monotonic()
+                if env.step(1)[2]:
+                    env.reset()
+        assert time.monotonic() - begun < 1
+
+
+@in_cpp
+def test_an_engine_that_stands_still_runs_into_the_deadline(serve):
+    with consac.make(serve("cartpole-v1"), timeout=0.3) as env:
+        env.reset(seed=1)
+        serve.processes[0].send_signal(signal.SIGSTOP)
+        begun = time.monotonic()
+        with pytest.raises(DeadlineExceeded):
+            env.step(1)
+        assert 0.25 < time.monotonic() - begun < 1
+        serve.processes[0].send_signal(signal.SIGCONT)
+
+
+@in_cpp
+def test_a_lost_connection_goes_on_over_tcp_and_no_step_is_carried_out_twice(serve):
+    url, said = serve("pendulum-v1", "--envs", "3"), []
+    for cut in (False, True):
+        with contextlib.closing(consac.make_vec(url)) as envs:
+            envs.reset(seed=5)
+            for step in range(60):
+                if cut and step == 20:
+                    envs.connection._socket.shutdown(2)
+                    with envs.connection._lock:  # what the watching thread would find
+                        envs.connection._broken = ConnectionLost("cut on purpose")
+                observations, rewards, *_ = envs.step(np.full((3, 1), 0.1 * (step % 7), np.float32))
+                said.append((observations, rewards))
+            assert envs.connection.in_memory != cut
+    assert all(np.array_equal(a[0], b[0]) and np.array_equal(a[1], b[1]) for a, b in zip(said[:60], said[60:]))
+
+
+@in_cpp
+def test_memory_that_cannot_be_mapped_is_done_without(serve, monkeypatch, caplog):
+    def no(*_):
+        raise PermissionError("no")
+
+    monkeypatch.setattr(shared_memory.mmap, "mmap", no)
+    with caplog.at_level(logging.DEBUG, "consac"), consac.make(serve("cartpole-v1")) as env:
+        assert not env.connection.in_memory and "going on over TCP" in caplog.text
+        env.reset(seed=1)
+        assert env.step(1)[1] == 1.0
+
+
+@in_cpp
+def test_a_pause_between_steps_longer_than_every_spin(serve):
+    with consac.make(serve("cartpole-v1")) as env:
+        env.reset(seed=1)
+        for _ in range(10):
+            time.sleep(0.05)
+            assert env.step(1)[1] == 1.0
+
+
+# ---- a region of our own making
+
+class Region:
+    """What an engine might share, right or wrong."""
+
+    def __init__(self, size=4096, seals=7, magic=wire.MAGIC):
+        self.descriptor = os.memfd_create("test", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        os.ftruncate(self.descriptor, size)
+        import fcntl
+
+        fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, seals)
+        self.memory = mmap.mmap(self.descriptor, size)
+        struct.pack_into("<II", self.memory, 0, magic, 2)
+        self.spec = {"path": f"/proc/{os.getpid()}/fd/{self.descriptor}", "bytes": size, "request_offset": 192, "request_bytes": 1000, "result_offset": 1216, "result_bytes": 2000, "spin_us": 50}
+
+
+@pytest.mark.parametrize("change", [
+    {"bytes": 4097}, {"bytes": 1 << 40}, {"bytes": -1}, {"bytes": 1.5}, {"request_offset": 191}, {"request_offset": 64}, {"result_offset": 1217}, {"result_offset": 1000}, {"result_offset": 64},
+    {"request_bytes": 99}, {"result_bytes": 199}, {"result_bytes": 3000}, {"request_bytes": 1 << 62}, {"path": "/etc/passwd"}, {"path": "/proc/self/fd/0"}, {"path": "/proc/1/fd/0\n"},
+    {"path": None}, {"spin_us": "long"}, {"request_bytes": None},
+], ids=str)
+def test_a_region_that_cannot_be_is_not_mapped(change):
+    region = Region()
+    shared_memory.open_channel(region.spec, 100, 200)
+    with pytest.raises(shared_memory.Unavailable):
+        shared_memory.open_channel(region.spec | change, 100, 200)
+
+
+@pytest.mark.parametrize("region", [{"seals": 0}, {"magic": 1}, {"seals": 4}], ids=str)
+def test_a_region_that_may_shrink_or_holds_something_else_is_not_used(region):
+    kept = Region(**region)
+    with pytest.raises(shared_memory.Unavailable):
+        shared_memory.open_channel(kept.spec, 100, 200)
+
+
+def test_no_turn_is_missed_whether_its_reader_spins_or_sleeps():
+    """Frames go to and fro between two threads, with and without sleep between them, and none is missed."""
+    region = Region()
+    client = shared_memory.open_channel(region.spec, 100, 200)
+    server = shared_memory.Channel(region.memory, (128, 1216, 2000), (64, 192, 1000), 50)
+
+    def echo():
+        for i in range(2000):
+            while not server.wait(0.02):
+                pass
+            frame, _ = server.receive()
+            if i % 100 == 0:
+                time.sleep(0.001)
+            server.send(wire.pack(wire.Frame(wire.RESULT, bytes(frame.payload), frame.request)))
+
+    thread = threading.Thread(target=echo)
+    thread.start()
+    for i in range(2000):
+        client.send(wire.pack(wire.Frame(wire.STEP, struct.pack("<I", i), i)))
+        while not client.wait(0.02):
+            pass
+        frame, _ = client.receive()
+        assert (frame.type, frame.request, bytes(frame.payload)) == (wire.RESULT, i, struct.pack("<I", i))
+        if i % 100 == 50:
+            time.sleep(0.001)
+    thread.join()
+    assert not client.wait(0)
+
+
+# ---- an engine that writes nonsense there
+
+class Nonsense(ToyServer):
+    """Shares a region; `write(memory, request)` answers every RESET and STEP in it."""
+
+    def __init__(self, write, **options):
+        self.region = Region(1 << 16)
+        self.region.spec |= {"result_bytes": (1 << 16) - 1216}
+        super().__init__(capabilities=["shm"], spec={"shm": self.region.spec}, **options)
+        self.write, self.stop = write, False
+        threading.Thread(target=self._answer, daemon=True).start()
+
+    def _answer(self):
+        channel = shared_memory.Channel(self.region.memory, (128, 1216, (1 << 16) - 1216), (64, 192, 1000), 50)
+        while not self.stop:
+            if channel.wait(0.02):
+                frame, _ = channel.receive()
+                channel.send(self.write(frame))
+
+    def __exit__(self, *_):
+        self.stop = True
+        super().__exit__()
+
+
+def plain(request, parts=0, state=wire.ACTIVE, tail=b"", kind=wire.RESULT):
+    """A RESULT of one world with 8 floats."""
+    return wire.pack(wire.Frame(kind, struct.pack("<II", parts, 0) + bytes(32) + struct.pack("<dB7x", 1.0, state) + tail, request))
+
+
+GOOD = lambda frame: plain(frame.request)
+
+
+def test_a_toy_engine_in_memory():
+    with Nonsense(GOOD) as server, consac.make(server.url) as env:
+        assert env.connection.in_memory
+        env.reset()
+        assert env.step(0)[1] == 1.0
+
+
+@pytest.mark.parametrize("write, code", [
+    (lambda frame: b"\0" * 40, "BAD_MAGIC"),
+    (lambda frame: plain(frame.request + 1), "MALFORMED"),
+    (lambda frame: plain(frame.request, kind=wire.SPEC), "MALFORMED"),
+    (lambda frame: plain(frame.request, tail=bytes(8)), "WRONG_SIZE"),
+    (lambda frame: plain(frame.request)[:-8].replace(struct.pack("<I", 56), struct.pack("<I", 48), 1), "WRONG_SIZE"),
+    (lambda frame: plain(frame.request, parts=1, state=wire.FINAL | wire.ACTIVE), "WRONG_SIZE"),
+    (lambda frame: plain(frame.request, parts=2, tail=struct.pack("<I", 1 << 30) + bytes(4)), "WRONG_SIZE"),
+    (lambda frame: plain(frame.request, parts=4), "WRONG_SIZE"),
+    (lambda frame: wire.HEADER.pack(wire.MAGIC, wire.RESULT, 0, 1 << 30, 0, frame.request, 0, 0), "FRAME_TOO_LARGE"),
+], ids=["no frame", "another request", "another type", "too long", "too short", "a final row that is not there", "infos that are not there", "unknown parts", "beyond the region"])
+def test_nonsense_in_memory_is_an_error_and_no_more(write, code):
+    answers = iter([GOOD, write])
+    with Nonsense(lambda frame: next(answers)(frame)) as server, consac.make(server.url) as env:
+        env.reset()
+        with pytest.raises(ProtocolError, match=code):
+            env.step(0)
+        with pytest.raises(ConnectionLost):
+            env.step(0)
+
+
+# ---- our own server
+
+@contextlib.contextmanager
+def served(world="CartPole-v1", envs=3, *arguments):
+    """`python -m consac.serve` in a process of its own; its address and process."""
+    command = [sys.executable, "-u", "-m", "consac.serve", world, "--envs", str(envs), "--port", "0", "--no-render", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(pathlib.Path(consac.__file__).parents[1])})
+    try:
+        yield f"tcp://127.0.0.1:{int(process.stdout.readline().rpartition(':')[2])}", process
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_our_server_says_the_same_in_memory(mode):
+    with served() as (url, _):
+        one, other = trajectory(url, True, mode), trajectory(url, False, mode)
+    assert len(one) == len(other) and all(np.array_equal(a, b) for a, b in zip(one, other))
+
+
+def test_our_server_killed_is_told_within_a_second():
+    with served(envs=1) as (url, process), consac.make(url) as env:
+        env.reset(seed=1)
+        assert env.connection.in_memory
+        process.kill()
+        begun = time.monotonic()
+        with pytest.raises(ConnectionLost):
+            env.step(1)
+        assert time.monotonic() - begun < 1
+
+
+def test_our_server_goes_on_over_tcp_where_the_connection_was_lost():
+    with served() as (url, _), contextlib.closing(consac.make_vec(url)) as envs:
+        envs.reset(seed=5)
+        for step in range(30):
+            if step == 10:
+                envs.connection._broken = ConnectionLost("cut on purpose")
+            envs.step(np.array([0, 1, step % 2]))
+        assert not envs.connection.in_memory
+
+
+class Talkative(gymnasium.Env):
+    """Infos of many sizes, and one action that it does not bear."""
+
+    observation_space, action_space = gymnasium.spaces.Box(-1, 1, (2,), np.float32), gymnasium.spaces.Discrete(100_000)
+
+    def reset(self, *, seed=None, options=None):
+        return np.zeros(2, np.float32), {"options": str(options)}
+
+    def step(self, action):
+        if action == 13:
+            raise RuntimeError("not this one")
+        return np.full(2, 1 / (1 + action), np.float32), float(action), False, False, {"text": "x" * int(action)}
+
+
+def test_what_does_not_fit_in_memory_goes_over_tcp():
+    with Server(Talkative) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        assert env.connection.in_memory
+        for size in (0, 1000, 99_000, 5, 99_999, 99_998, 0):
+            observation, reward, _, _, info = env.step(size) if size else (*env.reset(options={"map": "y" * 2000})[:1], 0.0, False, False, {"text": ""})
+            assert reward == size and len(info["text"]) == size and observation[0] == np.float32(1 / (1 + size) if size else 0)
+        with pytest.raises(EngineError, match="ENV_FAILED.*not this one"):
+            env.step(13)
+        with pytest.raises(EngineError, match="RESET_REQUIRED"):
+            env.step(1)
+        assert env.reset()[1] == {"options": "None"} and env.connection.in_memory
+
+
+def test_a_server_that_closes_says_so():
+    with Server(lambda: gymnasium.make("CartPole-v1")) as server:
+        env = consac.make(f"tcp://127.0.0.1:{server.port}")
+        env.reset(seed=1)
+        env.step(1)
+        server.close()
+        with pytest.raises(ConnectionLost):
+            env.step(1)
+
+
+def test_every_face_asks_for_memory():
+    from consac.rllib import env_creator
+
+    faces = [consac.make, consac.make_vec, lambda url: env_creator({"url": url}), lambda url: consac.make("tcp://localhost:" + url.rpartition(":")[2])]
+    if importlib.util.find_spec("stable_baselines3"):
+        faces.append(consac.ConsacVecEnv)
+    if importlib.util.find_spec("pettingzoo"):
+        faces.append(consac.ConsacParallelEnv)
+    with Server(lambda: gymnasium.make("CartPole-v1")) as server:
+        for face in faces:
+            env = face(f"tcp://127.0.0.1:{server.port}")
+            assert getattr(env, "unwrapped", env).connection.in_memory
+            env.reset()
+            env.close()
+
+
+def test_the_descriptor_goes_with_its_session():
+    with Server(lambda: gymnasium.make("CartPole-v1")) as server:
+        before = len(os.listdir("/proc/self/fd"))
+        for _ in range(5):
+            with consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+                env.reset(seed=1)
+        del env  # whose rows lie in the last region
+        end = time.monotonic() + 3
+        while len(os.listdir("/proc/self/fd")) > before and time.monotonic() < end:
+            time.sleep(0.01)
+        assert len(os.listdir("/proc/self/fd")) <= before
+
+
+@in_cpp
+@pytest.mark.parametrize("envs", [1, 4])
+def test_consac_train_in_memory_with_python_worlds(tmp_path, envs):
+    with served("CartPole-v1", envs) as (url, _):
+        done = subprocess.run([PROGRAM, "train", url, "--steps", "2000", "--dir", tmp_path, "--no-tensorboard"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "in shared memory" in done.stdout + done.stderr
+
+
+class Slow(gymnasium.Env):
+    """Counts its steps, of which number 2 takes long."""
+
+    observation_space, action_space = gymnasium.spaces.Box(0, 99, (1,), np.float32), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        self.steps = 0
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        self.steps += 1
+        time.sleep(0.4 if self.steps == 2 else 0)
+        return np.full(1, self.steps, np.float32), 0.0, False, False, {}
+
+
+def test_an_interrupted_step_is_not_the_end():
+    with Server(Slow) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        env.reset()
+        env.step(0)
+        threading.Timer(0.1, _thread.interrupt_main).start()
+        begun = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            env.step(0)
+        assert time.monotonic() - begun < 0.35
+        assert env.step(0)[0] == 3 and not env.connection.in_memory
+
+
+def test_pings_are_answered_while_a_step_takes_long():
+    with Server(Slow, limits=Limits(heartbeat_s=0.05)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        env.reset()
+        assert [env.step(0)[0] for _ in range(3)] == [1, 2, 3] and env.connection.in_memory
+
+
+def test_deadlines_stop_while_the_engine_is_paused():
+    def write(frame):
+        if frame.type == wire.STEP:
+            server.open[-1].sendall(wire.pack(wire.Frame(wire.PAUSED)))
+            time.sleep(0.5)
+            server.open[-1].sendall(wire.pack(wire.Frame(wire.RESUMED)))
+        return plain(frame.request)
+
+    with Nonsense(write) as server, consac.make(server.url, timeout=0.2) as env:
+        env.reset()
+        assert env.step(0)[1] == 1.0 and env.connection.in_memory
