@@ -35,6 +35,7 @@ Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std
   options.client.quiet_s = config.quiet_s;
   options.client.answer_done = config.answer_done;
   options.client.token = config.token;
+  options.client.refuse_non_finite = false;  // the data watch does, or replaces
   options.client.protocol = config.protocol == "text1" ? Protocol::kText1
                             : config.protocol == "2"   ? Protocol::kProtocol2
                                                        : Protocol::kAuto;

@@ -40,7 +40,8 @@ Status Training::MakeLearners() {
     options.executor = pool_.executor();
     Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, values);
     if (!learner.ok()) return learner.status();
-    trainees_.push_back({std::move(*learner), BatchBuffer(behaviour), EpisodeSums(behaviour.slots)});
+    trainees_.push_back({std::move(*learner), BatchBuffer(behaviour), EpisodeSums(behaviour.slots),
+                         DataWatch(behaviour, DataWatchOptions::Of(config_, link_->spec()))});
   }
   batches_.resize(trainees_.size());
   return Status::Ok();
@@ -146,7 +147,10 @@ Status Training::Start(std::unique_ptr<WorldLink> link) {
       trainees_[i].episodes.Clear();  // a resumed run with an engine: its episodes begin anew
     }
     CONSAC_RETURN_IF_ERROR(link_->Reset(config_.seed, batches_));
-    for (std::size_t i = 0; i < trainees_.size(); ++i) trainees_[i].learner->Begin(batches_[i]);
+    for (std::size_t i = 0; i < trainees_.size(); ++i) {
+      CONSAC_RETURN_IF_ERROR(trainees_[i].watch.Begin(batches_[i]));
+      trainees_[i].learner->Begin(batches_[i]);
+    }
   }
   checkpoint_time_ = Now();
   return Status::Ok();
@@ -177,6 +181,7 @@ Status Training::Loop() {
     const Status stepped = link_->Step(batches_, done + rows >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes);
     if (!stepped.ok()) return stepped;
     done += rows;
+    for (std::size_t i = 0; i < trainees_.size(); ++i) CONSAC_RETURN_IF_ERROR(trainees_[i].watch.Check(batches_[i]));
     for (std::size_t i = 0; i < trainees_.size(); ++i) {
       trainees_[i].learner->Record(batches_[i]);
       trainees_[i].episodes.Add(batches_[i], done, *report_);

@@ -12,6 +12,7 @@
 #include "consac/run/run_directory.h"
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
+#include "data_watch.h"
 #include "episode_sums.h"
 #include "link.h"
 
@@ -22,6 +23,7 @@ struct Trainee {
   std::unique_ptr<learn::Learner> learner;
   BatchBuffer first;  // where first observations arrive
   EpisodeSums episodes;
+  DataWatch watch;
   std::int64_t reported_updates = 0;
 };
 
