@@ -31,6 +31,11 @@ Status CheckProtocol(std::string_view value) {
   return {StatusCode::kInvalidArgument, "protocol = " + Quote(value) + " cannot be used; expected auto, text1 or 2"};
 }
 
+Status CheckNonFinite(std::string_view value) {
+  if (value == "error" || value == "replace") return Status::Ok();
+  return {StatusCode::kInvalidArgument, "non_finite = " + Quote(value) + " cannot be used; expected error or replace"};
+}
+
 // `token` is a secret and is written nowhere. `name`, `directory`, `resume`, `force` and `forever` belong to one start
 // of a run, not to the run: flags only.
 constexpr Field kFields[] = {
@@ -66,6 +71,12 @@ constexpr Field kFields[] = {
      "with engines: no step is under way while the model learns"},
     {"answer_done", &RunConfig::answer_done, 0, 0, OnResume::kMayChange, nullptr,
      "text protocol 1: answer an episode's last observation"},
+    {"non_finite", &RunConfig::non_finite, 0, 0, OnResume::kMayChange, CheckNonFinite,
+     "NaN or infinity from a world: error, or replace (by 0 or the nearest bound, counted)"},
+    {"max_abs_reward", &RunConfig::max_abs_reward, 0, kMost, OnResume::kMayChange, nullptr,
+     "a reward beyond this is treated as NaN is; 0: any finite one is taken"},
+    {"one_step_episodes", &RunConfig::one_step_episodes, 0, 0, OnResume::kMayChange, nullptr,
+     "episodes of a single step are meant so; false: 10,000 of them in a row are an error"},
 };
 
 Status Unusable(const Field& field, std::string_view text, const std::string& expected) {

@@ -33,6 +33,7 @@ EngineOptions OptionsFor(const RunConfig& config, const std::string& url, const 
   options.client.quiet_s = config.quiet_s;
   options.client.answer_done = config.answer_done;
   options.client.token = config.token;
+  options.client.refuse_non_finite = false;  // the data watch does, or replaces
   options.client.protocol = config.protocol == "text1" ? Protocol::kText1
                             : config.protocol == "2"   ? Protocol::kProtocol2
                                                        : Protocol::kAuto;

@@ -47,8 +47,8 @@ Status Training::MakeLearners() {
     options.executor = pool_.executor();
     Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, values);
     if (!learner.ok()) return learner.status();
-    learners_.push_back(learner->get());
-    trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots)});
+    trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots),
+                         DataWatch(behaviour, DataWatchOptions::Of(config_, spec()))});
   }
   return Status::Ok();
 }
@@ -180,7 +180,7 @@ Status Training::BeginWorlds() {
   std::uint64_t seed = config_.seed;
   for (std::size_t i = 0; i < crew_.size(); ++i) {
     CONSAC_RETURN_IF_ERROR(crew_[i].Reset(seed));
-    crew_[i].Begin(learners_);
+    CONSAC_RETURN_IF_ERROR(crew_[i].Begin(trainees_));
     seed += static_cast<std::uint64_t>(crew_[i].link().spec().environments());
   }
   return Status::Ok();
@@ -203,7 +203,8 @@ void Training::LearnWhatIsDue() {
 }
 
 bool Training::LearningDue() const {
-  return std::any_of(learners_.begin(), learners_.end(), [](const auto* learner) { return learner->LearningDue(); });
+  return std::any_of(trainees_.begin(), trainees_.end(),
+                     [](const Trainee& trainee) { return trainee.learner->LearningDue(); });
 }
 
 // The worker chooses its actions and takes its step, unless enough are under way.
@@ -211,7 +212,7 @@ void Training::Send(std::size_t worker, Where where) {
   if (asked_ >= config_.steps || stop_.load(std::memory_order_relaxed)) return;
   const double start = Now();
   const Rows rows = crew_.size() == 1 && where == Where::kHere ? Rows::kLearners : Rows::kOwn;
-  crew_[worker].Act(learners_, rows);
+  crew_[worker].Act(trainees_, rows);
   spent_.inference += Now() - start;
   asked_ += crew_[worker].rows();
   crew_.Step(worker, asked_ >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes, where);
@@ -221,13 +222,12 @@ void Training::Send(std::size_t worker, Where where) {
 Status Training::Handle(const Crew::Outcome& outcome) {
   if (!outcome.connected_anew) {
     if (!outcome.status.ok()) return Lose(outcome);
-    Take(crew_[outcome.worker]);
-    return Status::Ok();
+    return Take(crew_[outcome.worker]);
   }
   --connecting_;
   if (outcome.status.ok()) {
     lost_[outcome.worker] = 0;
-    crew_[outcome.worker].Begin(learners_);
+    CONSAC_RETURN_IF_ERROR(crew_[outcome.worker].Begin(trainees_));
     report_->Line("an engine is back: " + crew_[outcome.worker].link().description());
   } else if (outcome.status.code() != StatusCode::kCancelled) {
     report_->Line("warning: an engine is given up: " + outcome.status.message());
@@ -235,8 +235,8 @@ Status Training::Handle(const Crew::Outcome& outcome) {
   return Status::Ok();
 }
 
-void Training::Take(Worker& worker) {
-  worker.Record(learners_);
+Status Training::Take(Worker& worker) {
+  CONSAC_RETURN_IF_ERROR(worker.Record(trainees_));
   done_ += worker.rows();
   double reward = 0.0;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
@@ -247,6 +247,7 @@ void Training::Take(Worker& worker) {
   report_->OnStep(done_, reward);
   spent_.agent_steps += worker.rows();
   ++spent_.rounds;
+  return Status::Ok();
 }
 
 // One world of several is lost: the others go on while it is tried again. Its step was not taken.
@@ -297,7 +298,7 @@ Status Training::Loop() {
     if (LearningDue()) continue;
     CONSAC_RETURN_IF_ERROR(Handle(outcome));
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
-    for (const learn::Learner* learner : learners_) CONSAC_RETURN_IF_ERROR(learner->health());
+    for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
     if (CheckpointDue()) (void)Checkpoint();
     TellTime();
   }

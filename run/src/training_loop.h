@@ -12,16 +12,9 @@
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
 #include "crew.h"
-#include "episode_sums.h"
+#include "trainee.h"
 
 namespace consac::run {
-
-/// What is learned for one behaviour.
-struct Trainee {
-  std::unique_ptr<learn::Learner> learner;
-  EpisodeSums episodes;
-  std::int64_t reported_updates = 0;
-};
 
 /// Who says how long the training is.
 enum class Length : std::uint8_t { kOfCaller, kOfEngine };
@@ -70,7 +63,7 @@ class Training {
   void Send(std::size_t worker, Where where);
   void SendIdle();
   Status Handle(const Crew::Outcome& outcome);
-  void Take(Worker& worker);
+  Status Take(Worker& worker);
   Status Lose(const Crew::Outcome& outcome);
   Status LearnAndGoOn(std::size_t worker);
   void LearnWhatIsDue();
@@ -88,7 +81,6 @@ class Training {
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
   std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
-  std::vector<learn::Learner*> learners_;
   Crew crew_;
   std::vector<std::uint8_t> lost_;     // per worker: it has no connection
   std::size_t connecting_ = 0;         // workers that are trying to get one

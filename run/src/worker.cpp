@@ -59,16 +59,17 @@ Status Worker::Reset(std::uint64_t seed) {
   return link_->Reset(seed, world_batches_);
 }
 
-void Worker::Begin(Learners learners) {
+Status Worker::Begin(Trainees trainees) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     FindActing(b);
-    BeginSlots(parts_[b], *learners[b]);
+    CONSAC_RETURN_IF_ERROR(BeginSlots(parts_[b], trainees[b]));
   }
+  return Status::Ok();
 }
 
 /// The slots that part.acting names begin; their observations are in part.whole.
-void Worker::BeginSlots(Part& part, learn::Learner& learner) {
-  if (part.acting.empty()) return;
+Status Worker::BeginSlots(Part& part, Trainee& trainee) {
+  if (part.acting.empty()) return Status::Ok();
   const Batch& whole = part.whole.batch();
   Batch batch = part.some.batch();
   for (std::size_t i = 0; i < part.acting.size(); ++i) {
@@ -78,10 +79,12 @@ void Worker::BeginSlots(Part& part, learn::Learner& learner) {
              static_cast<std::size_t>(part.spec.action_layout.mask_bytes));
   }
   batch.slots = part.acting_ids;
-  learner.Begin(batch);
+  CONSAC_RETURN_IF_ERROR(trainee.watch.Begin(batch));
+  trainee.learner->Begin(batch);
+  return Status::Ok();
 }
 
-void Worker::Act(Learners learners, Rows rows) {
+void Worker::Act(Trainees trainees, Rows rows) {
   bool everyone = true;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     FindActing(b);
@@ -90,13 +93,13 @@ void Worker::Act(Learners learners, Rows rows) {
   in_learners_ = rows == Rows::kLearners && everyone;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     if (rows == Rows::kLearners) {
-      batches_[b] = learners[b]->Stage(parts_[b].acting_ids);
+      batches_[b] = trainees[b].learner->Stage(parts_[b].acting_ids);
       world_batches_[b] = in_learners_ ? batches_[b] : parts_[b].whole.batch();
     } else {
       PlaceObservations(b);
       batches_[b] = OwnRows(b);
     }
-    if (batches_[b].rows() > 0) learners[b]->Act(batches_[b]);
+    if (batches_[b].rows() > 0) trainees[b].learner->Act(batches_[b]);
     if (in_learners_ || batches_[b].actions == world_batches_[b].actions) continue;
     const std::size_t bytes = parts_[b].spec.action_layout.row_bytes;
     for (std::size_t i = 0; i < parts_[b].acting.size(); ++i)
@@ -145,13 +148,17 @@ Status Worker::Step(MoreSteps more) {
   return status;
 }
 
-void Worker::Record(Learners learners) {
+Status Worker::Record(Trainees trainees) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     if (batches_[b].actions != world_batches_[b].actions) GatherOutcome(b);
-    if (batches_[b].rows() > 0) learners[b]->Record(batches_[b]);
-    if (!parts_[b].everyone()) BeginArrivals(b, *learners[b]);
+    if (batches_[b].rows() > 0) {
+      CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b]));
+      trainees[b].learner->Record(batches_[b]);
+    }
+    if (!parts_[b].everyone()) CONSAC_RETURN_IF_ERROR(BeginArrivals(b, trainees[b]));
   }
   latest_in_learners_ = in_learners_;
+  return Status::Ok();
 }
 
 void Worker::GatherOutcome(std::size_t b) {
@@ -172,7 +179,7 @@ void Worker::GatherOutcome(std::size_t b) {
 }
 
 /// Agents that were absent in this step and are there now.
-void Worker::BeginArrivals(std::size_t b, learn::Learner& learner) {
+Status Worker::BeginArrivals(std::size_t b, Trainee& trainee) {
   Part& part = parts_[b];
   part.acted.assign(part.ids.size(), 0);
   for (const std::int32_t slot : part.acting) part.acted[static_cast<std::size_t>(slot)] = 1;
@@ -185,7 +192,7 @@ void Worker::BeginArrivals(std::size_t b, learn::Learner& learner) {
   }
   part.acting.resize(count);
   part.acting_ids.resize(count);
-  BeginSlots(part, learner);
+  return BeginSlots(part, trainee);
 }
 
 Status Worker::ConnectAnew(std::uint64_t seed) {

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "consac/env/buffer.h"
-#include "consac/learn/algo/learner.h"
 #include "link.h"
+#include "trainee.h"
 
 namespace consac::run {
 
-/// One learner per behaviour, in the world's order.
-using Learners = std::span<learn::Learner* const>;
+/// One per behaviour, in the world's order.
+using Trainees = std::span<Trainee>;
 
 /// Whose memory a step is taken in: the learner's own, without copies where every agent is there, or the worker's, so
 /// that several may step at once and the learner may learn meanwhile.
@@ -34,14 +34,14 @@ class Worker {
 
   /// The world afresh; the learners hear of it by Begin.
   Status Reset(std::uint64_t seed);
-  /// Every agent that is there begins an episode.
-  void Begin(Learners learners);
+  /// Every agent that is there begins an episode. An error where its observation is none.
+  Status Begin(Trainees trainees);
   /// Chooses the actions of every agent that is there.
-  void Act(Learners learners, Rows rows);
+  void Act(Trainees trainees, Rows rows);
   /// Takes the step. Touches no learner, unless the step is taken in its memory.
   Status Step(MoreSteps more);
-  /// Tells the learners what came of it, and which agents came.
-  void Record(Learners learners);
+  /// Tells the learners what came of it, and which agents came. An error where that cannot be learned from.
+  Status Record(Trainees trainees);
   /// A new connection after a failure, and the world afresh; agents that were there are gone.
   Status ConnectAnew(std::uint64_t seed);
 
@@ -73,8 +73,8 @@ class Worker {
   void PlaceObservations(std::size_t b);
   Batch OwnRows(std::size_t b);
   void GatherOutcome(std::size_t b);
-  void BeginArrivals(std::size_t b, learn::Learner& learner);
-  void BeginSlots(Part& part, learn::Learner& learner);
+  Status BeginArrivals(std::size_t b, Trainee& trainee);
+  static Status BeginSlots(Part& part, Trainee& trainee);
 
   std::unique_ptr<WorldLink> link_;
   const Connect connect_;

@@ -1,4 +1,5 @@
 // Frames of protocol 2: headers, and cutting a stream into them.
+#include <bit>
 #include <cstring>
 
 #include "consac/base/hash.h"
@@ -7,6 +8,8 @@
 
 namespace consac::protocol2 {
 namespace {
+
+static_assert(std::endian::native == std::endian::little, "frames are little-endian and copied as they are");
 
 constexpr std::uint16_t kFlagChecked = 1;
 constexpr std::size_t kFirstRoom = 65536;
@@ -110,11 +113,11 @@ Result<bool> FrameReader::Next(Frame* frame) {
   if (!header.ok()) return header.status();
   const std::size_t whole = kHeaderBytes + header->length;
   if (there < whole) {
+    // Room for the rest comes with the rest (Writable): a claim alone takes no memory.
     if (begin_ + whole > buffer_.size()) {
       std::memmove(buffer_.data(), at, there);
       begin_ = 0;
       end_ = there;
-      if (whole > buffer_.size()) buffer_.resize(whole + kLeastRoom);
     }
     return false;
   }

@@ -389,6 +389,7 @@ std::string EncodeError(const ErrorMessage& error) {
   if (!error.path.empty()) json["path"] = error.path;
   if (error.retry_after_s > 0.0) json["retry_after_s"] = error.retry_after_s;
   if (error.environment >= 0) json["env"] = error.environment;
+  if (error.code == "UNSUPPORTED_VERSION") json["protocol"] = {kVersion, kVersion};
   return Dump(json);
 }
 

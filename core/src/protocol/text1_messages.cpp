@@ -57,8 +57,9 @@ Status ParseRow(std::string_view kind, std::string_view message, std::string_vie
     text.remove_prefix(comma + 1);
   }
   if (index == count) return Status::Ok();
+  const char* hint = index == 2 * count ? "; twice as many: does its sender write decimal commas (a locale)?" : "";
   return MessageError(kind, message,
-                      "it holds " + std::to_string(index) + " numbers, expected " + std::to_string(count));
+                      "it holds " + std::to_string(index) + " numbers, expected " + std::to_string(count) + hint);
 }
 
 char* PutText(const char* text, std::size_t length, char* at) {
@@ -124,7 +125,9 @@ Status ParseObservation(std::string_view message, const Layout& observation, boo
   const std::string_view reward_text = message.substr(first + 1, second - first - 1),
                          done_text = message.substr(second + 1);
   if (!ParseNumber(reward_text, reward)) {
-    const Status status = MessageError(kKind, message, "reward " + Quote(reward_text) + " is no finite number");
+    const char* hint =
+        reward_text.find(',') != std::string_view::npos ? "; a decimal comma? write it without a locale" : "";
+    const Status status = MessageError(kKind, message, "reward " + Quote(reward_text) + " is no finite number" + hint);
     return LooksNonFinite(reward_text) ? Status{StatusCode::kNonFinite, status.message()} : status;
   }
   if (done_text != "0" && done_text != "1")

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
 #include "server/secret.h"
@@ -253,7 +254,7 @@ class EnvServerOfEither final : public EnvServer {
     if (one.reader.pending().empty()) {
       if (text_fits_ && options_.protocol == Protocol::kAuto)
         return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
-      if (waited < kHandshake) return Protocol::kAuto;
+      if (waited < options_.handshake_s) return Protocol::kAuto;
       return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
     }
     if (one.reader.pending()[0] != std::byte{0xC0}) return Protocol::kText1;
@@ -261,8 +262,8 @@ class EnvServerOfEither final : public EnvServer {
     const Result<bool> whole = one.reader.Next(&frame);
     if (!whole.ok()) return whole.status();
     if (!*whole) {
-      if (waited < kHandshake) return Protocol::kAuto;
-      return Fault("MALFORMED", "no whole HELLO came within " + std::to_string(static_cast<int>(kHandshake)) + " s");
+      if (waited < options_.handshake_s) return Protocol::kAuto;
+      return Fault("MALFORMED", "no whole HELLO came within " + NumberText(options_.handshake_s) + " s");
     }
     Arrival arrival;
     CONSAC_RETURN_IF_ERROR(ReadHello(frame, &arrival.hello));

@@ -58,7 +58,10 @@ class TextClient final : public EnvClient {
     bool done = true;
     float reward = 0.0f;
     // An engine may begin with the end of what it played before; nothing is learned from that.
-    while (done) CONSAC_RETURN_IF_ERROR(ReadObservation(batches[0].next_observations, &reward, &done, kAfterEndHint));
+    for (int ends = 0; done; ++ends) {
+      CONSAC_RETURN_IF_ERROR(CheckEnds(ends));
+      CONSAC_RETURN_IF_ERROR(ReadObservation(batches[0].next_observations, &reward, &done, kAfterEndHint));
+    }
     return Status::Ok();
   }
 
@@ -94,15 +97,25 @@ class TextClient final : public EnvClient {
     bool done = true;
     float reward = 0.0f;
     // An engine may repeat the end before it has reset; nothing is learned from that.
-    while (done) {
-      if (options_.answer_done) {
-        const Status status = transport_->Write(action, options_.deadline_s);
-        if (!status.ok()) return AtStep(status, steps_);
-      }
-      const Status status = ReadObservation(batch.next_observations, &reward, &done, kAfterEndHint);
+    for (int ends = 0; done; ++ends) {
+      Status status = CheckEnds(ends);
+      if (status.ok() && options_.answer_done) status = transport_->Write(action, options_.deadline_s);
+      if (!status.ok()) return AtStep(status, steps_);
+      status = ReadObservation(batch.next_observations, &reward, &done, kAfterEndHint);
       if (!status.ok()) return AtStep(status, steps_);
     }
     return Status::Ok();
+  }
+
+  /// Episodes that end before they have begun: passed over, but not for ever.
+  Status CheckEnds(int in_a_row) const {
+    constexpr int kWarnAt = 10, kMost = 1000;
+    if (in_a_row == kWarnAt)
+      Log(LogLevel::kWarning, transport_->peer() + " has sent 10 ends (done 1) in a row; does it reset after an end?");
+    if (in_a_row < kMost) return Status::Ok();
+    return {StatusCode::kProtocol, transport_->peer() + " has sent " + std::to_string(kMost) +
+                                       " ends (done 1) in a row; its next message after an end must be a first "
+                                       "observation (done 0)"};
   }
 
   Status ReadObservation(std::byte* row, float* reward, bool* done, const char* hint) {

@@ -161,7 +161,8 @@ double SampleElement(const Leaf& leaf, std::int64_t index, Rng& rng) {
   return SampleBox(leaf.space.low()[i], leaf.space.high()[i], integer, rng);
 }
 
-/// Smallest and largest legal value of an element.
+}  // namespace
+
 std::pair<double, double> ElementBounds(const Leaf& leaf, std::int64_t index) {
   const auto i = static_cast<std::size_t>(index);
   const auto start = static_cast<double>(leaf.space.start());
@@ -177,8 +178,6 @@ std::pair<double, double> ElementBounds(const Leaf& leaf, std::int64_t index) {
   }
   return {leaf.space.low()[i], leaf.space.high()[i]};
 }
-
-}  // namespace
 
 Layout Layout::Of(const Space& space) {
   Layout layout;

@@ -9,6 +9,8 @@
 namespace consac {
 namespace {
 
+constexpr std::size_t kLongestName = 255;  // bytes
+
 // Larger spaces are mistakes, and would overflow offsets.
 constexpr std::int64_t kLargestElementCount = std::int64_t{1} << 28;
 
@@ -78,6 +80,11 @@ std::string ShapeText(const std::vector<std::int64_t>& shape) {
   std::string out = "(";
   for (std::size_t i = 0; i < shape.size(); ++i) out += (i > 0 ? ", " : "") + std::to_string(shape[i]);
   return out + (shape.size() == 1 ? ",)" : ")");
+}
+
+void AppendLeafPaths(const Space& space, const std::string& path, std::vector<std::string>* paths) {
+  if (space.children().empty()) paths->push_back(path);
+  for (const auto& [name, child] : space.children()) AppendLeafPaths(child, path + "/" + name, paths);
 }
 
 }  // namespace
@@ -171,11 +178,25 @@ Result<Space> Space::Dict(std::vector<std::pair<std::string, Space>> children) {
   if (children.empty()) return SpaceError("a Dict space has no children; give at least one");
   std::stable_sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t i = 0; i < children.size(); ++i) {
-    if (children[i].first.empty() || (i > 0 && children[i].first == children[i - 1].first)) {
-      return SpaceError("a Dict space has a child named " + Quote(children[i].first) +
+    const std::string& name = children[i].first;
+    if (name.empty() || (i > 0 && name == children[i - 1].first)) {
+      return SpaceError("a Dict space has a child named " + Quote(name) +
                         " that is empty or twice there; give each its own name");
     }
+    const bool control =
+        std::any_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 32; });
+    if (control || name.size() > kLongestName) {
+      return SpaceError("a Dict space has a child named " + Quote(name) +
+                        "; a name has at most 255 bytes and no control characters");
+    }
   }
+  // "a/b" beside "a" with a "b" below it: leaves are told apart by their paths.
+  std::vector<std::string> paths;
+  for (const auto& [name, child] : children) AppendLeafPaths(child, name, &paths);
+  std::sort(paths.begin(), paths.end());
+  const auto twice = std::adjacent_find(paths.begin(), paths.end());
+  if (twice != paths.end())
+    return SpaceError("a Dict space has two leaves at " + Quote(*twice) + "; name them differently");
   Space space;
   space.kind_ = SpaceKind::kDict;
   space.n_ = 0;

@@ -13,7 +13,7 @@ namespace {
 using SpaceJson = nlohmann::json;
 
 constexpr int kDeepestSpace = 16;
-// Of all boxes together: what somebody else's JSON may make us allocate, twice 8 bytes each.
+// Numbers and choices of all leaves together: what somebody else's JSON may make us allocate.
 constexpr std::int64_t kMostElements = std::int64_t{1} << 24;
 
 Status BadSpace(const std::string& what) {
@@ -84,6 +84,16 @@ Result<Space> BoxFromJson(const SpaceJson& json, std::int64_t* elements_left) {
   return Space::Box(std::move(low), std::move(high), std::move(shape), dtype);
 }
 
+/// The same space, if its one-hot numbers or bits are still within what is taken.
+Result<Space> Within(Result<Space> space, std::int64_t* elements_left) {
+  if (!space.ok()) return space;
+  const std::int64_t elements = space->flat_size();
+  if (elements < 1 || elements > *elements_left)
+    return BadSpace("has " + std::to_string(elements) + " choices; at most 2^24 in all are taken");
+  *elements_left -= elements;
+  return space;
+}
+
 Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, std::int64_t* elements_left) {
   const SpaceJson& children = Field(json, "spaces");
   if (!children.is_array()) return BadSpace("has no list of children");
@@ -139,16 +149,17 @@ Result<Space> FromJson(const SpaceJson& json, int depth, std::int64_t* elements_
   if (type == "discrete") {
     const SpaceJson& start = Field(json, "start");
     if (!n.is_number_integer()) return BadSpace("is discrete without n");
-    return Space::Discrete(n.get<std::int64_t>(), start.is_number_integer() ? start.get<std::int64_t>() : 0);
+    return Within(Space::Discrete(n.get<std::int64_t>(), start.is_number_integer() ? start.get<std::int64_t>() : 0),
+                  elements_left);
   }
   if (type == "multi_binary") {
     if (!n.is_number_integer()) return BadSpace("is multi_binary without n");
-    return Space::MultiBinary(n.get<std::int64_t>());
+    return Within(Space::MultiBinary(n.get<std::int64_t>()), elements_left);
   }
   if (type == "multi_discrete") {
     std::vector<std::int64_t> nvec;
     if (!IntegersFromJson(Field(json, "nvec"), &nvec)) return BadSpace("is multi_discrete without nvec");
-    return Space::MultiDiscrete(std::move(nvec));
+    return Within(Space::MultiDiscrete(std::move(nvec)), elements_left);
   }
   if (type == "box") return BoxFromJson(json, elements_left);
   if (type == "dict" || type == "tuple") return ChildrenFromJson(json, type == "dict", depth, elements_left);

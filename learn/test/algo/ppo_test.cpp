@@ -222,6 +222,34 @@ TEST(Ppo, SlotsMayStepAloneAndBeginAgain) {
   for (const float parameter : snapshot.parameters) ASSERT_TRUE(std::isfinite(parameter));
 }
 
+// A state that is terminal has no value to bootstrap from, whatever else cut the episode there.
+TEST(Ppo, TerminatedWinsWhereTruncatedIsSetToo) {
+  std::vector<std::vector<float>> learned;
+  for (const auto& [terminated, truncated] : {std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)}) {
+    IdentityEnv env(*Space::Discrete(3), 2);
+    const std::unique_ptr<Learner> learner = Make(env, {"ppo2", {{"n_steps", "16"}}, 1000});
+    BatchBuffer first(env.spec().behaviours[0]);
+    Begin(env, *learner, first);
+    while (learner->updates() < 3) {
+      Batch batch = learner->Stage(first.batch().slots);
+      learner->Act(batch);
+      env.Step({&batch, 1});
+      for (std::int64_t r = 0; r < batch.rows(); ++r) {
+        const bool ends = learner->steps() % 10 == 0;
+        batch.terminated[r] = ends ? static_cast<std::uint8_t>(terminated) : 0;
+        batch.truncated[r] = ends ? static_cast<std::uint8_t>(truncated) : 0;
+        reinterpret_cast<std::int32_t*>(batch.final_observations)[r] = 1;
+      }
+      learner->Record(batch);
+      while (learner->Learn({})) {
+      }
+    }
+    learned.push_back(learner->Snapshot().parameters);
+  }
+  EXPECT_EQ(learned[0], learned[1]);
+  EXPECT_NE(learned[0], learned[2]);
+}
+
 TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
   IdentityEnv env(*Space::Discrete(3), 3);
   const Algorithm* algorithm = *FindAlgorithm("ppo2");

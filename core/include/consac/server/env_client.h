@@ -28,7 +28,9 @@ struct EnvClientOptions {
   /// Protocol 2: a new connection after the first has broken, to go on with the session; null: do not.
   std::function<Result<std::unique_ptr<Transport>>()> reconnect;
   bool shared_memory = true;  ///< protocol 2: ask for it; goes on over TCP where it cannot be had
-  double resume_s = 10.0;     ///< how long a lost connection is tried again
+  /// Protocol 2: NaN and infinity end the session; false: the caller looks for them. Text protocol 1 cannot carry them.
+  bool refuse_non_finite = true;
+  double resume_s = 10.0;  ///< how long a lost connection is tried again
 };
 
 /// What the engine asked for in its setup.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "consac/space/space.h"
@@ -46,6 +47,8 @@ void SampleRow(const Layout& layout, Rng& rng, std::byte* row);
 Status CheckRow(const Layout& layout, const std::byte* row);
 /// Moves every Box element into its bounds.
 void ClipRow(const Layout& layout, std::byte* row);
+/// Smallest and largest legal value of an element; infinite where a box is open.
+std::pair<double, double> ElementBounds(const Leaf& leaf, std::int64_t index);
 /// Element `index` of a leaf in a row, as a double.
 double ReadElement(const Leaf& leaf, const std::byte* row, std::int64_t index);
 /// Writes element `index` of a leaf in a row, rounding for integer types.

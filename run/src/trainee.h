@@ -1,0 +1,20 @@
+#pragma once
+// What is learned for one behaviour, and what is known of it besides. Private to run.
+
+#include <memory>
+
+#include "consac/learn/algo/learner.h"
+#include "data_watch.h"
+#include "episode_sums.h"
+
+namespace consac::run {
+
+/// One behaviour's learner. Slots are counted over all worlds of the run.
+struct Trainee {
+  std::unique_ptr<learn::Learner> learner;
+  EpisodeSums episodes;
+  DataWatch watch;
+  std::int64_t reported_updates = 0;
+};
+
+}  // namespace consac::run
