@@ -74,8 +74,8 @@ struct SharedChannel {
   static constexpr std::int64_t kSpinMicroseconds = 50;
 
   void FindTurns() {
-    request_turn = SharedTurn(region->data() + kRequestTurn);
-    result_turn = SharedTurn(region->data() + kResultTurn);
+    request_turn = SharedTurn(*region, kRequestTurn);
+    result_turn = SharedTurn(*region, kResultTurn);
   }
 };
 
