@@ -21,7 +21,7 @@ std::string UnguessableHex(std::size_t bytes) {
     const auto byte = static_cast<unsigned char>(device());
 #else
     unsigned char byte = 0;
-    (void)!getentropy(&byte, 1);
+    if (getentropy(&byte, 1) != 0) return {};
 #endif
     text += kHexDigits[byte >> 4];
     text += kHexDigits[byte & 15];

@@ -6,7 +6,7 @@
 
 namespace consac {
 
-/// `bytes` bytes of the system's own randomness, as twice so many hexadecimal digits.
+/// `bytes` bytes of the system's own randomness, as twice so many hexadecimal digits; empty if it has none.
 std::string UnguessableHex(std::size_t bytes);
 
 }  // namespace consac

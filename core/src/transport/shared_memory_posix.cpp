@@ -33,7 +33,10 @@ class PosixRegion final : public SharedRegion {
  public:
   static Result<std::unique_ptr<SharedRegion>> Make(std::size_t bytes) {
     std::unique_ptr<PosixRegion> region(new PosixRegion);
-    region->path_ = kPosixPrefix + UnguessableHex(kPosixSecret);
+    const std::string secret = UnguessableHex(kPosixSecret);
+    if (secret.empty())
+      return Status{StatusCode::kUnavailable, "the system has no randomness to name shared memory by"};
+    region->path_ = kPosixPrefix + secret;
     region->descriptor_ = shm_open(region->path_.c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
     if (region->descriptor_ < 0) return PosixError("cannot make shared memory");
     region->owned_ = true;

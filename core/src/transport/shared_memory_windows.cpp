@@ -33,7 +33,10 @@ class SectionRegion final : public SharedRegion {
  public:
   static Result<std::unique_ptr<SharedRegion>> Make(std::size_t bytes) {
     std::unique_ptr<SectionRegion> region(new SectionRegion);
-    region->path_ = kSectionPrefix + UnguessableHex(kSectionSecret);
+    const std::string secret = UnguessableHex(kSectionSecret);
+    if (secret.empty())
+      return Status{StatusCode::kUnavailable, "the system has no randomness to name shared memory by"};
+    region->path_ = kSectionPrefix + secret;
     const auto wide = static_cast<std::uint64_t>(bytes);
     SetLastError(ERROR_SUCCESS);
     region->section_ = CreateFileMappingA(INVALID_HANDLE_VALUE, nullptr, PAGE_READWRITE, static_cast<DWORD>(wide >> 32),
