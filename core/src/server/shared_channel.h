@@ -26,7 +26,7 @@ struct SharedChannel {
     SharedChannel channel;
     channel.request_bytes =
         protocol2::AlignBlock(protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options));
-    // The first observation row begins a cache line: large rows are copied out faster so.
+    // The first observation row begins a cache line.
     const std::size_t before_rows =
         protocol2::kHeaderBytes + (blocks.behaviours.empty() ? 0 : blocks.behaviours[0].observations);
     channel.result_offset = (kRequests + channel.request_bytes + before_rows + 63) / 64 * 64 - before_rows;
