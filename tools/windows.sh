@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Cross-compiles core, learn and the worlds with their tests for Windows (tools/setup.sh windows installs what it needs)
+# Cross-compiles core, learn and the worlds with their tests for Windows (installing what that needs)
 # and runs the tests of core and learn under Wine where that is installed. run and cli need cairo and POSIX: not yet.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+tools/setup.sh windows
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
 needs=build/windows-needs
 prefix=$PWD/$needs/prefix
