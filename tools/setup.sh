@@ -2,6 +2,7 @@
 # Installs what CONSAC needs on Debian 12, and nothing that is there already. Run it as often as you like.
 #   tools/setup.sh build   compiler and libraries: enough for `make run`
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
+#   tools/setup.sh windows also what tools/windows.sh needs (a cross-compiler, Wine, sources of libraries)
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -12,6 +13,7 @@ build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasi
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git locales)
 bench_packages=(libtorch-dev)
+windows_packages=(g++-mingw-w64-x86-64-posix googletest wine wine64)
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -54,12 +56,27 @@ python_environment() {
   cp "$list" "$stamp"
 }
 
+# Highway has one file to compile, and Debian's package has it for Linux only. Its source comes from Debian too, by a list
+# of our own, since not every machine's lists name sources.
+highway_source() {
+  local needs=$PWD/build/windows-needs
+  if compgen -G "$needs/highway_*.orig.tar.gz" >/dev/null; then return; fi
+  say "fetching the source of highway into build/windows-needs"
+  mkdir -p "$needs/lists"
+  printf 'Types: deb-src\nURIs: http://deb.debian.org/debian\nSuites: bookworm\nComponents: main\nSigned-By: %s\n' \
+    /usr/share/keyrings/debian-archive-keyring.gpg >"$needs/debian.sources"
+  local lists=(-qq -o Dir::Etc::sourceparts=/dev/null -o Dir::Etc::sourcelist="$needs/debian.sources" -o Dir::State::lists="$needs/lists")
+  apt-get "${lists[@]}" update
+  (cd "$needs" && apt-get "${lists[@]}" source --download-only highway)
+}
+
 case $stage in
   build) install_packages "${build_packages[@]}" ;;
   test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
          python_environment tools/requirements-test.txt ;;
+  windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_packages[@]}"; highway_source ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
-  *) say "unknown stage '$stage': build, test or bench"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, windows or bench"; exit 2 ;;
 esac
 say "ready for $stage"

@@ -26,7 +26,10 @@ struct SharedChannel {
     SharedChannel channel;
     channel.request_bytes =
         protocol2::AlignBlock(protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options));
-    channel.result_offset = (kRequests + channel.request_bytes + 63) / 64 * 64;
+    // The first observation row begins a cache line.
+    const std::size_t before_rows =
+        protocol2::kHeaderBytes + (blocks.behaviours.empty() ? 0 : blocks.behaviours[0].observations);
+    channel.result_offset = (kRequests + channel.request_bytes + before_rows + 63) / 64 * 64 - before_rows;
     channel.result_bytes = protocol2::AlignBlock(protocol2::kHeaderBytes + result_room + kErrorRoom);
     Result<std::unique_ptr<SharedRegion>> region = SharedRegion::Create(channel.result_offset + channel.result_bytes);
     if (!region.ok()) return region.status();
@@ -74,8 +77,8 @@ struct SharedChannel {
   static constexpr std::int64_t kSpinMicroseconds = 50;
 
   void FindTurns() {
-    request_turn = SharedTurn(region->data() + kRequestTurn);
-    result_turn = SharedTurn(region->data() + kResultTurn);
+    request_turn = SharedTurn(*region, kRequestTurn);
+    result_turn = SharedTurn(*region, kResultTurn);
   }
 };
 

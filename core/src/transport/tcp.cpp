@@ -169,7 +169,13 @@ class TcpListener final : public Listener {
       return {StatusCode::kInvalidArgument, "cannot listen on host " + Quote(endpoint.host) + ": " + error.message()};
     const tcp::endpoint local = found.begin()->endpoint();
     acceptor_.open(local.protocol(), error);
+#if defined(_WIN32)
+    // There reuse would let two programs listen on one port; a port whose connections linger is free anyway.
+    using ExclusiveUse = asio::detail::socket_option::boolean<SOL_SOCKET, SO_EXCLUSIVEADDRUSE>;
+    if (!error) acceptor_.set_option(ExclusiveUse(true), error);
+#else
     if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+#endif
     if (!error) acceptor_.bind(local, error);
     if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (!error) acceptor_.non_blocking(true, error);
@@ -204,7 +210,9 @@ class TcpListener final : public Listener {
     return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
   }
 
-  int port() const override { return port_; }
+  int port() const override {
+    return port_;
+  }
 
   void Close() override {
     asio::error_code ignored;

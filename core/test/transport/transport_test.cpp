@@ -3,12 +3,14 @@
 #include "consac/transport/transport.h"
 
 #include <gtest/gtest.h>
-#include <pthread.h>
-#include <sched.h>
 
 #include <atomic>
 #include <csignal>
 #include <thread>
+#if defined(__linux__)
+#include <pthread.h>
+#include <sched.h>
+#endif
 
 #include "consac/base/hooks.h"
 
@@ -71,6 +73,7 @@ TEST_P(BothTransports, APeerThatTakesNothingIsADeadline) {
   EXPECT_EQ(a->Write(much, 0.1).code(), StatusCode::kDeadlineExceeded);
 }
 
+#if defined(__linux__)
 // A job that is stopped and continued, or a debugger that attaches, interrupts system calls.
 TEST(Tcp, ASignalDoesNotEndAWait) {
   struct sigaction action {};
@@ -96,6 +99,7 @@ TEST(Tcp, ASignalDoesNotEndAWait) {
   disturber.join();
   sigaction(SIGUSR1, &before, nullptr);
 }
+#endif
 
 TEST(Tcp, APortInUseAndAClosedPortAreNamed) {
   auto listener = ListenTcp({"127.0.0.1", 0});
@@ -130,6 +134,7 @@ TEST(Endpoint, ParsesUrlsAndQuotesOthers) {
   }
 }
 
+#if defined(__linux__)
 // Pure spinning would give 125 round trips a second here: one per time slice.
 TEST(Tcp, BothEndsOnOneCoreKeepFiveThousandRoundTrips) {
   auto [a, b] = TcpPair();
@@ -163,6 +168,7 @@ TEST(Tcp, BothEndsOnOneCoreKeepFiveThousandRoundTrips) {
   // A loaded machine may be slower than 5,000 a second; a spinning pair would take 16 s.
   EXPECT_LT(seconds, 4.0);
 }
+#endif
 
 }  // namespace
 }  // namespace consac
