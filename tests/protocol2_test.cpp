@@ -1,127 +1,18 @@
 // Protocol 2 from outside, frame by frame: what the specification says of states, errors, exactly-once steps and the
 // three ways to begin the next episode; and whole sessions against the same world in this process.
-#include "consac/protocol/protocol2.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
 
 #include "consac/env/buffer.h"
 #include "consac/server/env_client.h"
-#include "tests/support.h"
+#include "tests/protocol2_peers.h"
 
 namespace consac {
 namespace {
 
 using namespace protocol2;
-
-constexpr std::int32_t kCopies = 4;
-
-/// An engine with some poles, for one test.
-class Engine {
- public:
-  explicit Engine(EnvServerOptions options = {}, const char* world = "cartpole-v1", std::int32_t copies = kCopies)
-      : env_((*worlds::FindWorld(world))->create(copies)) {
-    if (options.training_length == 0) options.training_length = 1000000;
-    server_ = *EnvServer::Create(*env_, std::move(*ListenTcp({"127.0.0.1", 0})), options);
-    thread_ = std::thread([this] {
-      while (!stop_) last_ = server_->ServeSession(stop_);
-    });
-  }
-  ~Engine() {
-    stop_ = true;
-    thread_.join();
-  }
-  std::unique_ptr<Transport> Connect() const { return *ConnectTcp({"127.0.0.1", server_->port()}, 2.0); }
-  const EnvSpec& spec() const { return env_->spec(); }
-  std::int64_t steps() const { return server_->session_steps(); }
-
- private:
-  std::unique_ptr<VectorEnv> env_;
-  std::unique_ptr<EnvServer> server_;
-  std::atomic<bool> stop_{false};
-  Status last_;
-  std::thread thread_;
-};
-
-std::vector<std::byte> FrameBytes(FrameType type, std::uint64_t request, std::span<const std::byte> payload) {
-  std::vector<std::byte> bytes(kHeaderBytes);
-  WriteHeader({type, false, static_cast<std::uint32_t>(payload.size()), 0, request, 0}, bytes.data());
-  bytes.insert(bytes.end(), payload.begin(), payload.end());
-  return bytes;
-}
-
-std::vector<std::byte> FrameBytes(FrameType type, std::uint64_t request, std::string_view json) {
-  return FrameBytes(type, request, std::as_bytes(std::span(json)));
-}
-
-/// A trainer that is driven frame by frame.
-class RawTrainer {
- public:
-  explicit RawTrainer(std::unique_ptr<Transport> transport)
-      : transport_(std::move(transport)), reader_(kLargestFrame) {}
-
-  void Send(std::span<const std::byte> bytes) { ASSERT_TRUE(transport_->Write(bytes, 2.0).ok()); }
-  void Send(FrameType type, std::uint64_t request, std::string_view json) { Send(FrameBytes(type, request, json)); }
-  /// The next frame; an empty one of type 0 when the connection has ended.
-  Frame Next() {
-    Frame frame;
-    frame.header.type = static_cast<FrameType>(0);
-    for (auto whole = reader_.Next(&frame); whole.ok() && !*whole; whole = reader_.Next(&frame)) {
-      const auto count = transport_->Read(reader_.Writable(), 5.0);
-      if (!count.ok() || *count == 0) return frame;
-      reader_.Commit(*count);
-    }
-    return frame;
-  }
-  Transport& transport() { return *transport_; }
-
-  /// HELLO and CONFIGURE; the behaviours are those of `spec`.
-  void Begin(const EnvSpec& spec, std::string_view configure = "{}") {
-    Send(FrameType::kHello, 0, EncodeHello({}));
-    const Frame welcome = Next();
-    ASSERT_EQ(welcome.header.type, FrameType::kWelcome);
-    resume = ParseWelcome(welcome.payload)->resume;
-    Send(FrameType::kConfigure, 1, configure);
-    ASSERT_EQ(Next().header.type, FrameType::kSpec);
-    blocks = Blocks(spec);
-  }
-  std::vector<std::byte> ResetPayload(std::uint64_t seed, std::vector<int> chosen) const {
-    std::vector<std::byte> payload(blocks.options);
-    std::memcpy(payload.data(), &kWithSeeds, sizeof(kWithSeeds));
-    for (std::size_t i = 0; i < chosen.size(); ++i) {
-      payload[kActiveOffset + i] = static_cast<std::byte>(chosen[i]);
-      const std::uint64_t own = seed + i;
-      std::memcpy(payload.data() + blocks.seeds + i * sizeof(own), &own, sizeof(own));
-    }
-    return payload;
-  }
-  std::vector<std::byte> StepPayload(std::vector<std::int32_t> actions, std::vector<int> chosen) const {
-    std::vector<std::byte> payload(blocks.step_bytes);
-    for (std::size_t i = 0; i < chosen.size(); ++i) payload[kActiveOffset + i] = static_cast<std::byte>(chosen[i]);
-    std::memcpy(payload.data() + blocks.behaviours[0].actions, actions.data(), actions.size() * sizeof(std::int32_t));
-    return payload;
-  }
-  std::vector<std::byte> Ask(FrameType type, std::uint64_t request, std::span<const std::byte> payload) {
-    Send(FrameBytes(type, request, payload));
-    const Frame frame = Next();
-    EXPECT_EQ(frame.header.request, request);
-    last_type = frame.header.type;
-    return {frame.payload.begin(), frame.payload.end()};
-  }
-  std::string ErrorOf(FrameType type, std::uint64_t request, std::span<const std::byte> payload) {
-    const std::vector<std::byte> answer = Ask(type, request, payload);
-    return last_type == FrameType::kError ? ParseError(answer)->code : "no error";
-  }
-
-  Blocks blocks;
-  std::string resume;
-  FrameType last_type = FrameType::kHello;
-
- private:
-  std::unique_ptr<Transport> transport_;
-  FrameReader reader_;
-};
+using namespace testing;
 
 /// The observation of an environment and its state in a RESULT.
 std::array<float, 4> ObservationOf(const Blocks& blocks, const std::vector<std::byte>& result, std::size_t env) {

@@ -150,7 +150,7 @@ class EnvServerOfEither final : public EnvServer {
     const double waited = Now() - one.since;
     if (text_fits_ && options_.protocol == Protocol::kAuto)
       return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
-    if (waited < kHandshake) return Protocol::kAuto;
+    if (waited < options_.handshake_s) return Protocol::kAuto;
     return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
   }
 

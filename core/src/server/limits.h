@@ -6,7 +6,6 @@
 namespace consac {
 
 inline constexpr double kWriteTimeout = 10.0;  ///< s that a peer may take no data
-inline constexpr double kHandshake = 5.0;      ///< s from connecting to CONFIGURE
 inline constexpr double kStopLook = 0.1;       ///< s between looks at the stop flag
 inline constexpr double kSharedWait = 0.02;    ///< s in shared memory between looks at the connection
 

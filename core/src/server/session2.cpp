@@ -106,8 +106,9 @@ class Session2Server final : public Session2 {
   }
 
   Result<bool> Pump(double timeout_s) override {
-    if (phase_ < Phase::kBegin && Now() - connected_at_ > kHandshake)
-      return Fatal({StatusCode::kDeadlineExceeded, "the handshake with " + transport_->peer() + " took more than 5 s"});
+    if (phase_ < Phase::kBegin && Now() - connected_at_ > options_.handshake_s)
+      return Fatal({StatusCode::kDeadlineExceeded, "the handshake with " + transport_->peer() + " took more than " +
+                                                       NumberText(options_.handshake_s) + " s"});
     if (step_waits_) {
       const double left = not_before_ - Now();
       if (left > 0.0 && timeout_s <= 0.0) return false;
@@ -221,7 +222,7 @@ class Session2Server final : public Session2 {
 
   /// Sends an answer the way its request came.
   Status Deliver(std::span<const std::byte> frame) {
-    if (!through_memory_ || frame.size() > shared_->result_bytes) return transport_->Write(frame, kWriteTimeout);
+    if (!through_memory_ || frame.size() > shared_->result_bytes) return transport_->Write(frame, options_.write_s);
     if (frame.data() != shared_->result()) std::memcpy(shared_->result(), frame.data(), frame.size());
     shared_->result_turn.Take();
     return Status::Ok();
@@ -234,7 +235,7 @@ class Session2Server final : public Session2 {
     FrameHeader header{type, false, static_cast<std::uint32_t>(payload.size()), 0, request, session_};
     protocol2::WriteHeader(header, control_.data());
     if (!payload.empty()) std::memcpy(control_.data() + protocol2::kHeaderBytes, payload.data(), payload.size());
-    return transport_->Write(control_, kWriteTimeout);
+    return transport_->Write(control_, options_.write_s);
   }
   Status SendJson(FrameType type, std::uint64_t request, const std::string& json) {
     return SendFrame(type, request, std::as_bytes(std::span(json)));

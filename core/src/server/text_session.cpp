@@ -196,7 +196,7 @@ class TextSession final : public ServerSession {
     return Send({text_.data(), length});
   }
 
-  Status Send(std::string_view text) { return transport_->Write(std::as_bytes(std::span(text)), kWriteTimeout); }
+  Status Send(std::string_view text) { return transport_->Write(std::as_bytes(std::span(text)), options_.write_s); }
 
   VectorEnv& env_;
   const BehaviourSpec& behaviour_;

@@ -25,6 +25,8 @@ struct EnvServerOptions {
   double deadline_s = 60.0;             ///< a trainer silent for longer has left
   Protocol protocol = Protocol::kAuto;  ///< kText1 serves it at once, without the grace time
   double grace_s = 0.3;                 ///< a trainer that says nothing for so long is served text protocol 1
+  double handshake_s = 5.0;             ///< protocol 2: from connecting to CONFIGURE
+  double write_s = 10.0;                ///< a trainer that takes no data for so long has left
   double resume_s = 60.0;               ///< protocol 2: a session whose connection broke may be taken up for so long
   std::string token;                    ///< protocol 2: what a trainer must show; needed to listen beyond loopback
   double min_step_s = 0.0;              ///< at least this long between steps: acts like a frame-bound engine
