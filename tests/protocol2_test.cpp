@@ -412,13 +412,13 @@ TEST(Protocol2, TheClientComesBackByItself) {
     Result<std::size_t> Read(std::span<std::byte> into, double timeout_s) override {
       return inner_->Read(into, timeout_s);
     }
-    Status Write(std::span<const std::byte> bytes, double timeout_s) override {
+    Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) override {
       if (--writes_ == 0) {
         (void)inner_->Write(bytes, timeout_s);
         inner_->Close();
-        return {StatusCode::kUnavailable, "the cable was pulled"};
+        return Status{StatusCode::kUnavailable, "the cable was pulled"};
       }
-      return inner_->Write(bytes, timeout_s);
+      return inner_->WriteSome(bytes, timeout_s);
     }
     void Close() override { inner_->Close(); }
     std::string peer() const override { return inner_->peer(); }

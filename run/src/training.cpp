@@ -92,9 +92,7 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
                     "nothing to train on; name a world (consac list worlds) or tcp://host:port"};
     Result<std::unique_ptr<WorldLink>> link = MakeLocalLink(config.world, config.envs);
     if (!link.ok()) return link.status();
-    std::vector<WorldSource> worlds;
-    worlds.push_back({std::move(*link), nullptr});
-    return RunSession(std::move(config), Length::kOfCaller, std::move(worlds), stop);
+    return RunSession(std::move(config), Length::kOfCaller, Only(std::move(*link)), stop);
   }
   return ServeEngine(config, asked.steps >= 0 ? Length::kOfCaller : Length::kOfEngine, stop);
 }

@@ -383,6 +383,10 @@ Status Training::SaveModel() {
 Result<RunSummary> Training::Finish(double seconds) {
   // The checkpoint first: it holds more, and --resume needs it.
   // Each is tried, whatever became of the others.
+  for (const Trainee& trainee : trainees_) {
+    const std::string found = trainee.watch.Summary();
+    if (!found.empty()) report_->Line("warning: what the world sent: " + found);
+  }
   const Status checkpoint = Checkpoint(), model = SaveModel(), report = report_->Finish();
   for (const Status& status : {checkpoint, model, report}) CONSAC_RETURN_IF_ERROR(status);
   RunSummary summary;

@@ -353,7 +353,7 @@ TEST_P(TrainingWithBrokenData, EndsOrGoesOnAsItWasToldTo) {
       over = true;
       engine.join();
     } else {
-      summary = RunSession(config, Length::kOfCaller, MakeLocalLink(std::make_unique<BrokenRoad>()), kNeverStop);
+      summary = RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::make_unique<BrokenRoad>())), kNeverStop);
     }
     if (config.non_finite == "replace") {
       ASSERT_TRUE(summary.ok()) << summary.status().message();

@@ -116,9 +116,9 @@ TEST(Engines, AgentsThatComeAndGoAreLearnedFromOverAWireAsInProcess) {
     const std::string kind = respawn ? "respawn" : "together";
     RunConfig config = RunOn(scratch.path(), "local_" + kind, "swarm-v0", 1500);
     config.hyperparameters = {{"n_steps", "16"}, {"nminibatches", "1"}};
-    std::vector<WorldSource> worlds;
-    worlds.push_back({MakeLocalLink(std::make_unique<consac::testing::Swarm>(3, 3, respawn)), nullptr});
-    const Result<RunSummary> local = RunSession(config, Length::kOfCaller, std::move(worlds), kNeverStop);
+    const Result<RunSummary> local =
+        RunSession(config, Length::kOfCaller,
+                   Only(MakeLocalLink(std::make_unique<consac::testing::Swarm>(3, 3, respawn))), kNeverStop);
     ASSERT_TRUE(local.ok()) << local.status().message();
     const Served engine(std::make_unique<consac::testing::Swarm>(3, 3, respawn), {});
     RunConfig remote = RunOn(scratch.path(), "remote_" + kind, engine.url(), 1500);

@@ -47,12 +47,6 @@ RunConfig TwoRun(const std::string& directory, const std::string& name, std::int
   return config;
 }
 
-std::vector<WorldSource> Only(std::unique_ptr<WorldLink> link) {
-  std::vector<WorldSource> worlds;
-  worlds.push_back({std::move(link), nullptr});
-  return worlds;
-}
-
 RunSummary TrainTwo(const RunConfig& config) {
   const Result<RunSummary> summary =
       RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::make_unique<TwoWorlds>())), kNeverStop);

@@ -142,7 +142,7 @@ TEST(FaultA, A5_ASetupThatTricklesIsADeadline) {
 // Silent ones and ones that say HELLO. The trainer that is there does not notice.
 TEST(FaultA, A6_AFloodOfConnectionsIsTurnedAwayWhileTheSessionGoesOn) {
   EnvServerOptions options;
-  options.grace_s = 0.05;
+  options.handshake_s = 0.3;
   const Engine engine(options);
   EnvClientOptions patient = Impatient(Way::kTcp);
   patient.deadline_s = 10.0;

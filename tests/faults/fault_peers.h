@@ -78,10 +78,10 @@ class BrittleSocket final : public Transport {
     if (count > 0) return static_cast<std::size_t>(count);
     return Status{StatusCode::kUnavailable, "gone"};
   }
-  Status Write(std::span<const std::byte> bytes, double) override {
+  Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double) override {
     const ssize_t count = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (count == static_cast<ssize_t>(bytes.size())) return Status::Ok();
-    return {StatusCode::kUnavailable, "gone"};
+    if (count >= 0) return static_cast<std::size_t>(count);
+    return Status{StatusCode::kUnavailable, "gone"};
   }
   void Close() override {
     if (socket_ >= 0) ::close(socket_);
@@ -168,6 +168,7 @@ class PlainWorld : public VectorEnv {
   const EnvSpec& spec() const override { return spec_; }
   void Reset(std::uint64_t, std::span<Batch> batches) override { Observe(batches[0]); }
   void Step(std::span<Batch> batches) override {
+    ++stepped_;
     const auto rows = static_cast<std::size_t>(batches[0].rows());
     std::memset(batches[0].rewards, 0, rows * sizeof(float));
     std::memset(batches[0].terminated, 0, rows);
@@ -175,6 +176,8 @@ class PlainWorld : public VectorEnv {
     Observe(batches[0]);
   }
   void Visit(Archive&) override {}
+  /// Steps over all sessions.
+  int stepped() const { return stepped_; }
 
  protected:
   EnvSpec& spec() { return spec_; }
@@ -185,6 +188,7 @@ class PlainWorld : public VectorEnv {
                 static_cast<std::size_t>(batch.rows()) * spec_.behaviours[0].observation_layout.row_bytes);
   }
   EnvSpec spec_;
+  std::atomic<int> stepped_{0};
 };
 
 }  // namespace consac::testing

@@ -10,6 +10,7 @@
 #include "consac/base/version.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
+#include "server/outbox.h"
 #include "server/secret.h"
 #include "server/session.h"
 #include "server/shared_channel.h"
@@ -37,6 +38,7 @@ class Session2Server final : public Session2 {
   Status Connect(Arrival arrival) override {
     LeaveSharedMemory();
     if (transport_ != nullptr) transport_->Close();
+    outbox_.Clear();
     transport_ = std::move(arrival.transport);
     reader_ = std::move(arrival.reader);
     connected_ = true;
@@ -81,6 +83,10 @@ class Session2Server final : public Session2 {
     if (phase_ < Phase::kBegin && Now() - connected_at_ > options_.handshake_s)
       return Fatal({StatusCode::kDeadlineExceeded, "the handshake with " + transport_->peer() + " took more than " +
                                                        NumberText(options_.handshake_s) + " s"});
+    if (!outbox_.empty()) {
+      CONSAC_RETURN_IF_ERROR(outbox_.Flush(*transport_, timeout_s, options_.write_s));
+      return outbox_.empty();
+    }
     if (step_waits_) {
       const double left = not_before_ - Now();
       if (left > 0.0 && timeout_s <= 0.0) return false;
@@ -108,19 +114,22 @@ class Session2Server final : public Session2 {
       if (!count.ok()) return count.status();
       if (*count == 0) return CheckTime();
       reader_.Commit(*count);
-      last_heard_ = Now();
       whole = reader_.Next(&frame);
     }
     if (!whole.ok()) return Fatal(whole.status());
     if (!*whole) return CheckTime();
+    last_heard_ = Now();  // of a whole frame: bytes that trickle are silence
     const Status status = Handle(frame);
     if (!status.ok()) return status;
     return true;
   }
 
   Status End(const Status& why) override {
+    if (why.code() == StatusCode::kCancelled && std::exchange(step_waits_, false)) (void)StepWorlds();
+    through_memory_ = false;
     if (why.code() == StatusCode::kCancelled)
       (void)SendJson(FrameType::kGoAway, 0, "{\"reason\":" + ("\"" + why.message() + "\"") + "}");
+    if (!outbox_.empty()) (void)outbox_.Flush(*transport_, 0.0, options_.write_s);
     transport_->Close();
     connected_ = false;
     broke_at_ = Now();
@@ -137,6 +146,7 @@ class Session2Server final : public Session2 {
   bool resumable() const override { return resumable_ && Now() - broke_at_ < options_.resume_s; }
 
   void SetPaused(bool paused) override {
+    last_heard_ = Now();  // the trainer's silence meanwhile was not its own
     if (phase_ == Phase::kRun) (void)SendFrame(paused ? FrameType::kPaused : FrameType::kResumed, 0, {});
   }
 
@@ -185,7 +195,7 @@ class Session2Server final : public Session2 {
 
   /// Sends an answer the way its request came.
   Status Deliver(std::span<const std::byte> frame) {
-    if (!through_memory_ || frame.size() > shared_->result_bytes) return transport_->Write(frame, options_.write_s);
+    if (!through_memory_ || frame.size() > shared_->result_bytes) return outbox_.Send(*transport_, frame);
     if (frame.data() != shared_->result()) std::memcpy(shared_->result(), frame.data(), frame.size());
     shared_->result_turn.Take();
     return Status::Ok();
@@ -198,7 +208,7 @@ class Session2Server final : public Session2 {
     FrameHeader header{type, false, static_cast<std::uint32_t>(payload.size()), 0, request, number_};
     protocol2::WriteHeader(header, control_.data());
     if (!payload.empty()) std::memcpy(control_.data() + protocol2::kHeaderBytes, payload.data(), payload.size());
-    return transport_->Write(control_, options_.write_s);
+    return outbox_.Send(*transport_, control_);
   }
   Status SendJson(FrameType type, std::uint64_t request, const std::string& json) {
     return SendFrame(type, request, std::as_bytes(std::span(json)));
@@ -292,6 +302,7 @@ class Session2Server final : public Session2 {
   Status OnConfigure(const Frame& frame) {
     if (phase_ == Phase::kRun) return Refuse(Fault("BAD_STATE", "CONFIGURE comes before the first RESET"));
     const Result<protocol2::Configure> configure = protocol2::ParseConfigure(frame.payload);
+    if (!configure.ok() && protocol2::FaultName(configure.status()) == "MALFORMED") return Fatal(configure.status());
     if (!configure.ok()) return Refuse(configure.status());
     if (!configure->expect_json.empty()) {
       std::string path;
@@ -380,6 +391,7 @@ class Session2Server final : public Session2 {
   // The connection.
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_;
+  Outbox outbox_;
   Phase phase_ = Phase::kConfigure;
   double connected_at_ = 0.0, last_heard_ = 0.0, broke_at_ = 0.0;
   std::size_t max_frame_ = protocol2::kLargestFrame;

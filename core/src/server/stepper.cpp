@@ -327,8 +327,23 @@ void Stepper::WriteOutcomes(std::size_t b, const Batch& batch) {
       group.active[slot] = 0;
     }
     States(b)[slot] = static_cast<std::byte>(state);
+    if (group.mask_bytes > 0 && !said_no_choice_) CheckMask(b, slot);
   }
   result_bytes_ = protocol2::AlignBlock(result_bytes_);
+}
+
+/// The designer reads this engine's log: a world must leave a legal action. Said once.
+void Stepper::CheckMask(std::size_t b, std::size_t slot) {
+  const Group& group = groups_[b];
+  const std::uint8_t* mask = whole_[b].next_action_masks + slot * group.mask_bytes;
+  for (const Leaf& leaf : group.spec->action_layout.leaves) {
+    if (leaf.mask_count == 0) continue;
+    const std::uint8_t* begin = mask + leaf.mask_offset;
+    if (std::any_of(begin, begin + leaf.mask_count, [](std::uint8_t legal) { return legal != 0; })) continue;
+    said_no_choice_ = true;
+    Log(LogLevel::kError, "environment " + std::to_string(slot / group.agents) + " of '" + group.spec->name +
+                              "' leaves no legal action; leave at least one");
+  }
 }
 
 unsigned Stepper::WriteEnd(std::size_t b, const Batch& batch, std::size_t row) {

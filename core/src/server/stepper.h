@@ -80,6 +80,7 @@ class Stepper {
   void BeginNext(std::size_t world);
   void MarkFirst(std::size_t world);
   void WriteOutcomes(std::size_t b, const Batch& batch);
+  void CheckMask(std::size_t b, std::size_t slot);
   unsigned WriteEnd(std::size_t b, const Batch& batch, std::size_t row);
   void WriteArrivals(std::size_t b);
   void HideNextEpisode(std::size_t world);
@@ -103,7 +104,7 @@ class Stepper {
   std::size_t stepped_count_ = 0, result_bytes_ = 0;
   std::int64_t agents_stepped_ = 0;
   std::int64_t blamed_ = -1;
-  bool begins_next_ = false, has_finals_ = false;
+  bool begins_next_ = false, has_finals_ = false, said_no_choice_ = false;
 };
 
 }  // namespace consac

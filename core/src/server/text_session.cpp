@@ -7,7 +7,7 @@
 
 #include "consac/base/text.h"
 #include "consac/env/buffer.h"
-#include "server/limits.h"
+#include "server/outbox.h"
 #include "server/session.h"
 
 namespace consac {
@@ -64,6 +64,10 @@ class TextSession final : public ServerSession {
   }
 
   Result<bool> Pump(double timeout_s) override {
+    if (!outbox_.empty()) {
+      CONSAC_RETURN_IF_ERROR(outbox_.Flush(*transport_, timeout_s, options_.write_s));
+      return outbox_.empty();
+    }
     switch (phase_) {
       case Phase::kSendFirst:
       case Phase::kSendEpisode:
@@ -81,6 +85,7 @@ class TextSession final : public ServerSession {
 
   // A trainer that left after its whole training left in order.
   Status End(const Status& why) override {
+    if (!outbox_.empty()) (void)outbox_.Flush(*transport_, 0.0, options_.write_s);
     transport_->Close();
     if (why.ok() || why.code() != StatusCode::kUnavailable) return why;
     if (steps_.session() >= options_.training_length) return Status::Ok();
@@ -196,7 +201,7 @@ class TextSession final : public ServerSession {
     return Send({text_.data(), length});
   }
 
-  Status Send(std::string_view text) { return transport_->Write(std::as_bytes(std::span(text)), options_.write_s); }
+  Status Send(std::string_view text) { return outbox_.Send(*transport_, std::as_bytes(std::span(text))); }
 
   VectorEnv& env_;
   const BehaviourSpec& behaviour_;
@@ -205,6 +210,7 @@ class TextSession final : public ServerSession {
   std::vector<char> text_;  // one or two outgoing observations
   Framer framer_;
   std::unique_ptr<Transport> transport_;
+  Outbox outbox_;
   Phase phase_ = Phase::kSendFirst;
   StepCount& steps_;
   double not_before_ = 0.0, last_heard_ = 0.0, last_step_ = 0.0;

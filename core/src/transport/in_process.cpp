@@ -79,16 +79,11 @@ class InProcessTransport final : public Transport {
     return count;
   }
 
-  Status Write(std::span<const std::byte> bytes, double timeout_s) override {
-    while (!bytes.empty()) {
-      bool closed = false;
-      const std::size_t count = out_.Push(bytes, timeout_s, &closed);
-      if (closed) return {StatusCode::kUnavailable, "the other end in this process closed the connection"};
-      if (count == 0)
-        return {StatusCode::kDeadlineExceeded, "the other end in this process takes no data; does its thread run?"};
-      bytes = bytes.subspan(count);
-    }
-    return Status::Ok();
+  Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) override {
+    bool closed = false;
+    const std::size_t count = out_.Push(bytes, timeout_s, &closed);
+    if (closed) return Status{StatusCode::kUnavailable, "the other end in this process closed the connection"};
+    return count;
   }
 
   void Close() override {

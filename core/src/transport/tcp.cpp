@@ -120,25 +120,19 @@ class TcpTransport final : public Transport {
     return count;
   }
 
-  Status Write(std::span<const std::byte> bytes, double timeout_s) override {
-    if (!socket_.is_open()) return {StatusCode::kUnavailable, "the connection to " + peer_ + " is closed"};
+  Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) override {
+    if (!socket_.is_open()) return Status{StatusCode::kUnavailable, "the connection to " + peer_ + " is closed"};
     double deadline = 0.0;
-    while (!bytes.empty()) {
+    while (true) {
       asio::error_code error;
       const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), error);
-      if (!error) {
-        bytes = bytes.subspan(count);
-        deadline = 0.0;
-        continue;
-      }
+      if (!error) return count;
       if (error != asio::error::would_block && error != asio::error::try_again) return PeerGone(peer_, error);
+      if (timeout_s <= 0.0) return std::size_t{0};
       if (deadline == 0.0) deadline = Now() + timeout_s;
-      if (Now() >= deadline || !WaitForSocket(socket_.native_handle(), WaitFor::kWritable, deadline - Now())) {
-        return {StatusCode::kDeadlineExceeded,
-                peer_ + " takes no data for " + NumberText(timeout_s) + " s; it hangs or is stopped in a debugger"};
-      }
+      if (Now() >= deadline || !WaitForSocket(socket_.native_handle(), WaitFor::kWritable, deadline - Now()))
+        return std::size_t{0};
     }
-    return Status::Ok();
   }
 
   void Close() override {

@@ -22,8 +22,11 @@ class Transport {
   /// Reads what is there, waiting at most `timeout_s` (0: do not wait). Returns the bytes read, 0 when none came in
   /// time; kUnavailable once the peer has closed or reset. Never allocates.
   virtual Result<std::size_t> Read(std::span<std::byte> into, double timeout_s) = 0;
+  /// Writes what the peer takes of `bytes`, waiting at most `timeout_s` (0: do not wait) for it to take any. Returns
+  /// how many.
+  virtual Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) = 0;
   /// Writes all of `bytes` or fails; kDeadlineExceeded when the peer takes none for `timeout_s`.
-  virtual Status Write(std::span<const std::byte> bytes, double timeout_s) = 0;
+  Status Write(std::span<const std::byte> bytes, double timeout_s);
   /// Ends the connection; calling it again does nothing.
   virtual void Close() = 0;
   /// "127.0.0.1:5005" or "in-process", for messages.
