@@ -346,9 +346,9 @@ class EnvServerOfEither final : public EnvServer {
     one.transport->Close();
   }
 
-  /// With an ERROR, unless it left by itself.
+  /// With an ERROR, unless it left by itself or never said which protocol it speaks.
   static void TurnAway(Undecided& one, const Status& why) {
-    if (why.code() == StatusCode::kUnavailable) return;
+    if (why.code() != StatusCode::kProtocol) return one.transport->Close();
     Log(LogLevel::kWarning, one.transport->peer() + " was turned away: " + why.message());
     const bool later = protocol2::FaultName(why) == "CAPACITY";
     const std::string json = protocol2::EncodeError(
