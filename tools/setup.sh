@@ -3,6 +3,7 @@
 #   tools/setup.sh build   compiler and libraries: enough for `make run`
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
+#   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 stage=${1:-build}
@@ -46,11 +47,12 @@ comma_locale() {
 
 # A Python environment of our own, rebuilt when the list of packages changes.
 python_environment() {
-  local list=$1 stamp=.venv/.installed-$(basename "$1" .txt)
+  local list=$1 folder=${2:-.venv}
+  local stamp=$folder/.installed-$(basename "$1" .txt)
   if [ -f "$stamp" ] && cmp -s "$list" "$stamp"; then return; fi
-  say "Python packages of $list into .venv"
-  [ -x .venv/bin/python ] || /usr/bin/python3 -m venv .venv
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check -r "$list"
+  say "Python packages of $list into $folder"
+  [ -x "$folder/bin/python" ] || /usr/bin/python3 -m venv "$folder"
+  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check -r "$list"
   cp "$list" "$stamp"
 }
 
@@ -60,6 +62,8 @@ case $stage in
          python_environment tools/requirements-test.txt ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
-  *) say "unknown stage '$stage': build, test or bench"; exit 2 ;;
+  slow)  install_packages "${build_packages[@]}" python3 python3-venv
+         python_environment tools/requirements-slow.txt .venv-slow ;;
+  *) say "unknown stage '$stage': build, test, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"
