@@ -22,6 +22,8 @@ test-slow: build
 	cmake --preset release --log-level=WARNING
 	cmake --build --preset release -j $(JOBS) --target learning_proofs
 	build/release/tests/learning_proofs bench/results/learning.md
+	tools/setup.sh slow
+	.venv-slow/bin/python tests/slow/ecosystem_proofs.py bench/results/ecosystem.md
 
 ## The speed tables, beside their competitors.
 bench:

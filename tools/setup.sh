@@ -4,6 +4,7 @@
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
 #   tools/setup.sh windows also what tools/windows.sh needs (a cross-compiler, Wine, sources of libraries)
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
+#   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 stage=${1:-build}
@@ -48,11 +49,12 @@ comma_locale() {
 
 # A Python environment of our own, rebuilt when the list of packages changes.
 python_environment() {
-  local list=$1 stamp=.venv/.installed-$(basename "$1" .txt)
+  local list=$1 folder=${2:-.venv}
+  local stamp=$folder/.installed-$(basename "$1" .txt)
   if [ -f "$stamp" ] && cmp -s "$list" "$stamp"; then return; fi
-  say "Python packages of $list into .venv"
-  [ -x .venv/bin/python ] || /usr/bin/python3 -m venv .venv
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check -r "$list"
+  say "Python packages of $list into $folder"
+  [ -x "$folder/bin/python" ] || /usr/bin/python3 -m venv "$folder"
+  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check -r "$list"
   cp "$list" "$stamp"
 }
 
@@ -77,6 +79,8 @@ case $stage in
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_packages[@]}"; highway_source ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
-  *) say "unknown stage '$stage': build, test, windows or bench"; exit 2 ;;
+  slow)  install_packages "${build_packages[@]}" python3 python3-venv
+         python_environment tools/requirements-slow.txt .venv-slow ;;
+  *) say "unknown stage '$stage': build, test, windows, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"

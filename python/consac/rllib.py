@@ -4,22 +4,37 @@ from __future__ import annotations
 import gymnasium
 
 from .env import make
-from .errors import ConnectionLost, ConsacError, DeadlineExceeded
+from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy
+from .vector import make_vec
 
 
-def env_creator(config) -> gymnasium.Env:
-    """An environment from `env_config`: `url`, or `urls`, one per runner; the rest are consac.make's arguments."""
+def env_creator(config) -> gymnasium.Env | gymnasium.vector.VectorEnv:
+    """An environment from `env_config`: `url`, or `urls`, of which the first free one is taken; the rest are consac.make's arguments.
+
+    With env_runners(gym_env_vectorize_mode="vector_entry_point", num_envs_per_env_runner=N), all N environments of one engine."""
     options = dict(config)
-    urls = options.pop("urls", None)
-    if urls is not None:
-        index = getattr(config, "worker_index", 0) + getattr(config, "vector_index", 0)
-        options["url"] = urls[index % len(urls)]
-    if "url" not in options:
+    urls = options.pop("urls", None) or [options.pop("url", None)]
+    count = options.pop("num_envs", None)
+    if None in urls:
         raise ConsacError('env_config needs "url": "tcp://host:port", or "urls"')
-    return Recreated(make(**options))
+    first = getattr(config, "worker_index", 0) + getattr(config, "vector_index", 0)  # both are 0 where RLlib does not say
+    for attempt in range(len(urls)):
+        url = urls[(first + attempt) % len(urls)]
+        try:
+            if count is None:
+                return Recreated(make(url, **options))
+            envs = make_vec(url, **options)
+        except EngineBusy:
+            if attempt + 1 == len(urls):
+                raise
+            continue
+        if envs.num_envs != count:
+            envs.close()
+            raise ConsacError(f"{url} has {envs.num_envs} environments, not {count}; set num_envs_per_env_runner={envs.num_envs}")
+        return RecreatedVector(envs)
 
 
-class Recreated(gymnasium.Wrapper):
+class _Recreating:
     """Tells RLlib to make the environment anew where its engine was lost."""
 
     def reset(self, **options):
@@ -33,6 +48,14 @@ class Recreated(gymnasium.Wrapper):
             return self.env.step(action)
         except (ConnectionLost, DeadlineExceeded) as error:
             raise _recreate(error) from error
+
+
+class Recreated(_Recreating, gymnasium.Wrapper):
+    pass
+
+
+class RecreatedVector(_Recreating, gymnasium.vector.VectorWrapper):
+    pass
 
 
 def _recreate(error: Exception) -> Exception:

@@ -534,6 +534,26 @@ def test_rllib(monkeypatch, serve):
         env.step(0)
 
 
+def test_rllib_takes_a_free_engine_or_all_environments_of_one(serve):
+    from consac import rllib
+
+    full, free = serve("CartPole-v1", limits=Limits(max_sessions=1)), serve("CartPole-v1")
+    first = rllib.env_creator({"urls": [full, free]})
+    second = rllib.env_creator({"urls": [full, free]})
+    assert [env.unwrapped.connection.url for env in (first, second)] == [full, free]
+    with pytest.raises(EngineBusy):
+        rllib.env_creator({"url": full})
+    url = serve("CartPole-v1", envs=3)
+    envs = rllib.env_creator({"url": url, "num_envs": 3})
+    assert envs.num_envs == 3 and envs.reset(seed=1)[0].shape == (3, 4)
+    assert envs.step(np.zeros(3, np.int64))[1].tolist() == [1, 1, 1]
+    assert envs.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.NEXT_STEP
+    with pytest.raises(ConsacError, match="has 3 environments, not 2"):
+        rllib.env_creator({"url": url, "num_envs": 2})
+    for env in (first, second, envs):
+        env.close()
+
+
 # ---- text protocol 1
 
 def walk(env, steps, seed=None):
