@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "tests/faults/fault_peers.h"
 
@@ -12,6 +13,7 @@ namespace consac {
 namespace {
 
 using namespace testing;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 TEST(FaultC, C4_AResultOfTheWrongSizeIsNamedWithBoth) {
@@ -175,6 +177,45 @@ TEST(FaultC, C16_NamesOfAnyScriptArriveAsTheyWere) {
   ASSERT_TRUE(session.Step().ok());
   EXPECT_EQ(session.client().spec().behaviours[0].observation_space, space);
   EXPECT_EQ(session.client().spec().behaviours[0].observation_layout.leaves[1].name, "高さ");
+}
+
+/// Masks every action after some steps.
+class MaskingWorld final : public PlainWorld {
+ public:
+  MaskingWorld() : PlainWorld(*Space::Box(0, 1, {1}), *Space::Discrete(2), 2) {
+    spec().behaviours[0].masks_actions = true;
+  }
+  void Reset(std::uint64_t seed, std::span<Batch> batches) override {
+    PlainWorld::Reset(seed, batches);
+    std::memset(batches[0].next_action_masks, 1, 4);
+  }
+  void Step(std::span<Batch> batches) override {
+    PlainWorld::Step(batches);
+    std::memset(batches[0].next_action_masks, 1, 4);
+    if (++steps_ == 3) std::memset(batches[0].next_action_masks + 2, 0, 2);
+  }
+
+ private:
+  int steps_ = 0;
+};
+
+// The designer reads the engine's log, not the trainer's.
+TEST(FaultC, C7_AWorldWithoutALegalActionIsToldInTheEnginesLog) {
+  static std::mutex guard;
+  static std::vector<std::string> lines;
+  Hooks hooks;
+  hooks.log = [](void*, LogLevel level, std::string_view line) {
+    const std::lock_guard lock(guard);
+    if (level >= LogLevel::kWarning) lines.emplace_back(line);
+  };
+  SetHooks(hooks);
+  {
+    const Engine engine(std::make_unique<MaskingWorld>(), {});
+    Session session(engine.Connect(), Impatient(Way::kTcp));
+    for (int i = 0; i < 5; ++i) (void)session.Step();
+  }
+  SetHooks({});
+  EXPECT_THAT(lines, Contains(::testing::AllOf(HasSubstr("environment 1"), HasSubstr("no legal action"))));
 }
 
 }  // namespace

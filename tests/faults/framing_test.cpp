@@ -443,5 +443,20 @@ TEST(FaultB, B18_EveryOtherFlagIsMalformed) {
   }
 }
 
+// MALFORMED is one of the specification's connection errors: after it the server closes.
+TEST(FaultB, B11_MalformedJsonEndsTheConnectionAsTheSpecificationSays) {
+  const Engine engine;
+  RawTrainer trainer(engine.Connect());
+  trainer.Send(FrameType::kHello, 0, EncodeHello({}));
+  ASSERT_EQ(trainer.Next().header.type, FrameType::kWelcome);
+  trainer.Send(FrameType::kConfigure, 1, "{\"autoreset\":");
+  const Frame answer = trainer.Next();
+  ASSERT_EQ(answer.header.type, FrameType::kError);
+  const auto error = ParseError(answer.payload);
+  EXPECT_EQ(error->code, "MALFORMED");
+  EXPECT_TRUE(error->ends_connection);
+  EXPECT_EQ(static_cast<int>(trainer.Next().header.type), 0) << "closed";
+}
+
 }  // namespace
 }  // namespace consac
