@@ -8,6 +8,7 @@ import time
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 
 import consac
 
@@ -52,6 +53,28 @@ def test_one_seed_one_episode_and_the_time_limit_truncates(serve):
                 assert not terminated and isinstance(reward, float)
             episodes.append(np.array(episode))
         assert len(episodes[0]) == 201 and np.array_equal(*episodes)
+
+
+@pytest.mark.parametrize("world", ["cartpole-v1", "pendulum-v1", "maze-v0"])
+@pytest.mark.parametrize("shared_memory", [True, False])
+def test_gymnasiums_checker_finds_nothing(serve, world, shared_memory):
+    with consac.make(serve(world), shared_memory=shared_memory) as env:
+        check_env(env)  # makes a second environment beside the first, so the engine must serve several trainers
+
+
+def test_trainers_beside_each_other_have_worlds_of_their_own(serve):
+    url = serve("pendulum-v1", "--envs", "3", "--trainers", "4")
+    everybody = [consac.make_vec(url) for _ in range(4)]
+    with pytest.raises(consac.EngineBusy):
+        consac.make_vec(url)
+    seen = [[envs.reset(seed=5)[0]] for envs in everybody]
+    for step in range(50):
+        for envs, rows in zip(everybody, seen):
+            rows.append(envs.step(np.full((3, 1), 0.1 * (step % 7), np.float32))[0])
+    assert all(np.array_equal(rows, seen[0]) for rows in seen)
+    for envs in everybody:
+        envs.close()
+    consac.make_vec(url).close()  # there is room again
 
 
 @pytest.mark.parametrize("mode", list(gymnasium.vector.AutoresetMode))
