@@ -15,7 +15,8 @@ out=bench/results/speed.md
   printf '\n## CONSAC\n\n'; $consac bench
   printf '\n## PPO update beside LibTorch, same run\n\n```\n'; build/release/bench/consac_ppo_update_bench; echo '```'
   printf '\n## One action\n\n```\n'; build/release/bench/consac_action_bench; echo '```'
-  printf '\n## Transports\n\n'; build/release/bench/consac_transport_bench
+  printf '\n## Transports\n\n'; build/release/bench/consac_transport_bench; echo
+  PYTHONPATH=python $python bench/compare/python_client_bench.py $consac
   printf '\n## CartPole PPO beside Stable Baselines3, in turn\n\n'; $python bench/compare/sb3_speed.py $consac
 } | tee "$out"
 $python bench/compare/sb3_learn.py $consac point-v0 maze-v0 reach3-v0 | tee bench/results/untuned_worlds.md

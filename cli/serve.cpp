@@ -68,8 +68,9 @@ int Serve(const ServeFlags& flags) {
   Print("serving {} on tcp://{}:{} (Ctrl-C stops)\n", flags.world, flags.host, port);
   std::fflush(stdout);
   for (std::int64_t session = 1; flags.sessions == 0 || session <= flags.sessions; ++session) {
+    const std::int64_t before = (*server)->session_steps();
     const Status status = (*server)->ServeSession(stop);
-    if (status.code() != StatusCode::kCancelled || (*server)->session_steps() > 0)
+    if (status.code() != StatusCode::kCancelled || (*server)->session_steps() != before)
       Print("session {}: {} steps{}\n", session, (*server)->session_steps(),
             status.ok() ? "" : "; " + status.message());
     std::fflush(stdout);
