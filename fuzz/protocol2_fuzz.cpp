@@ -74,6 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   TryMessage(bytes, protocol2::ParseConfigure, protocol2::EncodeConfigure);
   TryMessage(bytes, protocol2::ParseSpec, protocol2::EncodeSpec);
   TryMessage(bytes, protocol2::ParseError, protocol2::EncodeError);
+  (void)protocol2::ParseRender(bytes);
   TryResult(bytes);
   return 0;
 }

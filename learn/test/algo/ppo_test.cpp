@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <thread>
 
 #include "consac/env/buffer.h"
@@ -220,6 +221,81 @@ TEST(Ppo, SlotsMayStepAloneAndBeginAgain) {
   EXPECT_GT(learner->updates(), 5);
   const PolicyData snapshot = learner->Snapshot();
   for (const float parameter : snapshot.parameters) ASSERT_TRUE(std::isfinite(parameter));
+}
+
+/// Answers a batch of an identity task by itself.
+void Answer(Batch& batch, Rng& rng) {
+  for (std::size_t r = 0; r < batch.slots.size(); ++r) {
+    const std::int32_t seen = reinterpret_cast<std::int32_t*>(batch.observations)[r],
+                       done = reinterpret_cast<std::int32_t*>(batch.actions)[r];
+    batch.rewards[r] = seen == done ? 1.0f : 0.0f;
+    batch.terminated[r] = batch.truncated[r] = 0;
+    reinterpret_cast<std::int32_t*>(batch.next_observations)[r] = static_cast<std::int32_t>(rng.Below(3));
+  }
+}
+
+// Two worlds that answer at their own pace, in batches of their own memory, are worth what one staged batch is.
+TEST(Ppo, BatchesUnderWayAtOnceAreRecordedAsIfStaged) {
+  const IdentityEnv env(*Space::Discrete(3), 4);
+  BehaviourSpec half = env.spec().behaviours[0];
+  half.slots = 2;
+  const std::vector<std::int32_t> all{0, 1, 2, 3}, upper{2, 3};
+  const auto begin = [&](Learner& learner, BatchBuffer& first) {
+    std::memset(first.batch().next_observations, 0, 4 * sizeof(std::int32_t));
+    learner.Begin(first.batch());
+  };
+  BatchBuffer first(env.spec().behaviours[0]), low(half), high(half);
+  const Setting setting{"ppo2", {{"n_steps", "16"}}, 1000};
+  const std::unique_ptr<Learner> staged = Make(env, setting), apart = Make(env, setting);
+  begin(*staged, first);
+  begin(*apart, first);
+  std::memset(low.batch().next_observations, 0, 2 * sizeof(std::int32_t));
+  std::memset(high.batch().next_observations, 0, 2 * sizeof(std::int32_t));
+  Rng one(5, 5), other(5, 5);
+  for (int step = 0; step < 16 * 4; ++step) {
+    Batch batch = staged->Stage(all);
+    staged->Act(batch);
+    Answer(batch, one);
+    staged->Record(batch);
+    while (staged->Learn({})) {
+    }
+    low.Advance();
+    high.Advance();
+    Batch second = high.batch();
+    second.slots = upper;
+    apart->Act(low.batch());
+    apart->Act(second);
+    Answer(low.batch(), other);
+    Answer(second, other);
+    apart->Record(second);  // the one that was sent last comes back first
+    apart->Record(low.batch());
+    while (apart->Learn({})) {
+    }
+  }
+  EXPECT_EQ(apart->updates(), 4);
+  EXPECT_EQ(staged->Snapshot().parameters, apart->Snapshot().parameters);
+}
+
+TEST(Ppo, AStepThatWasUnderWayWhileItLearnedIsTheFirstOfTheNextRollout) {
+  const IdentityEnv env(*Space::Discrete(3), 1);
+  const std::unique_ptr<Learner> learner = Make(env, {"ppo2", {{"n_steps", "16"}, {"nminibatches", "4"}}, 100000});
+  BatchBuffer own(env.spec().behaviours[0]);
+  std::memset(own.batch().next_observations, 0, sizeof(std::int32_t));
+  learner->Begin(own.batch());
+  Rng rng(7, 7);
+  double reward = 0.0;
+  for (int step = 0; step < 16 * 300; ++step) {
+    own.Advance();
+    learner->Act(own.batch());
+    while (learner->Learn({})) {  // between Act and Record
+    }
+    Answer(own.batch(), rng);
+    learner->Record(own.batch());
+    if (step >= 16 * 250) reward += own.batch().rewards[0];
+  }
+  EXPECT_EQ(learner->updates(), 299);
+  EXPECT_EQ(learner->steps(), 16 * 300);
+  EXPECT_GT(reward / (16 * 50), 0.9) << "it learns as it does in lock step";
 }
 
 // A state that is terminal has no value to bootstrap from, whatever else cut the episode there.
