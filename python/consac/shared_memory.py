@@ -68,7 +68,7 @@ class Turn:
             _futex(_SYS_FUTEX, self._address, _FUTEX_WAKE, 1, None, None, 0)
 
     def wait(self, seconds: float) -> bool:
-        """Reader: whether a turn was taken since `saw`. Spins, then sleeps, at most `seconds` each."""
+        """Reader: whether a turn was taken since `saw`. Spins, then sleeps, at most `seconds` in all."""
         words, seen = self._words, self._seen
         if words[0] != seen:
             return True

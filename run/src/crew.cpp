@@ -1,5 +1,6 @@
 #include "crew.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -77,10 +78,17 @@ Crew::Outcome Crew::Do(std::size_t i, const Job& job, Worker& worker) {
   Status status(StatusCode::kCancelled, "stopped while connecting anew");
   while (!job.stop->load(std::memory_order_relaxed) && !over_) {
     status = worker.ConnectAnew(job.seed);
-    if (status.ok() || status.code() == StatusCode::kFailedPrecondition) break;
+    const bool again = status.code() == StatusCode::kUnavailable || status.code() == StatusCode::kDeadlineExceeded;
+    if (status.ok() || !again) break;
     std::this_thread::sleep_for(kBetweenAttempts);
   }
   return {i, status, true};
+}
+
+bool Crew::at_rest(std::size_t i) {
+  if (!members_[i]->busy) return true;
+  const std::lock_guard lock(mutex_);
+  return std::any_of(outcomes_.begin(), outcomes_.end(), [i](const Outcome& outcome) { return outcome.worker == i; });
 }
 
 Crew::Outcome Crew::Next() {

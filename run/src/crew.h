@@ -43,6 +43,8 @@ class Crew {
   std::size_t under_way() const { return under_way_; }
   /// Whether worker `i` is one of them.
   bool busy(std::size_t i) const { return members_[i]->busy; }
+  /// Whether nothing is done with worker `i` just now: it was not sent, or has come back and waits to be taken.
+  bool at_rest(std::size_t i);
   /// The next that comes back; waits for it.
   Outcome Next();
 

@@ -1,8 +1,7 @@
 #pragma once
 // Looks at what a world sends before a learner sees it: numbers that are none, values outside their bounds, sensors
-// that stand still, choices without a legal action,
-// episodes that never end or end at once. One watch per behaviour; the training loop shows it every
-// batch. Private to run.
+// that stand still, choices without a legal action, episodes that never end or end at once. One watch per behaviour,
+// which is shown every batch. Private to run.
 
 #include <cstdint>
 #include <string>

@@ -55,7 +55,8 @@ Status Training::MakeLearners() {
 
 // Each world's slots follow those of the world before it.
 Status Training::AddWorkers(std::vector<WorldSource> worlds) {
-  const EnvSpec& first = worlds[0].link->spec();
+  spec_ = worlds[0].link->spec();
+  const EnvSpec& first = spec_;
   std::vector<std::int32_t> first_slots(first.behaviours.size());
   for (WorldSource& world : worlds) {
     const EnvSpec& offered = world.link->spec();
@@ -82,7 +83,7 @@ void Training::Visit(Archive& archive) {
     archive(name, *trainee.learner);
     archive(name + "_episodes", trainee.episodes);
   }
-  archive("world", crew_[0].link());
+  if (!IsUrl(config_.world)) archive("world", crew_[0].link());
   archive("report", *report_);
 }
 
@@ -192,7 +193,7 @@ void Training::LearnWhatIsDue() {
     while (trainee.learner->Learn({kLearnPiece})) {
       if (stop_.load(std::memory_order_relaxed)) return;
       for (std::size_t i = 0; i < crew_.size(); ++i) {
-        if (!crew_.busy(i)) crew_[i].link().KeepAlive();
+        if (crew_.at_rest(i)) crew_[i].link().KeepAlive();
       }
     }
     if (trainee.learner->updates() == trainee.reported_updates) continue;
@@ -227,6 +228,7 @@ Status Training::Handle(const Crew::Outcome& outcome) {
   --connecting_;
   if (outcome.status.ok()) {
     lost_[outcome.worker] = 0;
+    crew_[outcome.worker].Adopt();
     CONSAC_RETURN_IF_ERROR(crew_[outcome.worker].Begin(trainees_));
     report_->Line("an engine is back: " + crew_[outcome.worker].link().description());
   } else if (outcome.status.code() != StatusCode::kCancelled) {
@@ -295,7 +297,10 @@ Status Training::Loop() {
     const Crew::Outcome outcome = crew_.Next();
     AccountFor(outcome, Now() - start);
     // A step that was asked for ahead of learning which was stopped in the middle has no place.
-    if (LearningDue()) continue;
+    if (LearningDue()) {
+      if (outcome.connected_anew) --connecting_;
+      continue;
+    }
     CONSAC_RETURN_IF_ERROR(Handle(outcome));
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
     for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());

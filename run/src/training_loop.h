@@ -56,7 +56,7 @@ class Training {
   Status OpenReport(bool resumed);
   Status WriteConfig() const;
   Status AddWorkers(std::vector<WorldSource> worlds);
-  const EnvSpec& spec() { return crew_[0].link().spec(); }
+  const EnvSpec& spec() const { return spec_; }
   std::size_t steps_under_way() const { return crew_.under_way() - connecting_; }
   bool LearningDue() const;
   Status BeginWorlds();
@@ -81,6 +81,7 @@ class Training {
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
   std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
+  EnvSpec spec_;                   // of the first world, which the others equal but for their number of environments
   Crew crew_;
   std::vector<std::uint8_t> lost_;     // per worker: it has no connection
   std::size_t connecting_ = 0;         // workers that are trying to get one

@@ -3,6 +3,8 @@
 #include <cstring>
 #include <numeric>
 
+#include "consac/protocol/protocol2.h"
+
 namespace consac::run {
 namespace {
 
@@ -56,30 +58,35 @@ void Worker::FindActing(std::size_t b) {
 Status Worker::Reset(std::uint64_t seed) {
   for (std::size_t b = 0; b < parts_.size(); ++b) world_batches_[b] = parts_[b].whole.batch();
   latest_in_learners_ = in_learners_ = false;
-  return link_->Reset(seed, world_batches_);
+  return (next_link_ != nullptr ? next_link_ : link_)->Reset(seed, world_batches_);
 }
 
 Status Worker::Begin(Trainees trainees) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     FindActing(b);
-    CONSAC_RETURN_IF_ERROR(BeginSlots(parts_[b], trainees[b]));
+    parts_[b].arriving = parts_[b].acting;
+    parts_[b].arriving_ids = parts_[b].acting_ids;
+    CONSAC_RETURN_IF_ERROR(BeginArriving(parts_[b], trainees[b]));
   }
   return Status::Ok();
 }
 
-/// The slots that part.acting names begin; their observations are in part.whole.
-Status Worker::BeginSlots(Part& part, Trainee& trainee) {
-  if (part.acting.empty()) return Status::Ok();
+/// Agents whose observations are in part.whole begin.
+Status Worker::BeginArriving(Part& part, Trainee& trainee) {
+  if (part.arriving.empty()) return Status::Ok();
   const Batch& whole = part.whole.batch();
   Batch batch = part.some.batch();
-  for (std::size_t i = 0; i < part.acting.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(part.acting[i]);
-    CopyRow(whole.next_observations, slot, batch.next_observations, i, part.spec.observation_layout.row_bytes);
+  const std::size_t bytes = part.spec.observation_layout.row_bytes;
+  for (std::size_t i = 0; i < part.arriving.size(); ++i) {
+    const auto slot = static_cast<std::size_t>(part.arriving[i]);
+    CopyRow(whole.next_observations, slot, batch.next_observations, i, bytes);
     CopyMask(whole.next_action_masks, slot, batch.next_action_masks, i,
              static_cast<std::size_t>(part.spec.action_layout.mask_bytes));
   }
-  batch.slots = part.acting_ids;
+  batch.slots = part.arriving_ids;
   CONSAC_RETURN_IF_ERROR(trainee.watch.Begin(batch));
+  for (std::size_t i = 0; i < part.arriving.size(); ++i)  // as the watch has mended it
+    CopyRow(batch.next_observations, i, whole.next_observations, static_cast<std::size_t>(part.arriving[i]), bytes);
   trainee.learner->Begin(batch);
   return Status::Ok();
 }
@@ -153,6 +160,7 @@ Status Worker::Record(Trainees trainees) {
     if (batches_[b].actions != world_batches_[b].actions) GatherOutcome(b);
     if (batches_[b].rows() > 0) {
       CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b]));
+      if (batches_[b].actions != world_batches_[b].actions) ScatterMended(b);
       trainees[b].learner->Record(batches_[b]);
     }
     if (!parts_[b].everyone()) CONSAC_RETURN_IF_ERROR(BeginArrivals(b, trainees[b]));
@@ -178,34 +186,49 @@ void Worker::GatherOutcome(std::size_t b) {
   }
 }
 
+/// What the watch has mended is what the next action is chosen from.
+void Worker::ScatterMended(std::size_t b) {
+  const Part& part = parts_[b];
+  for (std::size_t i = 0; i < part.acting.size(); ++i) {
+    CopyRow(batches_[b].next_observations, i, world_batches_[b].next_observations,
+            static_cast<std::size_t>(part.acting[i]), part.spec.observation_layout.row_bytes);
+  }
+}
+
 /// Agents that were absent in this step and are there now.
 Status Worker::BeginArrivals(std::size_t b, Trainee& trainee) {
   Part& part = parts_[b];
   part.acted.assign(part.ids.size(), 0);
   for (const std::int32_t slot : part.acting) part.acted[static_cast<std::size_t>(slot)] = 1;
-  FindActing(b);
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < part.acting.size(); ++i) {
-    if (part.acted[static_cast<std::size_t>(part.acting[i])] != 0) continue;
-    part.acting[count] = part.acting[i];
-    part.acting_ids[count++] = part.acting_ids[i];
+  part.arriving.clear();
+  part.arriving_ids.clear();
+  for (std::size_t slot = 0; slot < part.ids.size(); ++slot) {
+    if (part.acted[slot] != 0 || !IsPresent(b, slot)) continue;
+    part.arriving.push_back(static_cast<std::int32_t>(slot));
+    part.arriving_ids.push_back(part.ids[slot]);
   }
-  part.acting.resize(count);
-  part.acting_ids.resize(count);
-  return BeginSlots(part, trainee);
+  return BeginArriving(part, trainee);
 }
 
 Status Worker::ConnectAnew(std::uint64_t seed) {
   if (!connect_) return {StatusCode::kUnavailable, "this world cannot be connected to again"};
   Result<std::unique_ptr<WorldLink>> link = connect_();
   if (!link.ok()) return link.status();
-  const std::vector<BehaviourSpec>& behaviours = (*link)->spec().behaviours;
-  bool same = behaviours.size() == parts_.size();
-  for (std::size_t b = 0; same && b < parts_.size(); ++b)
-    same = behaviours[b].slots == parts_[b].spec.slots && behaviours[b].name == parts_[b].spec.name;
-  if (!same) return {StatusCode::kFailedPrecondition, "it offers another number of agents than before"};
-  link_ = std::move(*link);
+  std::string path;
+  const EnvSpec &now = (*link)->spec(), &before = link_->spec();
+  const Status same =
+      protocol2::CompareBehaviours(protocol2::BehavioursJson(before), protocol2::BehavioursJson(now), &path);
+  if (!same.ok() || now.environments() != before.environments() || now.behaviours.size() != before.behaviours.size()) {
+    return {StatusCode::kFailedPrecondition,
+            (*link)->description() + " offers something else than before: " +
+                (same.ok() ? "another number of environments" : protocol2::FaultText(same))};
+  }
+  next_link_ = std::move(*link);
   return Reset(seed);
+}
+
+void Worker::Adopt() {
+  link_ = std::move(next_link_);
 }
 
 }  // namespace consac::run

@@ -42,8 +42,11 @@ class Worker {
   Status Step(MoreSteps more);
   /// Tells the learners what came of it, and which agents came. An error where that cannot be learned from.
   Status Record(Trainees trainees);
-  /// A new connection after a failure, and the world afresh; agents that were there are gone.
+  /// A new connection after a failure, and the world afresh. Nothing else changes until Adopt, so that it may be called
+  /// on another thread.
   Status ConnectAnew(std::uint64_t seed);
+  /// The new connection takes the place of the old one; agents that were there are gone.
+  void Adopt();
 
   /// Agents that are taking the present step.
   std::int64_t rows() const;
@@ -64,7 +67,9 @@ class Worker {
     BatchBuffer whole, some;               // every slot of the world; those that act, gathered
     std::vector<std::int32_t> acting;      // slots of the world that take the present step
     std::vector<std::int32_t> acting_ids;  // the same as the learner's
-    std::vector<std::uint8_t> acted;       // [slots] work space
+    std::vector<std::int32_t> arriving;    // slots of the world whose agents begin
+    std::vector<std::int32_t> arriving_ids;
+    std::vector<std::uint8_t> acted;  // [slots] work space
     bool everyone() const { return acting.size() == ids.size(); }
   };
 
@@ -73,10 +78,11 @@ class Worker {
   void PlaceObservations(std::size_t b);
   Batch OwnRows(std::size_t b);
   void GatherOutcome(std::size_t b);
+  void ScatterMended(std::size_t b);
   Status BeginArrivals(std::size_t b, Trainee& trainee);
-  static Status BeginSlots(Part& part, Trainee& trainee);
+  static Status BeginArriving(Part& part, Trainee& trainee);
 
-  std::unique_ptr<WorldLink> link_;
+  std::unique_ptr<WorldLink> link_, next_link_;
   const Connect connect_;
   std::vector<Part> parts_;
   std::vector<Batch> batches_;        // as the learners see the step

@@ -48,7 +48,7 @@ class Seat {
   }
   bool resumable() const { return session2_->resumable(); }
   bool Owns(std::string_view token) const { return session2_->Owns(token); }
-  void Forget() { steps_.Restart(); }
+  void RestartCount() { steps_.Restart(); }
 
   Status Connect(Arrival arrival) {
     connected2_ = true;
@@ -86,7 +86,9 @@ class Seat {
 class EnvServerOfEither final : public EnvServer {
  public:
   EnvServerOfEither(VectorEnv& env, std::unique_ptr<Listener> listener, const EnvServerOptions& options)
-      : listener_(std::move(listener)), options_(options), text_fits_(CheckTextSession(env.spec(), options).ok()) {
+      : listener_(std::move(listener)),
+        options_(options),
+        text_fits_(options.token.empty() && CheckTextSession(env.spec(), options).ok()) {
     seats_.push_back(std::make_unique<Seat>(env, options_, steps_));
   }
   ~EnvServerOfEither() override { Close(); }
@@ -224,7 +226,6 @@ class EnvServerOfEither final : public EnvServer {
     accept_failed_ = false;
     if (*accepted != nullptr && waiting_.size() < kMostUndecided)
       waiting_.push_back({std::move(*accepted), Now(), protocol2::FrameReader()});
-    Status first;
     for (std::size_t i = 0; i < waiting_.size();) {
       const Result<Protocol> protocol = Decide(waiting_[i]);
       if (protocol.ok() && *protocol == Protocol::kAuto) {
@@ -236,11 +237,10 @@ class EnvServerOfEither final : public EnvServer {
       if (!protocol.ok()) {
         TurnAway(one, protocol.status());
       } else if (*protocol == Protocol::kText1) {
-        const Status status = WelcomeText(std::move(one));
-        if (first.ok()) first = status;
+        WelcomeText(std::move(one));
       }
     }
-    return first;
+    return Status::Ok();
   }
 
   /// kAuto: not yet; kProtocol2: seated. An error when the connection is gone, has outstayed its time or said what it
@@ -305,14 +305,18 @@ class EnvServerOfEither final : public EnvServer {
       return Fault("UNSUPPORTED_VERSION", "this engine speaks text protocol 1");
     Seat* seat = FreeSeat();
     if (seat == nullptr)
-      return Fault("CAPACITY", "another trainer is connected to this engine; try again when it has left");
+      return Fault(
+          "CAPACITY",
+          "another trainer is connected to this engine, and it serves no more at once; try again when it has left");
     return seat;
   }
 
   /// Nobody's, rather than one whose trainer may come back; one more where worlds can be made; null when there is none.
   Seat* FreeSeat() {
     if (sessions_present() == 0) {
-      for (const std::unique_ptr<Seat>& seat : seats_) seat->Forget();
+      for (const std::unique_ptr<Seat>& seat : seats_) {
+        if (!seat->resumable()) seat->RestartCount();
+      }
     }
     Seat* left = nullptr;
     for (const std::unique_ptr<Seat>& seat : seats_) {
@@ -327,18 +331,17 @@ class EnvServerOfEither final : public EnvServer {
     return left;
   }
 
-  Status WelcomeText(Undecided one) {
+  void WelcomeText(Undecided one) {
     if (!text_fits_ || options_.protocol == Protocol::kProtocol2) {
-      Dismiss(one, "error: this engine speaks protocol 2 only\n");
-      return Status::Ok();
+      return Dismiss(one, "error: this engine speaks protocol 2 only\n");
     }
     Seat* seat = FreeSeat();
     if (seat == nullptr) {
       Log(LogLevel::kWarning, "a further trainer, " + one.transport->peer() + ", was turned away");
-      Dismiss(one, kBusyLine);
-      return Status::Ok();
+      return Dismiss(one, kBusyLine);
     }
-    return seat->Connect(std::move(one), sessions_++);
+    const Status status = seat->Connect(std::move(one), sessions_++);
+    if (!status.ok()) Log(LogLevel::kWarning, "a trainer left before its session began: " + status.message());
   }
 
   static void Dismiss(Undecided& one, std::string_view line) {

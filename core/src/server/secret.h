@@ -1,14 +1,11 @@
 #pragma once
-// Access and resume tokens. Private to core/server.
+// Comparing access and resume tokens. Private to core/server.
 
-#include <string>
 #include <string_view>
 
 namespace consac {
 
 /// Equal texts, in a time that does not tell where they differ.
 bool SameSecret(std::string_view a, std::string_view b);
-/// 128 bits that nobody can guess, in hex.
-std::string MakeToken();
 
 }  // namespace consac

@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/entropy.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
 #include "consac/protocol/protocol2.h"
@@ -25,6 +26,7 @@ using protocol2::FrameHeader;
 using protocol2::FrameType;
 
 constexpr std::size_t kLargestPing = 64;
+constexpr std::size_t kTokenBytes = 16;
 constexpr unsigned kSharedLooks = 16;  // polls in vain between looks at the connection beside shared memory
 
 class Session2Server final : public Session2 {
@@ -55,7 +57,7 @@ class Session2Server final : public Session2 {
       answer_.clear();
       answer_is_result_ = false;
       stepper_.Forget();
-      resume_ = MakeToken();
+      resume_ = UnguessableHex(kTokenBytes);
       steps_.Restart();
       phase_ = Phase::kConfigure;
     }
@@ -70,6 +72,9 @@ class Session2Server final : public Session2 {
     welcome.session = number_;
     welcome.resume = resume_;
     max_frame_ = welcome.max_frame = std::min(arrival.hello.max_frame, protocol2::kLargestFrame);
+    if (welcome.resumed && result_room() > max_frame_)
+      return Fatal(Fault("FRAME_TOO_LARGE", "a RESULT may take " + std::to_string(result_room()) +
+                                                " bytes, which does not fit over TCP; begin a new session"));
     welcome.last_request = request_;
     reader_.SetLimit(welcome.max_frame);
     return SendJson(FrameType::kWelcome, arrival.request, protocol2::EncodeWelcome(welcome));
@@ -175,7 +180,8 @@ class Session2Server final : public Session2 {
   /// What was answered last stays, should it be asked for again.
   void LeaveSharedMemory() {
     if (!shared_.has_value()) return;
-    std::memcpy(result_.data(), result_at_, result_room());
+    if (!covered_) std::memcpy(result_.data(), result_at_, result_room());
+    covered_ = false;
     PlaceResult(result_.data());
     shared_.reset();
     through_memory_ = false;
@@ -195,10 +201,22 @@ class Session2Server final : public Session2 {
 
   /// Sends an answer the way its request came.
   Status Deliver(std::span<const std::byte> frame) {
+    last_heard_ = Now();  // from now on the trainer's silence is its own
     if (!through_memory_ || frame.size() > shared_->result_bytes) return outbox_.Send(*transport_, frame);
-    if (frame.data() != shared_->result()) std::memcpy(shared_->result(), frame.data(), frame.size());
+    if (frame.data() != shared_->result()) {
+      std::memcpy(result_.data(), shared_->result(), result_room());  // see Uncover
+      covered_ = true;
+      std::memcpy(shared_->result(), frame.data(), frame.size());
+    }
     shared_->result_turn.Take();
     return Status::Ok();
+  }
+
+  /// The rows that an answer without a RESULT has covered in shared memory are there again: the next RESULT goes on
+  /// from them.
+  void Uncover() {
+    if (covered_) std::memcpy(shared_->result(), result_.data(), result_room());
+    covered_ = false;
   }
 
   // ---- frames out
@@ -335,6 +353,7 @@ class Session2Server final : public Session2 {
   Status OnReset(std::span<const std::byte> payload) {
     if (phase_ < Phase::kBegin) return Refuse(Fault("BAD_STATE", "RESET comes after CONFIGURE"));
     const double start = Now();
+    Uncover();
     const Status reset = stepper_.Reset(payload, phase_ == Phase::kBegin, options_.seed + number_ - 1);
     if (!reset.ok()) return Refuse(reset);
     phase_ = Phase::kRun;
@@ -356,6 +375,7 @@ class Session2Server final : public Session2 {
 
   Status StepWorlds() {
     if (options_.min_step_s > 0.0) last_step_ = std::max(Now(), last_step_ + options_.min_step_s);
+    Uncover();
     stepper_.Step();
     steps_.Add(stepper_.agents_stepped());
     return SendResult(step_begins_);
@@ -380,6 +400,10 @@ class Session2Server final : public Session2 {
       return Refuse(Fault("OUT_OF_RANGE", "there is no environment " + std::to_string(*world)));
     Picture picture;
     env_.Render(static_cast<std::int32_t>(*world), &picture);
+    if (picture.rgb.size() + protocol2::kHeaderBytes > max_frame_)
+      return Refuse(Fault("UNSUPPORTED", "a picture of " + std::to_string(picture.rgb.size()) +
+                                             " bytes is more than the trainer's max_frame of " +
+                                             std::to_string(max_frame_)));
     return Answer(FrameType::kFrame, protocol2::EncodePicture(picture));
   }
 
@@ -409,6 +433,7 @@ class Session2Server final : public Session2 {
 
   std::optional<SharedChannel> shared_;
   bool through_memory_ = false;  // the request under way came that way
+  bool covered_ = false;         // result_ holds what lay where an answer is now
   unsigned shared_idle_ = 0;
 
   // A step that waits for its time.

@@ -104,7 +104,7 @@ Status Stepper::Reset(std::span<const std::byte> request, bool first, std::uint6
   } else {
     CONSAC_RETURN_IF_ERROR(ResetChosen(seeds, all));
   }
-  FinishResult();
+  FinishResult(Infos::kWithout);  // of no step
   return Status::Ok();
 }
 
@@ -167,7 +167,7 @@ Status Stepper::CheckActions() {
     const Group& group = groups_[b];
     for (std::int32_t slot = 0; slot < group.spec->slots; ++slot) {
       const auto row = static_cast<std::size_t>(slot);
-      if (stepped_[group.WorldOf(slot)] == 0 || group.active[row] == 0) continue;
+      if (stepped_[group.WorldOf(slot)] == 0 || (group.active[row] == 0 && !Present(b, row))) continue;
       const Status legal = CheckRow(group.spec->action_layout, whole_[b].actions + row * group.action_bytes);
       if (legal.ok()) continue;
       blamed_ = static_cast<std::int64_t>(group.WorldOf(slot));
@@ -201,7 +201,7 @@ void Stepper::Step() {
   if (agents_leave_) {
     for (std::size_t b = 0; b < groups_.size(); ++b) WriteArrivals(b);
   }
-  FinishResult();
+  FinishResult(Infos::kWith);
 }
 
 /// Some environments only: their rows lie together for the world, and are put in their places afterwards.
@@ -254,9 +254,9 @@ void Stepper::BeginResult() {
   result_bytes_ = blocks_.result_bytes;
 }
 
-void Stepper::FinishResult() {
+void Stepper::FinishResult(Infos infos) {
   std::uint32_t parts = has_finals_ ? protocol2::kPartFinals : 0;
-  if (info_room_ > 0 && WriteInfos()) parts |= protocol2::kPartInfos;
+  if (infos == Infos::kWith && info_room_ > 0 && WriteInfos()) parts |= protocol2::kPartInfos;
   std::memcpy(payload_, &parts, sizeof(parts));
 }
 
@@ -382,7 +382,7 @@ void Stepper::WriteArrivals(std::size_t b) {
 }
 
 /// Values by column of the slots whose step ended an episode that is no longer visible, or of all others.
-nlohmann::json Stepper::Infos(bool final) {
+nlohmann::json Stepper::InfoColumns(bool final) {
   nlohmann::json columns = nlohmann::json::object();
   for (const InfoColumn& column : env_.infos()) {
     nlohmann::json slots = nlohmann::json::array(), values = nlohmann::json::array();
@@ -403,7 +403,7 @@ nlohmann::json Stepper::Infos(bool final) {
 
 /// The last block: length, then JSON; left out where it would not fit.
 bool Stepper::WriteInfos() {
-  const nlohmann::json all = {{"infos", Infos(false)}, {"final_infos", Infos(true)}};
+  const nlohmann::json all = {{"infos", InfoColumns(false)}, {"final_infos", InfoColumns(true)}};
   const std::string text = all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   const auto length = static_cast<std::uint32_t>(text.size());
   const std::size_t end = result_bytes_ + sizeof(length) + text.size();

@@ -24,7 +24,7 @@ class AlignedBytes {
   std::vector<std::uint64_t> words_;
 };
 
-/// One VectorEnv and the RESULT of its latest step. A refused request steps and resets nothing.
+/// One VectorEnv and the RESULT of its latest step. A refused STEP steps nothing.
 class Stepper {
  public:
   /// `env` must outlive it.
@@ -85,9 +85,10 @@ class Stepper {
   void WriteArrivals(std::size_t b);
   void HideNextEpisode(std::size_t world);
   bool EpisodeOver(std::size_t world);
-  void FinishResult();
+  enum class Infos : std::uint8_t { kWithout, kWith };
+  void FinishResult(Infos infos);
   bool WriteInfos();
-  nlohmann::json Infos(bool final);
+  nlohmann::json InfoColumns(bool final);
 
   VectorEnv& env_;
   const EnvSpec& spec_;

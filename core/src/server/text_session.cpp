@@ -51,9 +51,15 @@ class TextSession final : public ServerSession {
 
   /// Bytes that came before the session began.
   Status Take(std::span<const std::byte> first) {
-    if (first.empty()) return Status::Ok();
-    std::memcpy(framer_.Writable().data(), first.data(), first.size());
-    return framer_.Commit(first.size());
+    while (!first.empty()) {
+      const std::span<std::byte> room = framer_.Writable();
+      const std::size_t count = std::min(room.size(), first.size());
+      if (count == 0) return {StatusCode::kProtocol, transport_->peer() + " says too much before the session begins"};
+      std::memcpy(room.data(), first.data(), count);
+      CONSAC_RETURN_IF_ERROR(framer_.Commit(count));
+      first = first.subspan(count);
+    }
+    return Status::Ok();
   }
 
   Status SendSetup() {

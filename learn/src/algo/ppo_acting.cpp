@@ -59,7 +59,8 @@ void Ppo::Begin(const Batch& batch) {
 // What was chosen is kept slot by slot until its outcome is recorded. Where all slots act, their rows are the batch's.
 void Ppo::Act(Batch& batch) {
   const std::int64_t rows = batch.rows();
-  const bool whole = rows == behaviour_.slots;
+  const bool whole = rows == behaviour_.slots;  // ascending and unique, so slot i is row i
+  CONSAC_ASSERT(!whole || batch.slots[0] == 0);
   float* features = whole ? step_features_.data() : work_features_.data();
   float* raw = whole ? step_raw_.data() : part_raw_.data();
   float* neglogp = whole ? step_neglogp_.data() : part_neglogp_.data();

@@ -299,6 +299,7 @@ class Server:
                 pass
         if not session.lock.acquire(timeout=self.limits.handshake_s):
             with self._lock:
-                session.connection = before
+                if session.connection is connection:  # nobody has taken it up meanwhile
+                    session.connection = before
             raise Refused("CAPACITY", f"session {session.number} is still at work on request {session.last_request + 1}; try again", retry_after_s=1)
         return session, True
