@@ -64,6 +64,7 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   if (!transport.ok()) return Fail("doctor", transport.status());
   EnvClientOptions options;
   options.setup_timeout_s = options.deadline_s = flags.timeout;
+  options.token = flags.token;
   Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options);
   if (!client.ok()) return Fail("doctor", client.status());
   const BehaviourSpec& behaviour = (*client)->spec().behaviours[0];

@@ -8,6 +8,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import wire
+from .errors import ConsacError
 from .env import REMOTE_ID, mask_value, pick, put, row_reader
 from .face import RENDER_FPS, Face
 
@@ -21,7 +22,7 @@ class ConsacVectorEnv(VectorEnv):
     With copy=False observations are views of the receive buffer, which hold until the next step. Other arguments are client.Connection's."""
 
     def __init__(self, url: str, autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP, render_mode: str | None = None, copy: bool = True, **options):
-        mode = autoreset_mode if isinstance(autoreset_mode, AutoresetMode) else AutoresetMode(autoreset_mode)
+        mode = autoreset_mode_of(autoreset_mode)
         face = Face(_WIRE_MODES[mode], text1="which has one environment; use consac.make")
         self.connection, modes = face.open(url, render_mode, options)
         connection = self.connection
@@ -97,6 +98,14 @@ class ConsacVectorEnv(VectorEnv):
 def make_vec(url: str, **options) -> ConsacVectorEnv:
     """All environments that an engine offers at `url`."""
     return ConsacVectorEnv(url, **options)
+
+
+def autoreset_mode_of(mode: str | AutoresetMode) -> AutoresetMode:
+    """Gymnasium's value, or its name as "next_step" or "NextStep"."""
+    for known in AutoresetMode:
+        if mode in (known, known.value, known.name.lower()):
+            return known
+    raise ConsacError(f"autoreset_mode={mode!r} is unknown; use {', '.join(repr(known.name.lower()) for known in AutoresetMode)}")
 
 
 def reset_mask(mask, count: int) -> np.ndarray:

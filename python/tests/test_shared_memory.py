@@ -455,3 +455,15 @@ def test_deadlines_stop_while_the_engine_is_paused():
     with Nonsense(write) as server, consac.make(server.url, timeout=0.2) as env:
         env.reset()
         assert env.step(0)[1] == 1.0 and env.connection.in_memory
+
+
+@in_cpp
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_refused_step_leaves_the_rows_that_are_repeated(serve, shared):
+    with contextlib.closing(consac.make_vec(serve("cartpole-v1", "--envs", "3"), autoreset_mode="disabled", shared_memory=shared)) as envs:
+        envs.reset(seed=4)
+        before = envs.step(np.array([0, 1, 0]))[0].copy()
+        with pytest.raises(EngineError):  # by the engine, not by us
+            envs.step(np.array([0, 7, 0]))
+        after = envs.reset(options={"reset_mask": np.array([True, False, False])})[0]
+        assert np.array_equal(after[1:], before[1:]) and not np.array_equal(after[0], before[0])

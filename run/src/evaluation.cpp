@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "consac/base/text.h"
 #include "consac/env/buffer.h"
 #include "consac/policy/policy.h"
 #include "consac/run/training.h"
@@ -97,6 +98,9 @@ Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atom
   if (world.empty())
     return Status{StatusCode::kInvalidArgument, "'" + *path + "' does not say which world it is for; name one"};
   Result<std::unique_ptr<WorldLink>> link = OpenWorld(options, world, stop);
+  if (!link.ok() && options.world.empty() && link.status().code() == StatusCode::kNotFound)
+    return Status{StatusCode::kNotFound, "the model was trained on " + Quote(world) +
+                                             ", which is no built-in world; name a world or an engine's URL"};
   if (!link.ok()) return link.status();
   const BehaviourSpec& behaviour = (*link)->spec().behaviours[0];
   CONSAC_RETURN_IF_ERROR(policy->Fits(behaviour));

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <thread>
 
 #include "consac/run/training.h"
@@ -134,6 +135,16 @@ TEST(Engines, AgentsThatComeAndGoAreLearnedFromOverAWireAsInProcess) {
     if (!respawn) {
       EXPECT_NEAR(local->mean_episode_reward, (3.0 + 10.0 + 21.0) / 3.0, 0.7);
     }
+    // Each episode is whole, and its agent's own.
+    std::ifstream monitor(local->directory + "/monitor.csv");
+    std::string line;
+    int row = 0;
+    for (; std::getline(monitor, line); ++row) {
+      if (row < 2) continue;
+      const std::string known = line.substr(0, line.rfind(','));
+      EXPECT_TRUE(known == "3.0,2" || known == "10.0,4" || known == "21.0,6") << line;
+    }
+    EXPECT_GT(row, 100);
     EXPECT_DOUBLE_EQ(local->mean_episode_reward, outside->mean_episode_reward);
   }
 }

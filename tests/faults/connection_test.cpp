@@ -140,6 +140,33 @@ TEST(FaultA, A5_ASetupThatTricklesIsADeadline) {
 }
 
 // Silent ones and ones that say HELLO. The trainer that is there does not notice.
+// What does not fit into the text framer's room at once is still read, or refused.
+TEST(FaultA, A6_MuchTextBeforeTheSessionBeginsIsNoOverflow) {
+  EnvServerOptions options;
+  options.grace_s = 0.05;
+  const Engine engine(std::move((*worlds::FindWorld("road-v0"))->create(1)), options);
+  const auto talker = engine.Connect();
+  (void)Say(*talker, std::string(60000, '7'));
+  (void)Listen(*talker, 1.0);
+  talker->Close();
+  Session next(engine.Connect(), Impatient(Way::kTcp));
+  EXPECT_TRUE(next.Step().ok());
+}
+
+TEST(FaultA, A15_AnAccessTokenIsNotGoneAroundByTextProtocol1) {
+  EnvServerOptions options;
+  options.grace_s = 0.05;
+  options.handshake_s = 0.3;
+  options.token = "secret";
+  const Engine engine(std::move((*worlds::FindWorld("road-v0"))->create(1)), options);
+  const auto silent = engine.Connect();
+  EXPECT_EQ(Listen(*silent, 1.0), "");
+  const auto talker = engine.Connect();
+  (void)Say(*talker, "0\n");
+  EXPECT_THAT(Listen(*talker, 1.0), HasSubstr("protocol 2 only"));
+  EXPECT_EQ(engine.steps(), 0);
+}
+
 TEST(FaultA, A6_AFloodOfConnectionsIsTurnedAwayWhileTheSessionGoesOn) {
   EnvServerOptions options;
   options.handshake_s = 0.3;

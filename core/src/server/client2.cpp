@@ -69,7 +69,7 @@ class Client2 final : public EnvClient {
   Status Step(std::span<Batch> batches, MoreSteps) override {
     std::byte* payload = BeginMessage(blocks_.step_bytes);
     std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
-    for (std::size_t b = 0; b < spec_.behaviours.size(); ++b) {
+    for (std::size_t b = 0; b < std::min(batches.size(), spec_.behaviours.size()); ++b) {
       const BehaviourSpec& behaviour = spec_.behaviours[b];
       std::memcpy(payload + blocks_.behaviours[b].actions, batches[b].actions,
                   static_cast<std::size_t>(behaviour.slots) * behaviour.action_layout.row_bytes);
@@ -256,6 +256,8 @@ class Client2 final : public EnvClient {
     open_ = false;
     shared_.reset();
     if (!options_.reconnect || spec_.behaviours.empty()) return why;
+    Log(LogLevel::kWarning,
+        why.message() + "; trying for " + NumberText(options_.resume_s) + " s to go on with the session");
     while (Now() - start < options_.resume_s) {
       if (options_.stop != nullptr && options_.stop->load())
         return {StatusCode::kCancelled, "stopped while connecting anew"};
@@ -280,6 +282,10 @@ class Client2 final : public EnvClient {
   }
 
   Status Exchange(FrameType type, std::span<Batch> batches) {
+    if (batches.size() != spec_.behaviours.size()) {
+      return {StatusCode::kInvalidArgument, "this engine offers " + std::to_string(spec_.behaviours.size()) +
+                                                " behaviours, not " + std::to_string(batches.size())};
+    }
     const Result<Frame> answer = Perform(type);
     if (!answer.ok()) return answer.status();
     if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
