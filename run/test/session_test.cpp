@@ -90,7 +90,8 @@ TEST(Session, AnEngineInsideThisProcessLearnsWhatOneOverTcpLearns) {
   };
   EnvServerOptions options;
   options.training_length = 320;
-  options.grace_s = 5.0;  // a slow machine must not end in text protocol 1, whose first session here would be the second
+  options.grace_s =
+      5.0;  // a slow machine must not end in text protocol 1, whose first session here would be the second
   options.seed = 3;
   auto [ours, engines] = MakeInProcessPair();
   std::atomic<bool> over{false};
