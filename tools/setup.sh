@@ -58,16 +58,23 @@ python_environment() {
   cp "$list" "$stamp"
 }
 
-# Highway has one file to compile, and Debian's package has it for Linux only. Its source comes from Debian too, by a list
-# of our own, since not every machine's lists name sources.
+# Highway has one file to compile, and Debian's package has it for Linux only. Its source comes from Debian too, by lists
+# of our own: this machine's, asked for sources, which not every machine's name.
 highway_source() {
   local needs=$PWD/build/windows-needs
   if compgen -G "$needs/highway_*.orig.tar.gz" >/dev/null; then return; fi
   say "fetching the source of highway into build/windows-needs"
-  mkdir -p "$needs/lists"
-  printf 'Types: deb-src\nURIs: http://deb.debian.org/debian\nSuites: bookworm\nComponents: main\nSigned-By: %s\n' \
-    /usr/share/keyrings/debian-archive-keyring.gpg >"$needs/debian.sources"
-  local lists=(-qq -o Dir::Etc::sourceparts=/dev/null -o Dir::Etc::sourcelist="$needs/debian.sources" -o Dir::State::lists="$needs/lists")
+  mkdir -p "$needs/lists" "$needs/sources"
+  touch "$needs/sources.list"
+  local file
+  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*; do
+    [ -f "$file" ] || continue
+    case $file in
+      *.sources) sed 's/^Types:.*/Types: deb-src/' "$file" >"$needs/sources/$(basename "$file")" ;;
+      *.list) sed -n 's/^deb /deb-src /p' "$file" >>"$needs/sources.list" ;;
+    esac
+  done
+  local lists=(-qq -o Dir::Etc::sourceparts="$needs/sources" -o Dir::Etc::sourcelist="$needs/sources.list" -o Dir::State::lists="$needs/lists")
   apt-get "${lists[@]}" update
   (cd "$needs" && apt-get "${lists[@]}" source --download-only highway)
 }
