@@ -11,11 +11,15 @@
 namespace {
 std::atomic<std::int64_t> allocations{0};
 
-void* CountedAllocate(std::size_t bytes, std::size_t alignment) {
+/// Null when there is no memory.
+void* TryCountedAllocate(std::size_t bytes, std::size_t alignment) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
-  void* memory = alignment <= alignof(std::max_align_t)
-                     ? std::malloc(bytes == 0 ? 1 : bytes)
-                     : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  if (alignment <= alignof(std::max_align_t)) return std::malloc(bytes == 0 ? 1 : bytes);
+  return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+}
+
+void* CountedAllocate(std::size_t bytes, std::size_t alignment) {
+  void* memory = TryCountedAllocate(bytes, alignment);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
@@ -32,6 +36,19 @@ void* operator new(std::size_t bytes, std::align_val_t alignment) {
 }
 void* operator new[](std::size_t bytes, std::align_val_t alignment) {
   return CountedAllocate(bytes, static_cast<std::size_t>(alignment));
+}
+// Every form, or a sanitizer's own would take the place of those that are missing.
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+  return TryCountedAllocate(bytes, 1);
+}
+void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept {
+  return TryCountedAllocate(bytes, 1);
+}
+void* operator new(std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return TryCountedAllocate(bytes, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return TryCountedAllocate(bytes, static_cast<std::size_t>(alignment));
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);
