@@ -292,7 +292,7 @@ std::string SpecWith(const std::string& observation) {
 TEST(FaultB, B12_SpacesThatCannotBeAreRefusedBeforeAnythingIsMade) {
   EXPECT_TRUE(ParseSpec(Bytes(SpecWith(R"({"type":"box","shape":[2],"dtype":"F32","low":0,"high":1})"))).ok());
   std::string many;
-  for (int i = 0; i < 20000; ++i)
+  for (int i = 0; i < 5000; ++i)
     many += (i > 0 ? "," : "") + std::string(R"({"name":"","space":{"type":"discrete","n":1}})");
   std::string thick;  // each is large, none too large, together beyond all memory
   for (int i = 0; i < 1000; ++i) {
