@@ -307,17 +307,17 @@ void UConsacComponent::BeginPlay()
 }
 
 
-def lint(folder, changes=()):
-    """Findings in the good plugin after changes: (file, old, new); old '' appends, None writes the file."""
+def write(folder, files):
+    for path, text in files.items():
+        file = folder / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(text if isinstance(text, bytes) else text.encode())
+
+
+def changed(changes):
+    """The good files after changes: (file, old, new); old '' appends, None writes the file."""
     files = dict(GOOD)
-    table = SYMBOLS
     for path, old, new in changes:
-        if path == "symbols.csv":
-            table = folder / path
-            text = SYMBOLS.read_text()
-            assert old in text
-            (folder / path).write_text(text.replace(old, new, 1) if old else text + new)
-            continue
         if old is None:
             files[path] = new
         elif old == "":
@@ -325,11 +325,31 @@ def lint(folder, changes=()):
         else:
             assert old in files[path], f"{old!r} is not in {path}"
             files[path] = files[path].replace(old, new)
-    for path, text in files.items():
-        file = folder / "plugin" / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return check.check(folder / "plugin", table)
+    return files
+
+
+@pytest.fixture(scope="module")
+def lint(tmp_path_factory):
+    """Findings in the good plugin after changes, in one folder that is put right again."""
+    root = tmp_path_factory.mktemp("lint")
+    plugin, table = root / "plugin", root / "symbols.csv"
+    write(plugin, GOOD)
+
+    def run(changes=()):
+        rows = "".join(new for path, _, new in changes if path == "symbols.csv")
+        table.write_text(SYMBOLS.read_text() + rows)
+        files = {path: text for path, text in changed(c for c in changes if c[0] != "symbols.csv").items() if GOOD.get(path) != text}
+        write(plugin, files)
+        try:
+            found = check.check(plugin, table)
+            assert all(path == "." or (plugin / path).is_file() for path, _, _, _ in found), found
+            return found
+        finally:
+            for path in files:
+                (plugin / path).unlink()
+            write(plugin, {path: GOOD[path] for path in files if path in GOOD})
+
+    return run
 
 
 PROPERTY = "\tUPROPERTY(EditAnywhere, Category=\"Consac\")\n\tuint8 bLimited"
@@ -438,6 +458,8 @@ CASES = {
                    '#include "GameFramework/Actor.h"\n')),
             ([], extra(struct(macro="USTRUCT(Immutable)")))],
     "R24": [(prop("TMap<FName, FConsacFloats> Table;"), prop("std::string Name;")), ([], prop("TSharedPtr<FConsacFloats> Shared;")),
+            (fun("TArray<FVector> Path(const TMap<FName, int32>& Table);"), fun("void Path(const std::vector<float>& Points);")),
+            (edit(EVENTS, "FConsacDone, int32, Step", "FConsacDone, const TArray<float>&, Values"), edit(EVENTS, "FConsacDone, int32, Step", "FConsacDone, size_t, Step")),
             ([], prop("TArray<size_t> Sizes;"))],
     "R25": [(prop("uint32 Seed = 0;", 'EditAnywhere, Category="Consac"'), prop("uint32 Seed = 0;")), (fun("void Seed(int64 Value);"), fun("void Seed(uint64 Value);"))],
     "R26": [(fun("void Give(UConsacSocket* Other);"), fun("void Give(FConsacFloats* Floats);")), ([], fun("void Give(UConsacSocket** Others);"))],
@@ -520,7 +542,8 @@ CASES = {
             ([], edit(SOCKET_CPP, "Socket, Log, TEXT", "Socket, Info, TEXT")), ([], edit(SOCKET_CPP, 'TEXT("%s:%d"), *Host, Port', "*Host"))],
     "R67": [(inside('const char* Name = "car";'), edit(COMPONENT_CPP, 'TEXT("Root")', '"Root"')), (inside('FString Name = TEXT("car");'), inside('FString Name = "car";'))],
     "R68": [(edit(COMPONENT_CPP, "= true;", "= true;\n\t// NewObject is for later"), edit(COMPONENT_CPP, "= true;", "= true;\n\tGetWorld();")), ([], inside('Root = CreateDefaultSubobject<USceneComponent>(TEXT("Late"));'))],
-    "R69": [(edit(COMPONENT_CPP, "\tSuper::BeginPlay();\n\tconsac::Step(1);", "\tconsac::Step(1);\n\tSuper::BeginPlay();"), edit(COMPONENT_CPP, "\tSuper::BeginPlay();\n", ""))],
+    "R69": [(edit(COMPONENT_CPP, "\tSuper::BeginPlay();\n\tconsac::Step(1);", "\tconsac::Step(1);\n\tSuper::BeginPlay();"), edit(COMPONENT_CPP, "\tSuper::BeginPlay();\n", "")),
+            ([], extra(uclass("AConsacExtra", "AActor", "\tvirtual void Tick(float Seconds) override {}"), '#include "GameFramework/Actor.h"\n'))],
     "R70": [(edit(SOCKET, "\tTPimplPtr", "\tTPimplPtr<FConsacSocketState> Other;\n\tTPimplPtr"), edit(SOCKET, "TPimplPtr<", "TUniquePtr<"))],
     "R71": [(edit(COMPONENT_CPP, '#include "consac', TICKER + '#include "consac') + inside(
                 "TWeakObjectPtr<UConsacComponent> Weak = this;\n\tFTSTicker::GetCoreTicker().AddTicker([Weak](float) { return Weak.IsValid(); });"),
@@ -546,22 +569,20 @@ def flat(which):
             for number, pair in enumerate(pairs) if which or pair[0]]
 
 
-def test_the_good_plugin_is_accepted(tmp_path):
-    assert lint(tmp_path) == []
+def test_the_good_plugin_is_accepted(lint):
+    assert lint() == []
 
 
 @pytest.mark.parametrize("rule, changes", flat(0))
-def test_an_accepted_case(tmp_path, rule, changes):
-    assert lint(tmp_path, changes) == []
+def test_an_accepted_case(lint, rule, changes):
+    assert lint(changes) == []
 
 
 @pytest.mark.parametrize("rule, changes", flat(1))
-def test_a_rejected_case(tmp_path, rule, changes):
-    found = lint(tmp_path, changes)
+def test_a_rejected_case(lint, rule, changes):
+    found = lint(changes)
     assert rule in {number for _, _, number, _ in found}, found
-    for path, line, _, message in found:
-        assert line >= 1 and len(message) > 10 and "\n" not in message
-        assert path == "." or (tmp_path / "plugin" / path).is_file(), path
+    assert all(line >= 1 and len(message) > 10 and "\n" not in message for _, line, _, message in found)
 
 
 def test_every_rule_is_accounted_for():
@@ -578,19 +599,17 @@ def test_the_table_of_rules_is_up_to_date():
 
 
 def test_rule_73_holds_for_the_core(tmp_path):
-    for path, text in GOOD.items():
-        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / path).write_text(text)
+    write(tmp_path, GOOD)
     assert check.check(tmp_path, SYMBOLS, ROOT / "core/include") == []
 
 
 def test_the_command_prints_findings_and_fails(tmp_path):
-    lint(tmp_path, CASES["R3"][0][1])
-    command = [sys.executable, str(ROOT / "tools/unreal_lint.py"), str(tmp_path / "plugin")]
+    write(tmp_path, changed(CASES["R3"][0][1]))
+    command = [sys.executable, str(ROOT / "tools/unreal_lint.py"), str(tmp_path)]
     result = subprocess.run(command, capture_output=True, text=True)
     assert result.returncode == 1
     assert re.search(r"ConsacTypes\.h:1: R3 no #pragma once; add it\n1 findings", result.stdout)
-    lint(tmp_path)
+    write(tmp_path, GOOD)
     assert subprocess.run(command, capture_output=True).returncode == 0
     assert subprocess.run(command[:2] + [str(tmp_path / "none")], capture_output=True).returncode == 2
 

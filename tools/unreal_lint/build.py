@@ -4,7 +4,7 @@ import re
 
 from .model import CORE_MODULE, Plugin
 from .tokens import close_of, spell, split, string_value
-from .types import pieces
+from .types import is_actor, pieces
 
 
 def r58(plugin: Plugin):
@@ -246,7 +246,8 @@ LIFECYCLE = ("BeginPlay", "EndPlay", "TickComponent", "BeginDestroy", "Initializ
 def r69(plugin: Plugin):
     for file, body in plugin.bodies:
         owner = plugin.by_name.get(body.owner)
-        if owner and owner.kind == "UCLASS" and body.name in LIFECYCLE:
+        ticks = body.name == "Tick" and owner and is_actor(plugin, owner)
+        if owner and owner.kind == "UCLASS" and (body.name in LIFECYCLE or ticks):
             overrides = any(m.name == body.name and "override" in m.words_after for m in owner.members)
             if overrides and f"Super::{body.name}(" not in spell(body.tokens):
                 yield file.path, body.line, f"{body.owner}::{body.name} does not call Super::{body.name}(...)"

@@ -41,7 +41,7 @@ RULES = [
     Rule("R21", "UHT", "Header names begin with Consac and are unique", types.r21, "headers of other plugins; the prefix keeps clear of them"),
     Rule("R22", "UHT", "Both halves of an interface, U and I", types.r22),
     Rule("R23", "UHT", "No Placeable class below a NotPlaceable one; no Immutable struct", types.r23, "bases of the engine"),
-    Rule("R24", "UHT", "Property types that the header tool knows", types.r24),
+    Rule("R24", "UHT", "Types of properties, parameters and results that the header tool knows", types.r24),
     Rule("R25", "UHT", "Integer types that Blueprint knows", types.r25),
     Rule("R26", "UHT", "No pointer to anything but a UObject", types.r26),
     Rule("R27", "UHT", "No reference and no const value as a property", types.r27),

@@ -1,5 +1,6 @@
 """The table of Unreal symbols (engines/unreal/symbols.csv) and the rules that read it: 6, 61, and A1 to A3."""
 import csv
+import functools
 import pathlib
 import re
 from dataclasses import dataclass
@@ -27,13 +28,18 @@ class Symbol:
         return self.include.split(";")
 
 
+@functools.lru_cache(maxsize=8)
+def read_rows(text: str):
+    """(columns, rows, lines that are no rows) of a table's text."""
+    lines = list(csv.reader(text.splitlines()))
+    rows = [Symbol(*row, number) for number, row in enumerate(lines[1:], 2) if len(row) == len(COLUMNS)]
+    return lines[0], rows, [number for number, row in enumerate(lines[1:], 2) if len(row) != len(COLUMNS)]
+
+
 class Table:
     def __init__(self, path: pathlib.Path):
         self.path, self.full_path = path.name, path.resolve().as_posix()
-        lines = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
-        self.columns, rows = lines[0], lines[1:]
-        self.bad_lines = [number for number, row in enumerate(rows, 2) if len(row) != len(COLUMNS)]
-        self.rows = [Symbol(*row, number) for number, row in enumerate(rows, 2) if len(row) == len(COLUMNS)]
+        self.columns, self.rows, self.bad_lines = read_rows(path.read_text(encoding="utf-8"))
         self.by_name = {row.symbol: row for row in self.rows}
         self.module_of = {include: row.module for row in self.rows for include in row.includes}
         self.member_names = {row.symbol.rsplit("::", 1)[-1] for row in self.rows if "::" in row.symbol}

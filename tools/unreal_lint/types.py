@@ -272,6 +272,7 @@ def unknown(plugin: Plugin, type_name: str) -> str:
     """The part of a type that the header tool does not know; '' where all is known."""
     if "::" in type_name:
         return type_name
+    type_name = re.sub(r"UPARAM\(.*?\)", "", type_name)
     outer, arguments = pieces(bare(type_name) if "<" not in type_name else type_name.replace("const ", "").rstrip("&* "))
     if arguments:
         if outer in CONTAINERS:
@@ -289,10 +290,17 @@ def properties(plugin: Plugin):
 
 
 def r24(plugin: Plugin):
-    for file, type_, member in properties(plugin):
-        wrong = unknown(plugin, member.type)
-        if wrong:
-            yield file.path, member.line, f"{type_.name}::{member.name}: the header tool knows no type '{wrong}'; use a UCLASS, USTRUCT, UENUM or plain type"
+    for file, type_, member in plugin.members("UPROPERTY", "UFUNCTION"):
+        for where in [member.type] + [p.type for p in member.parameters or []]:
+            wrong = unknown(plugin, where) if where != "void" and not member.template else ""
+            if wrong:
+                yield file.path, member.line, f"{type_.name}::{member.name}: the header tool knows no type '{wrong}'; use a UCLASS, USTRUCT, UENUM or plain type"
+    for file in plugin.written:
+        for delegate in file.delegates:
+            for part in delegate.arguments[1 + ("RetVal" in delegate.macro)::2]:
+                wrong = unknown(plugin, spell(part).strip("()"))
+                if wrong:
+                    yield file.path, delegate.line, f"delegate: the header tool knows no type '{wrong}'; use a UCLASS, USTRUCT, UENUM or plain type"
 
 
 def blueprint(member) -> bool:
