@@ -1,5 +1,6 @@
 """What a plugin folder says, read from its text: files, includes, reflected types with their properties and functions,
 delegates, build files. A parser for the way Unreal headers are written, not for all of C++."""
+import functools
 import json
 import pathlib
 import re
@@ -91,6 +92,7 @@ class File:
     public: bool
     types: list = field(default_factory=list)
     delegates: list = field(default_factory=list)
+    bodies: list = field(default_factory=list)  # of a .cpp
 
     @property
     def name(self) -> str:
@@ -376,6 +378,24 @@ def read_build(path: str, tokens: list) -> BuildFile:
     return build
 
 
+@functools.lru_cache(maxsize=1024)
+def read_file(path: str, data: bytes) -> File:
+    """A source file from its bytes. Kept for the next call with these bytes: do not change it."""
+    bom = data.startswith(b"\xef\xbb\xbf")
+    try:
+        text, utf8 = data[3 * bom:].decode("utf-8"), True
+    except UnicodeDecodeError:
+        text, utf8 = data[3 * bom:].decode("utf-8", "replace"), False
+    text = text.replace("\r\n", "\n")
+    tokens = tokenize(text)
+    includes = [(found.group(1), t.line) for t in tokens if t.kind == "directive" for found in [INCLUDE.match(t.text)] if found]
+    steps = path.split("/")
+    module = steps[1] if steps[0] == "Source" and len(steps) > 2 else ""
+    return File(path, text, bom, utf8, tokens, includes, module, "Public" in steps,
+                read_types(tokens) if path.endswith((".h", ".cpp")) else [], read_delegates(tokens),
+                list(read_bodies(tokens)) if path.endswith(".cpp") else [])
+
+
 class Plugin:
     """All text of a plugin folder."""
 
@@ -391,13 +411,16 @@ class Plugin:
             name = path.relative_to(root).as_posix()
             if path.is_file() and not name.startswith(("Binaries/", "Intermediate/", "Saved/")):
                 self._read(path, name)
+        self.by_leaf: dict[str, list[File]] = {}
+        for file in self.files:
+            self.by_leaf.setdefault(file.name, []).append(file)
         self.types = [(file, type_) for file in self.written for type_ in file.types]
         self.by_name = {type_.name: type_ for _, type_ in self.types}
         self.delegates = {spell(d.arguments[0]): d for file in self.written for d in file.delegates
                           if d.arguments and "RetVal" not in d.macro}
         self.delegates.update({spell(d.arguments[1]): d for file in self.written for d in file.delegates
                                if "RetVal" in d.macro and len(d.arguments) > 1})
-        self.bodies = [(file, body) for file in self.written if file.path.endswith(".cpp") for body in read_bodies(file.tokens)]
+        self.bodies = [(file, body) for file in self.written for body in file.bodies]
         for file, type_ in self.types:
             for member in type_.members:
                 if member.body is not None:
@@ -409,20 +432,7 @@ class Plugin:
         elif name.endswith(".Build.cs"):
             self.builds.append(read_build(name, tokenize(path.read_text(encoding="utf-8", errors="replace"))))
         elif path.suffix in (".h", ".hpp", ".cpp", ".inl"):
-            data = path.read_bytes()
-            bom = data.startswith(b"\xef\xbb\xbf")
-            try:
-                text, utf8 = data[3 * bom:].decode("utf-8"), True
-            except UnicodeDecodeError:
-                text, utf8 = data[3 * bom:].decode("utf-8", "replace"), False
-            text = text.replace("\r\n", "\n")
-            tokens = tokenize(text)
-            includes = [(INCLUDE.match(t.text).group(1), t.line) for t in tokens
-                        if t.kind == "directive" and INCLUDE.match(t.text)]
-            steps = name.split("/")
-            module = steps[1] if steps[0] == "Source" and len(steps) > 2 else ""
-            self.files.append(File(name, text, bom, utf8, tokens, includes, module, "Public" in steps,
-                                   read_types(tokens) if path.suffix in (".h", ".cpp") else [], read_delegates(tokens)))
+            self.files.append(read_file(name, path.read_bytes()))
 
     @property
     def written(self) -> list[File]:
@@ -446,8 +456,8 @@ class Plugin:
 
     def header(self, include: str) -> File | None:
         """The plugin's own header that an include names, by its path below Public or Private."""
-        for file in self.files:
-            if file.path.endswith(("/Public/" + include, "/Private/" + include)) or file.path.split("/")[-1] == include:
+        for file in self.by_leaf.get(include.split("/")[-1], []):
+            if file.path.endswith(("/Public/" + include, "/Private/" + include)) or file.name == include:
                 return file
         return None
 
