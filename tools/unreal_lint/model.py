@@ -1,0 +1,482 @@
+"""What a plugin folder says, read from its text: files, includes, reflected types with their properties and functions,
+delegates, build files. A parser for the way Unreal headers are written, not for all of C++."""
+import functools
+import json
+import pathlib
+import re
+from dataclasses import dataclass, field
+
+from .tokens import Token, angle_close, close_of, spell, split, string_value, tokenize
+
+TYPE_MACROS = ("UCLASS", "USTRUCT", "UENUM", "UINTERFACE")
+MEMBER_MACROS = ("UPROPERTY", "UFUNCTION")
+U_MACROS = TYPE_MACROS + MEMBER_MACROS + ("UDELEGATE", "GENERATED_BODY", "GENERATED_UCLASS_BODY",
+                                          "GENERATED_USTRUCT_BODY", "GENERATED_UINTERFACE_BODY")
+INCLUDE = re.compile(r'#\s*include\s*[<"]([^">]+)[">]')
+CORE_MODULE = "ConsacCore"  # the engine-neutral core, copied in; not written for Unreal
+
+
+@dataclass
+class Parameter:
+    type: str
+    name: str
+    default: list
+    line: int
+
+
+@dataclass
+class Member:
+    """A property, a function, or a plain declaration of a class body."""
+    kind: str  # UPROPERTY, UFUNCTION, '' where there is no macro
+    specifiers: dict  # name -> value ('' where it has none), as written
+    meta: dict
+    type: str
+    name: str
+    line: int
+    access: str
+    conditions: tuple
+    tokens: list
+    parameters: list | None = None  # None: a variable
+    words_before: tuple = ()  # static, virtual, ...
+    words_after: tuple = ()  # const, override, ...
+    body: list | None = None  # tokens between the braces
+    initialised: bool = False
+    array: bool = False  # T Name[3]
+    bits: bool = False  # T Name : 1
+    template: bool = False
+
+    def has(self, *names: str) -> bool:
+        return any(name in self.specifiers for name in names)
+
+
+@dataclass
+class Type:
+    kind: str  # UCLASS ... or '' for a plain class or struct
+    keyword: str
+    specifiers: dict
+    meta: dict
+    name: str
+    line: int
+    bases: list  # names, templates with arguments
+    api: str
+    conditions: tuple
+    nested: bool
+    in_namespace: bool
+    template: bool
+    body: list
+    members: list = field(default_factory=list)
+    underlying: str = ""
+    scoped: bool = False
+
+
+@dataclass
+class Delegate:
+    macro: str
+    arguments: list  # of token lists
+    line: int
+
+    @property
+    def multicast(self) -> bool:
+        return "MULTICAST" in self.macro
+
+
+@dataclass
+class File:
+    path: str  # in the plugin folder, with '/'
+    text: str
+    bom: bool
+    utf8: bool
+    tokens: list
+    includes: list  # (path, line)
+    module: str
+    public: bool
+    types: list = field(default_factory=list)
+    delegates: list = field(default_factory=list)
+    bodies: list = field(default_factory=list)  # of a .cpp
+
+    @property
+    def name(self) -> str:
+        return self.path.rsplit("/", 1)[-1]
+
+    @property
+    def is_header(self) -> bool:
+        return self.path.endswith(".h")
+
+    def macros(self, *names: str):
+        """Indices of the tokens that begin a call of one of the macros."""
+        for at, token in enumerate(self.tokens[:-1]):
+            if token.kind == "word" and token.text in names and self.tokens[at + 1].text == "(":
+                yield at
+
+
+def read_specifiers(tokens: list) -> tuple[dict, dict]:
+    """(specifiers, meta) of a macro's arguments."""
+    specifiers, meta = {}, {}
+    for part in split(tokens):
+        if not part:
+            continue
+        name, value = part[0].text, part[2:] if len(part) > 1 and part[1].text == "=" else []
+        if name == "meta":
+            inner = value[1:-1] if value and value[0].text == "(" else value
+            for entry in split(inner):
+                meta[entry[0].text] = _value(entry[2:])
+        else:
+            specifiers[name] = _value(value)
+    return specifiers, meta
+
+
+class Quoted(str):
+    """A value that was written as a string literal."""
+
+
+def _value(tokens: list) -> str:
+    return Quoted(string_value(tokens[0])) if len(tokens) == 1 and tokens[0].kind == "string" else spell(tokens)
+
+
+def read_parameters(tokens: list) -> list:
+    """Parameters between the parentheses of a function."""
+    found = []
+    for part in split(tokens):
+        default = []
+        for at, token in enumerate(part):
+            if token.text == "=":
+                part, default = part[:at], part[at + 1:]
+                break
+        if not part or spell(part) == "void":
+            continue
+        if part[-1].kind == "word" and len(part) > 1 and part[-2].text != "::":
+            found.append(Parameter(spell(part[:-1]), part[-1].text, default, part[0].line))
+        else:
+            found.append(Parameter(spell(part), "", default, part[0].line))
+    return found
+
+
+PREFIX_WORDS = ("static", "virtual", "inline", "explicit", "constexpr", "friend", "mutable", "FORCEINLINE")
+
+
+def _member(kind, specifiers, meta, tokens, access, body, line) -> Member:
+    """One declaration of a class body, without its macro and without the ';'."""
+    template = bool(tokens) and tokens[0].text == "template"
+    if template and len(tokens) > 1:
+        tokens = tokens[angle_close(tokens, 1) + 1:]
+    words = []
+    while tokens and (tokens[0].text in PREFIX_WORDS or tokens[0].text.endswith("_API")):
+        words.append(tokens[0].text)
+        tokens = tokens[1:]
+    member = Member(kind, specifiers, meta, "", "", line, access, tokens[0].conditions if tokens else (), tokens,
+                    words_before=tuple(words), body=body, template=template)
+    end = len(tokens)
+    for at, token in enumerate(tokens):
+        if token.text == "=" and at and tokens[at - 1].text != "operator":
+            member.initialised, end = True, at
+            break
+        if token.text == "(" and at and tokens[at - 1].kind == "word" and tokens[at - 1].text not in ("decltype", "UPARAM"):
+            close = close_of(tokens, at)
+            member.parameters = read_parameters(tokens[at + 1:close])
+            member.words_after = tuple(t.text for t in tokens[close + 1:])
+            end = at
+            break
+    head = tokens[:end]
+    for at, token in enumerate(head):
+        if token.text == "{":
+            member.initialised, head = True, head[:at]
+            break
+    for at, token in enumerate(head):
+        if token.text == ":":
+            member.bits, head = True, head[:at]
+            break
+    if head and head[-1].text == "]":
+        member.array = True
+        head = head[:next((at for at, t in enumerate(head) if t.text == "["), len(head))]
+    if head and head[-1].kind == "word":
+        member.name, head = head[-1].text, head[:-1]
+        if head and head[-1].text == "~":
+            member.name, head = "~" + member.name, head[:-1]
+    member.type = spell(head)
+    return member
+
+
+def read_members(body: list, struct: bool) -> list:
+    """Declarations of a class body; nested types are skipped (they are types of their own)."""
+    members, at, access = [], 0, "public" if struct else "private"
+    macro, start = None, 0
+    while at < len(body):
+        token = body[at]
+        following = body[at + 1].text if at + 1 < len(body) else ""
+        if token.kind == "directive" or token.text == ";":
+            at += 1
+        elif token.text in ("public", "protected", "private") and following == ":":
+            access, at = token.text, at + 2
+        elif token.text in U_MACROS or (token.text.startswith("GENERATED_") and following == "("):
+            close = close_of(body, at + 1)
+            if token.text in MEMBER_MACROS:
+                macro, start = (token.text, *read_specifiers(body[at + 2:close])), token.line
+            elif token.text.startswith("GENERATED_"):
+                access = "public" if struct else "private"
+            at = close + 1
+        else:
+            end, block = at, None
+            while end < len(body) and body[end].text != ";":
+                text = body[end].text if body[end].kind == "punct" else ""
+                if text in ("(", "["):
+                    end = close_of(body, end)
+                elif text == "{":
+                    close = close_of(body, end)
+                    head = [t.text for t in body[at:end]]
+                    if ")" in head and "=" not in head or head[:1] in (["class"], ["struct"], ["enum"], ["union"]):
+                        block = body[end + 1:close]
+                        break
+                    end = close
+                end += 1
+            piece = [t for t in body[at:end] if t.kind != "directive"]
+            if piece and piece[0].text not in ("class", "struct", "enum", "union", "using", "friend", "typedef") or macro:
+                kind, specifiers, meta = macro or ("", {}, {})
+                if piece:
+                    members.append(_member(kind, specifiers, meta, piece, access, block, start if macro else piece[0].line))
+                macro = None
+            at = (close_of(body, end) if block is not None else end) + 1
+    return members
+
+
+def read_types(tokens: list) -> list:
+    """All types of a header, nested ones too."""
+    types, scopes, macro, at = [], [], None, 0
+    while at < len(tokens):
+        token = tokens[at]
+        if token.text in TYPE_MACROS and at + 1 < len(tokens) and tokens[at + 1].text == "(":
+            close = close_of(tokens, at + 1)
+            macro = (token.text, token.line, *read_specifiers(tokens[at + 2:close]), at)
+            at = close
+        elif token.text == "namespace":
+            while at < len(tokens) and tokens[at].text not in ("{", ";", "="):
+                at += 1
+            if at < len(tokens) and tokens[at].text == "{":
+                scopes.append(("namespace", close_of(tokens, at)))
+        elif token.text in ("class", "struct", "enum") and not (at and tokens[at - 1].text in ("<", ",", "enum", "friend")):
+            found = _type(tokens, at, macro, scopes)
+            if found:
+                type_, opening, closing = found
+                types.append(type_)
+                scopes.append(("type", closing))
+                at, macro = opening, None
+        at += 1
+        scopes = [scope for scope in scopes if scope[1] > at - 1]
+    return types
+
+
+def _type(tokens, at, macro, scopes):
+    """(type, index of '{', index of '}') of a definition that begins at a keyword; None for a declaration."""
+    keyword, end = tokens[at].text, at + 1
+    scoped = keyword == "enum" and tokens[end].text in ("class", "struct")
+    end += scoped
+    while end < len(tokens) and tokens[end].text not in ("{", ";", "(", ")", ">", "="):
+        end = angle_close(tokens, end) if tokens[end].text == "<" else end
+        end += 1
+    if end >= len(tokens) or tokens[end].text != "{":
+        return None
+    head = [t for t in tokens[at + 1 + scoped:end] if t.kind != "directive"]
+    colon = next((i for i, t in enumerate(head) if t.text == ":"), len(head))
+    names = [t.text for t in head[:colon] if t.text != "final"]
+    bases = [spell([t for t in part if t.text not in ("public", "protected", "private", "virtual")])
+             for part in split(head[colon + 1:])]
+    close = close_of(tokens, end)
+    kind, line, specifiers, meta, first = macro or ("", tokens[at].line, {}, {}, at)
+    before = first - 1
+    template = before >= 0 and tokens[before].text == ">" and any(t.text == "template" for t in tokens[max(0, first - 30):first])
+    body = tokens[end + 1:close]
+    type_ = Type(kind, keyword, specifiers, meta, names[-1] if names else "", line, bases,
+                 next((n for n in names if n.endswith("_API")), ""), tokens[at].conditions,
+                 any(s[0] == "type" for s in scopes), any(s[0] == "namespace" for s in scopes), template, body,
+                 underlying=bases[0] if keyword == "enum" and bases else "", scoped=scoped)
+    if keyword != "enum":
+        type_.members = read_members(body, keyword == "struct")
+    return type_, end, close
+
+
+def read_delegates(tokens: list) -> list:
+    """DECLARE_DYNAMIC_* of a file."""
+    found = []
+    for at, token in enumerate(tokens[:-1]):
+        if token.kind == "word" and token.text.startswith("DECLARE_DYNAMIC_") and tokens[at + 1].text == "(":
+            found.append(Delegate(token.text, split(tokens[at + 2:close_of(tokens, at + 1)]), token.line))
+    return found
+
+
+@dataclass
+class Body:
+    """A function defined outside its class, or a free function, in a .cpp file."""
+    owner: str
+    name: str
+    line: int
+    parameters: list
+    tokens: list
+    initialisers: list  # between ')' and '{'
+
+
+def read_bodies(tokens: list):
+    """Function bodies of a .cpp file."""
+    at = 0
+    while at < len(tokens):
+        if tokens[at].text == "namespace":
+            while at < len(tokens) and tokens[at].text not in ("{", ";", "="):
+                at += 1
+        elif tokens[at].text == "(" and at and tokens[at - 1].kind == "word":
+            close = close_of(tokens, at)
+            end = close + 1
+            while end < len(tokens) and tokens[end].text not in ("{", ";", "=", ")", ",") and tokens[end].kind != "directive":
+                if tokens[end].text == "(":
+                    end = close_of(tokens, end)
+                    if end + 1 < len(tokens) and tokens[end + 1].text == ",":
+                        end += 1
+                end += 1
+            if end < len(tokens) and tokens[end].text == "{":
+                finish = close_of(tokens, end)
+                owner = tokens[at - 3].text if at > 2 and tokens[at - 2].text == "::" else ""
+                if at > 3 and tokens[at - 2].text == "~" and tokens[at - 3].text == "::":
+                    owner = tokens[at - 4].text
+                name = ("~" if tokens[at - 2].text == "~" else "") + tokens[at - 1].text
+                yield Body(owner, name, tokens[at - 1].line, read_parameters(tokens[at + 1:close]),
+                           tokens[end + 1:finish], tokens[close + 1:end])
+                at = finish
+            else:
+                at = close
+        at += 1
+
+
+@dataclass
+class BuildFile:
+    """What a .Build.cs says."""
+    path: str
+    class_name: str
+    passes_target: bool
+    public: list  # (module, line, whether under bBuildEditor)
+    private: list
+    settings: dict  # name -> value as written
+
+    @property
+    def module(self) -> str:
+        return self.path.rsplit("/", 1)[-1].removesuffix(".Build.cs")
+
+
+def read_build(path: str, tokens: list) -> BuildFile:
+    build = BuildFile(path, "", False, [], [], {})
+    for at, token in enumerate(tokens):
+        if token.text == "class" and at + 1 < len(tokens) and not build.class_name:
+            build.class_name = tokens[at + 1].text
+        elif token.text == "base" and [t.text for t in tokens[at + 1:at + 4]] == ["(", "Target", ")"]:
+            build.passes_target = True
+        elif token.text in ("PublicDependencyModuleNames", "PrivateDependencyModuleNames",
+                            "DynamicallyLoadedModuleNames") and at + 3 < len(tokens) and tokens[at + 3].text == "(":
+            guarded = any(t.text == "bBuildEditor" for t in tokens[max(0, at - 12):at])
+            names = [(string_value(t), t.line, guarded) for t in tokens[at + 3:close_of(tokens, at + 3)] if t.kind == "string"]
+            (build.public if token.text.startswith("Public") else build.private).extend(names)
+        elif at + 2 < len(tokens) and tokens[at + 1].text == "=" and token.kind == "word":
+            end = at + 2
+            while end < len(tokens) and tokens[end].text != ";":
+                end += 1
+            build.settings[token.text] = spell(tokens[at + 2:end])
+    return build
+
+
+@functools.lru_cache(maxsize=1024)
+def read_file(path: str, data: bytes) -> File:
+    """A source file from its bytes. Kept for the next call with these bytes: do not change it."""
+    bom = data.startswith(b"\xef\xbb\xbf")
+    try:
+        text, utf8 = data[3 * bom:].decode("utf-8"), True
+    except UnicodeDecodeError:
+        text, utf8 = data[3 * bom:].decode("utf-8", "replace"), False
+    text = text.replace("\r\n", "\n")
+    tokens = tokenize(text)
+    includes = [(found.group(1), t.line) for t in tokens if t.kind == "directive" for found in [INCLUDE.match(t.text)] if found]
+    steps = path.split("/")
+    module = steps[1] if steps[0] == "Source" and len(steps) > 2 else ""
+    return File(path, text, bom, utf8, tokens, includes, module, "Public" in steps,
+                read_types(tokens) if path.endswith((".h", ".cpp")) else [], read_delegates(tokens),
+                list(read_bodies(tokens)) if path.endswith(".cpp") else [])
+
+
+class Plugin:
+    """All text of a plugin folder."""
+
+    def __init__(self, root: pathlib.Path):
+        self.root = root
+        self.files: list[File] = []
+        self.builds: list[BuildFile] = []
+        self.descriptors: list[tuple[str, str]] = []  # (path, text)
+        self.symbols = None  # symbols.Table, set by check.py
+        self.core_headers: list[tuple[str, list[Token]]] = []  # of a core outside of the plugin
+        self.core_words: set[str] = set()
+        for path in sorted(root.rglob("*")):
+            name = path.relative_to(root).as_posix()
+            if path.is_file() and not name.startswith(("Binaries/", "Intermediate/", "Saved/")):
+                self._read(path, name)
+        self.by_leaf: dict[str, list[File]] = {}
+        for file in self.files:
+            self.by_leaf.setdefault(file.name, []).append(file)
+        self.types = [(file, type_) for file in self.written for type_ in file.types]
+        self.by_name = {type_.name: type_ for _, type_ in self.types}
+        self.delegates = {spell(d.arguments[0]): d for file in self.written for d in file.delegates
+                          if d.arguments and "RetVal" not in d.macro}
+        self.delegates.update({spell(d.arguments[1]): d for file in self.written for d in file.delegates
+                               if "RetVal" in d.macro and len(d.arguments) > 1})
+        self.bodies = [(file, body) for file in self.written for body in file.bodies]
+        for file, type_ in self.types:
+            for member in type_.members:
+                if member.body is not None:
+                    self.bodies.append((file, Body(type_.name, member.name, member.line, member.parameters or [], member.body, [])))
+
+    def _read(self, path: pathlib.Path, name: str) -> None:
+        if name.endswith(".uplugin"):
+            self.descriptors.append((name, path.read_text(encoding="utf-8", errors="replace")))
+        elif name.endswith(".Build.cs"):
+            self.builds.append(read_build(name, tokenize(path.read_text(encoding="utf-8", errors="replace"))))
+        elif path.suffix in (".h", ".hpp", ".cpp", ".inl"):
+            self.files.append(read_file(name, path.read_bytes()))
+
+    @property
+    def written(self) -> list[File]:
+        """The files written for Unreal: all but the core that is copied in."""
+        return [f for f in self.files if f.module != CORE_MODULE or f.name == CORE_MODULE + "Module.cpp"]
+
+    @property
+    def headers(self) -> list[File]:
+        return [f for f in self.written if f.is_header]
+
+    @property
+    def sources(self) -> list[File]:
+        return [f for f in self.written if f.path.endswith(".cpp")]
+
+    def members(self, *kinds: str):
+        """(file, type, member) of every UPROPERTY or UFUNCTION of reflected types."""
+        for file, type_ in self.types:
+            for member in type_.members:
+                if member.kind in kinds:
+                    yield file, type_, member
+
+    def header(self, include: str) -> File | None:
+        """The plugin's own header that an include names, by its path below Public or Private."""
+        for file in self.by_leaf.get(include.split("/")[-1], []):
+            if file.path.endswith(("/Public/" + include, "/Private/" + include)) or file.name == include:
+                return file
+        return None
+
+    def reached(self, file: File) -> set[str]:
+        """Includes of a file and of all plugin headers that it includes."""
+        seen, todo = set(), [file]
+        while todo:
+            for include, _ in todo.pop().includes:
+                if include not in seen:
+                    seen.add(include)
+                    header = self.header(include)
+                    if header:
+                        todo.append(header)
+        return seen
+
+    def descriptor(self) -> dict:
+        """The .uplugin as an object; empty where it is not JSON."""
+        try:
+            found = json.loads(self.descriptors[0][1])
+            return found if isinstance(found, dict) else {}
+        except (IndexError, json.JSONDecodeError):
+            return {}
