@@ -39,17 +39,14 @@ std::int64_t Worker::rows() const {
   return sum;
 }
 
-bool Worker::IsPresent(std::size_t b, std::size_t slot) const {
-  const std::span<const std::uint8_t> present = link_->present(b);
-  return present.empty() || present[slot] != 0;
-}
-
 void Worker::FindActing(std::size_t b) {
   Part& part = parts_[b];
+  const std::span<const std::uint8_t> present = link_->present(b);
+  if (present.empty() && part.everyone()) return;
   part.acting.clear();
   part.acting_ids.clear();
   for (std::size_t slot = 0; slot < part.ids.size(); ++slot) {
-    if (!IsPresent(b, slot)) continue;
+    if (!present.empty() && present[slot] == 0) continue;
     part.acting.push_back(static_cast<std::int32_t>(slot));
     part.acting_ids.push_back(part.ids[slot]);
   }
@@ -202,8 +199,9 @@ Status Worker::BeginArrivals(std::size_t b, Trainee& trainee) {
   for (const std::int32_t slot : part.acting) part.acted[static_cast<std::size_t>(slot)] = 1;
   part.arriving.clear();
   part.arriving_ids.clear();
+  const std::span<const std::uint8_t> present = link_->present(b);
   for (std::size_t slot = 0; slot < part.ids.size(); ++slot) {
-    if (part.acted[slot] != 0 || !IsPresent(b, slot)) continue;
+    if (part.acted[slot] != 0 || (!present.empty() && present[slot] == 0)) continue;
     part.arriving.push_back(static_cast<std::int32_t>(slot));
     part.arriving_ids.push_back(part.ids[slot]);
   }

@@ -73,7 +73,6 @@ class Worker {
     bool everyone() const { return acting.size() == ids.size(); }
   };
 
-  bool IsPresent(std::size_t b, std::size_t slot) const;
   void FindActing(std::size_t b);
   void PlaceObservations(std::size_t b);
   Batch OwnRows(std::size_t b);

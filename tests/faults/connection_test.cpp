@@ -140,6 +140,26 @@ TEST(FaultA, A5_ASetupThatTricklesIsADeadline) {
 }
 
 // Silent ones and ones that say HELLO. The trainer that is there does not notice.
+// A trainer that learns for long takes no step, but it lives.
+TEST(FaultA, A11_ATrainerThatLearnsForLongKeepsItsSession) {
+  EnvServerOptions options;
+  options.deadline_s = 0.6;
+  const Engine engine(options);
+  for (const bool says : {true, false}) {
+    EnvClientOptions client = Impatient(Way::kShared);
+    auto opened = EnvClient::Open(engine.Connect(), client);
+    ASSERT_TRUE(opened.ok()) << opened.status().message();
+    BatchBuffer buffer((*opened)->spec().behaviours[0]);
+    ASSERT_TRUE((*opened)->Reset(1, {&buffer.batch(), 1}).ok());
+    for (const double start = Now(); Now() - start < 1.5;) {
+      if (says) (*opened)->KeepAlive();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    buffer.Advance();
+    EXPECT_EQ((*opened)->Step({&buffer.batch(), 1}, MoreSteps::kYes).ok(), says);
+  }
+}
+
 // What does not fit into the text framer's room at once is still read, or refused.
 TEST(FaultA, A6_MuchTextBeforeTheSessionBeginsIsNoOverflow) {
   EnvServerOptions options;

@@ -21,7 +21,6 @@ using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
 
-constexpr double kPingEvery = 5.0;   // s
 constexpr double kRetryPause = 0.2;  // s between attempts to connect anew
 
 StatusCode CodeOf(std::string_view name) {
@@ -86,7 +85,7 @@ class Client2 final : public EnvClient {
   double engine_seconds() const override { return engine_seconds_; }
 
   void KeepAlive() override {
-    if (!open_ || Now() - alive_at_ < kPingEvery) return;
+    if (!open_ || Now() - alive_at_ < welcome_.heartbeat_s / 2.0) return;
     alive_at_ = Now();
     (void)SendControl(FrameType::kPing, {});  // if that fails, the next request tells
   }

@@ -70,6 +70,7 @@ class Session2Server final : public Session2 {
     if (env_.renders()) offer(kRendering);
     welcome.server = std::string("consac ") + kVersion;
     welcome.session = number_;
+    welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
     welcome.resume = resume_;
     max_frame_ = welcome.max_frame = std::min(arrival.hello.max_frame, protocol2::kLargestFrame);
     if (welcome.resumed && result_room() > max_frame_)
