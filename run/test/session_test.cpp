@@ -90,8 +90,8 @@ TEST(Session, AnEngineInsideThisProcessLearnsWhatOneOverTcpLearns) {
   };
   EnvServerOptions options;
   options.training_length = 320;
-  options.grace_s =
-      5.0;  // a slow machine must not end in text protocol 1, whose first session here would be the second
+  options.grace_s = 5.0;   // a slow machine must not end in text protocol 1, whose session would be the second
+  options.resume_s = 1.0;  // a session that fails must not be waited for
   options.seed = 3;
   auto [ours, engines] = MakeInProcessPair();
   std::atomic<bool> over{false};
@@ -108,8 +108,7 @@ TEST(Session, AnEngineInsideThisProcessLearnsWhatOneOverTcpLearns) {
   Result<std::unique_ptr<WorldLink>> link = OpenEngine(std::move(ours), EnvClientOptions{});
   ASSERT_TRUE(link.ok()) << link.status().message();
   const Result<RunSummary> inside = RunSession(config, Length::kOfEngine, Only(std::move(*link)), kNeverStop);
-  over = true;
-  engine.join();
+  engine.join();  // by itself, once it has read the BYE
   ASSERT_TRUE(inside.ok()) << inside.status().message();
   EXPECT_EQ(inside->steps, 320);
 
