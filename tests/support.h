@@ -42,8 +42,10 @@ class ServedWorld {
  public:
   /// Opens a free port and waits for trainers, one session after another.
   ServedWorld(const std::string& world, const EnvServerOptions& options)
-      : env_((*worlds::FindWorld(world))->create(1)) {
-    auto listener = ListenTcp({"127.0.0.1", 0});
+      : ServedWorld((*worlds::FindWorld(world))->create(1), options) {}
+  /// The same with a world of the caller's, on a port of its choice.
+  ServedWorld(std::unique_ptr<VectorEnv> env, const EnvServerOptions& options, int port = 0) : env_(std::move(env)) {
+    auto listener = ListenTcp({"127.0.0.1", port});
     auto server = EnvServer::Create(*env_, std::move(*listener), options);
     server_ = std::move(*server);
     thread_ = std::thread([this] {
@@ -58,6 +60,8 @@ class ServedWorld {
   std::string url() const { return "tcp://127.0.0.1:" + std::to_string(server_->port()); }
   /// The port.
   int port() const { return server_->port(); }
+  /// Steps of its present or latest sessions.
+  std::int64_t steps() const { return server_->session_steps(); }
 
  private:
   std::unique_ptr<VectorEnv> env_;

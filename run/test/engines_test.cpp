@@ -16,30 +16,15 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Serves a world of the caller's on a port of its choice until destroyed.
-class Served {
- public:
-  Served(std::unique_ptr<VectorEnv> env, EnvServerOptions options, int port = 0) : env_(std::move(env)) {
-    options.training_length = 1000;
-    server_ = *EnvServer::Create(*env_, std::move(*ListenTcp({"127.0.0.1", port})), options);
-    thread_ = std::thread([this] {
-      while (!stop_) (void)server_->ServeSession(stop_);
-    });
-  }
-  ~Served() {
-    stop_ = true;
-    thread_.join();
-  }
-  std::string url() const { return "tcp://127.0.0.1:" + std::to_string(server_->port()); }
-  int port() const { return server_->port(); }
-  std::int64_t steps() const { return server_->session_steps(); }
+using Served = consac::testing::ServedWorld;
 
- private:
-  std::unique_ptr<VectorEnv> env_;
-  std::unique_ptr<EnvServer> server_;
-  std::atomic<bool> stop_{false};
-  std::thread thread_;
-};
+/// Engines are asked for some steps, or refuse to begin.
+EnvServerOptions Asking(double min_step_s = 0.0) {
+  EnvServerOptions options;
+  options.training_length = 1000;
+  options.min_step_s = min_step_s;
+  return options;
+}
 
 std::unique_ptr<VectorEnv> Roads(std::int32_t copies) {
   return (*worlds::FindWorld("road-v0"))->create(copies);
@@ -55,9 +40,8 @@ RunConfig RunOn(const std::string& directory, const std::string& name, const std
 
 TEST(Engines, WhoeverHasFinishedFirstGoesOn) {
   consac::testing::ScratchFolder scratch("several");
-  EnvServerOptions slow;
-  slow.min_step_s = 0.01;
-  const Served quick(Roads(2), {}), late(Roads(3), slow);
+  const EnvServerOptions slow = Asking(0.01);
+  const Served quick(Roads(2), Asking()), late(Roads(3), slow);
   const Result<RunSummary> summary =
       Train(RunOn(scratch.path(), "both", quick.url() + "," + late.url(), 2000), kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
@@ -71,7 +55,7 @@ TEST(Engines, WhoeverHasFinishedFirstGoesOn) {
 
 TEST(Engines, InLockStepTheyWaitForEachOtherToLearn) {
   consac::testing::ScratchFolder scratch("several_lockstep");
-  const Served one(Roads(2), {}), other(Roads(2), {});
+  const Served one(Roads(2), Asking()), other(Roads(2), Asking());
   RunConfig config = RunOn(scratch.path(), "both", one.url() + "," + other.url(), 2000);
   config.lockstep = true;
   const Result<RunSummary> summary = Train(config, kNeverStop);
@@ -81,7 +65,7 @@ TEST(Engines, InLockStepTheyWaitForEachOtherToLearn) {
 
 TEST(Engines, ThoseThatOfferSomethingElseAreRefused) {
   consac::testing::ScratchFolder scratch("several_other");
-  const Served road(Roads(2), {}), pole((*worlds::FindWorld("cartpole-v1"))->create(2), {});
+  const Served road(Roads(2), Asking()), pole((*worlds::FindWorld("cartpole-v1"))->create(2), Asking());
   const Result<RunSummary> summary =
       Train(RunOn(scratch.path(), "both", road.url() + "," + pole.url(), 1000), kNeverStop);
   ASSERT_FALSE(summary.ok());
@@ -91,8 +75,7 @@ TEST(Engines, ThoseThatOfferSomethingElseAreRefused) {
 
 TEST(Engines, TheOthersGoOnWhenOneIsLostAndItMayComeBack) {
   consac::testing::ScratchFolder scratch("several_lost");
-  EnvServerOptions frames;
-  frames.min_step_s = 0.002;
+  const EnvServerOptions frames = Asking(0.002);
   const Served stays(Roads(2), frames);
   auto leaves = std::make_unique<Served>(Roads(2), frames);
   const int port = leaves->port();
@@ -121,7 +104,7 @@ TEST(Engines, AgentsThatComeAndGoAreLearnedFromOverAWireAsInProcess) {
         RunSession(config, Length::kOfCaller,
                    Only(MakeLocalLink(std::make_unique<consac::testing::Swarm>(3, 3, respawn))), kNeverStop);
     ASSERT_TRUE(local.ok()) << local.status().message();
-    const Served engine(std::make_unique<consac::testing::Swarm>(3, 3, respawn), {});
+    const Served engine(std::make_unique<consac::testing::Swarm>(3, 3, respawn), Asking());
     RunConfig remote = RunOn(scratch.path(), "remote_" + kind, engine.url(), 1500);
     remote.hyperparameters = config.hyperparameters;
     remote.lockstep = true;
@@ -151,8 +134,7 @@ TEST(Engines, AgentsThatComeAndGoAreLearnedFromOverAWireAsInProcess) {
 
 TEST(Engines, OneStepIsUnderWayWhileTheModelLearns) {
   consac::testing::ScratchFolder scratch("overlap");
-  EnvServerOptions frames;
-  frames.min_step_s = 0.004;
+  const EnvServerOptions frames = Asking(0.004);
   double seconds[2] = {};
   for (const bool lockstep : {false, true}) {
     const Served engine(Roads(4), frames);
