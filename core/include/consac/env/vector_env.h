@@ -90,6 +90,10 @@ class VectorEnv {
     (void)b;
     return {};
   }
+  /// False while what Reset, ResetWorld and Step write is still to come: a world that lives in its engine's ticks answers
+  /// some ticks later, into the batches that were passed, and nothing else may be asked of it until then. Only
+  /// EnvServer::Poll waits for such a world; everything else wants one that is always settled.
+  virtual bool settled() const { return true; }
   /// Columns as of the latest Step; their names and number never change.
   virtual std::span<const InfoColumn> infos() const { return {}; }
   /// True when Render works.

@@ -49,9 +49,10 @@ class EnvServer {
                                                    const EnvServerOptions& options);
   virtual ~EnvServer() = default;
 
-  /// Does what can be done without waiting, up to one step of each session's worlds: accepts, reads, steps, answers.
-  /// A broken session is reported once and the server then waits for the next trainer.
-  virtual Status Poll() = 0;
+  /// Does what can be done, up to one step of each session's worlds: accepts, reads, steps, answers. Waits at most
+  /// `wait_s` for there to be anything to do (0: does not wait). A broken session is reported once and the server then
+  /// waits for the next trainer.
+  virtual Status Poll(double wait_s = 0.0) = 0;
   /// Waits for a trainer and serves it, and whoever comes meanwhile, until nobody is connected or `stop` is set. Ok
   /// when the last trainer closed in order.
   virtual Status ServeSession(const std::atomic<bool>& stop) = 0;

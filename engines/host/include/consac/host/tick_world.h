@@ -1,0 +1,151 @@
+#pragma once
+// A world that lives in an engine's ticks. Its agents step all together, and a step takes as many ticks as the engine
+// wants: whoever drives it (driver.h) asks for a step and goes on; the engine carries it out and offers what came of
+// it. Used by the plug-ins for Unreal and Godot. Knows no engine, no connection and no learning.
+//
+//   driver->Poll(0.0);                       once a tick: never waits
+//   switch (world->cue()) {
+//     case Cue::kWait:  return;              nobody wants anything of the agents yet
+//     case Cue::kReset: for every agent that Resets(): put it at its start
+//     case Cue::kAct:   for every agent: carry out Action(), let ticks pass, AddReward(), perhaps EndEpisode();
+//                       for every agent that is Ending(): write FinalObservation(), put it at its start
+//   }
+//   for every agent: write Observation();
+//   world->Offer();
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "consac/base/status.h"
+#include "consac/env/buffer.h"
+#include "consac/env/vector_env.h"
+
+namespace consac::host {
+
+/// An agent of a TickWorld: its row over all behaviours, from 0. Stays its own until it leaves.
+using AgentId = std::int32_t;
+/// No agent.
+inline constexpr AgentId kNoAgent = -1;
+
+/// A named part of what an agent sees or does.
+struct Entry {
+  std::string name;  ///< unique within its list; not empty
+  Space space;       ///< any, but Dict and Tuple
+};
+
+/// One kind of agent.
+struct Offering {
+  std::string name = "default";     ///< unique within the world
+  std::vector<Entry> observations;  ///< one: the space is this entry's own; several: a Dict of them
+  std::vector<Entry> actions;       ///< likewise
+  std::int32_t agents = 1;          ///< room for so many at once
+  bool masks_actions = false;       ///< the host writes ActionMask() at every step
+};
+
+/// What a world is made of.
+struct TickWorldOptions {
+  std::string id;                      ///< "road-v0"; "" is no name
+  std::vector<Offering> offerings;     ///< at least one
+  std::int64_t max_episode_steps = 0;  ///< then an agent's episode is truncated; 0: never
+  bool agents_leave = false;           ///< Join and Leave while it runs; false: every agent joins before the first cue
+};
+
+/// What the host is to do now.
+enum class Cue : std::uint8_t {
+  kWait,   ///< nothing
+  kReset,  ///< begin episodes anew, then Offer their first observations
+  kAct,    ///< carry out the actions, then Offer what came of them
+};
+
+/// How an agent's episode ended.
+enum class EpisodeEnd : std::uint8_t {
+  kTerminated,  ///< in a terminal state
+  kTruncated,   ///< it was cut (time limit); its state is not terminal
+};
+
+/// What the world has seen so far, for people.
+struct Tally {
+  std::int64_t steps = 0;            ///< of single agents
+  std::int64_t episodes = 0;         ///< that ended
+  double mean_episode_reward = 0.0;  ///< of the last 100 that ended; NaN before the first
+  double mean_episode_length = 0.0;  ///< likewise
+};
+
+/// Agents of an engine as a VectorEnv whose steps settle later. One behaviour: each agent is an environment of its own,
+/// whose episodes begin and end by themselves. Several: one environment that holds all agents. One thread.
+class TickWorld final : public VectorEnv {
+ public:
+  /// Checks the entries; the error names behaviour and entry.
+  static Result<std::unique_ptr<TickWorld>> Create(TickWorldOptions options);
+  ~TickWorld() override;
+
+  // ---- the host's side
+
+  /// An agent takes a free place of behaviour `b`; kResourceExhausted when there is none. While the world runs it takes
+  /// part from the next Offer on.
+  Result<AgentId> Join(std::size_t b);
+  /// Its place is free again; its episode, if one was under way, is truncated where it was last seen.
+  void Leave(AgentId agent);
+  /// Whether this agent is there.
+  bool Joined(AgentId agent) const;
+  /// Places, taken or not: agent ids are below this.
+  std::int32_t places() const;
+  /// Which behaviour a place belongs to.
+  std::size_t BehaviourOf(AgentId agent) const;
+  /// The leaf of entry `index` (of Offering::observations) in rows of Observation().
+  const Leaf& ObservationLeaf(std::size_t b, std::size_t index) const;
+  /// The leaf of entry `index` (of Offering::actions) in rows of Action().
+  const Leaf& ActionLeaf(std::size_t b, std::size_t index) const;
+
+  /// What is wanted of the host.
+  Cue cue() const;
+  /// kReset: whether this agent is to begin anew. Others go on as they are.
+  bool Resets(AgentId agent) const;
+  /// kReset: what to seed the agent's episode with; empty: go on with its own random numbers.
+  std::optional<std::uint64_t> Seed(AgentId agent) const;
+  /// kAct: what the agent is to do; [action row_bytes]. The host may write it, where a person plays.
+  std::byte* Action(AgentId agent);
+  /// Reward since the latest Offer is summed.
+  void AddReward(AgentId agent, float reward);
+  /// The agent's episode has ended; the first call before an Offer counts.
+  void EndEpisode(AgentId agent, EpisodeEnd end);
+  /// Whether the coming Offer ends the agent's episode, by EndEpisode or by the time limit.
+  bool Ending(AgentId agent) const;
+  /// The last observation of an episode that is Ending; [observation row_bytes].
+  std::byte* FinalObservation(AgentId agent);
+  /// What the agent sees, or sees first in its next episode; [observation row_bytes].
+  std::byte* Observation(AgentId agent);
+  /// Which actions are legal; [mask_bytes], null when the behaviour masks none.
+  std::uint8_t* ActionMask(AgentId agent);
+  /// Everything is written: the cue is done with. kNonFinite names a NaN or infinity; it was offered as 0.
+  /// kFailedPrecondition when nothing is wanted.
+  Status Offer();
+  /// What came of it so far.
+  Tally tally() const;
+
+  // ---- the driver's side (VectorEnv). Batches that were passed are written at Offer and must live until then.
+
+  const EnvSpec& spec() const override;
+  void Reset(std::uint64_t seed, std::span<Batch> batches) override;
+  void Step(std::span<Batch> batches) override;
+  bool ResetWorld(std::int32_t world, std::optional<std::uint64_t> seed, std::span<Batch> batches) override;
+  bool steps_some() const override;
+  std::span<const std::uint8_t> present(std::size_t b) const override;
+  bool settled() const override;
+  /// Counts only: the engine's own state is the engine's.
+  void Visit(Archive& archive) override;
+  /// Forgets what was asked for: its driver is gone. The cue is kWait; agents stay where they are.
+  void Release();
+
+ private:
+  struct State;
+  explicit TickWorld(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace consac::host
