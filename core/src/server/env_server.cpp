@@ -93,12 +93,14 @@ class EnvServerOfEither final : public EnvServer {
   }
   ~EnvServerOfEither() override { Close(); }
 
-  Status Poll() override {
+  Status Poll(double wait_s) override {
     if (!open_) return {StatusCode::kFailedPrecondition, "the server is closed; create it again to serve"};
-    Status first = Accept(0.0);
+    const std::size_t present = sessions_present();
+    if (!waiting_.empty() || present > 1) wait_s = std::min(wait_s, kShortWait);
+    Status first = Accept(present == 0 ? wait_s : 0.0);
     for (const std::unique_ptr<Seat>& seat : seats_) {
       if (seat->present() == nullptr) continue;
-      const Status status = PollSeat(*seat);
+      const Status status = PollSeat(*seat, present == 1 ? wait_s : 0.0);
       if (first.ok()) first = status;
     }
     return first;
@@ -162,10 +164,10 @@ class EnvServerOfEither final : public EnvServer {
   // ---- driving sessions
 
   /// Up to one step of the seat's worlds: a fast trainer must not keep the engine's tick, a slow one not lose one.
-  static Status PollSeat(Seat& seat) {
+  static Status PollSeat(Seat& seat, double wait_s) {
     const std::int64_t before = seat.steps();
     for (int frames = 0; frames < kMostFramesPerPoll && seat.steps() == before; ++frames) {
-      const Result<bool> progressed = seat.Pump(0.0);
+      const Result<bool> progressed = seat.Pump(frames == 0 ? wait_s : 0.0);
       if (!progressed.ok()) return seat.End(progressed.status());
       if (seat.finished()) return seat.End(Status::Ok());
       if (!*progressed) break;

@@ -36,6 +36,7 @@ class Session2Server final : public Session2 {
     result_.Resize(protocol2::kHeaderBytes + stepper_.result_room());
     PlaceResult(result_.data());
   }
+  ~Session2Server() override { DropUnderWay(); }
 
   Status Connect(Arrival arrival) override {
     LeaveSharedMemory();
@@ -44,8 +45,11 @@ class Session2Server final : public Session2 {
     transport_ = std::move(arrival.transport);
     reader_ = std::move(arrival.reader);
     connected_ = true;
-    if (step_waits_) --request_;  // was asked for, but not carried out: it may be asked for again
-    finished_ = through_memory_ = step_waits_ = false;
+    if (under_way_ == UnderWay::kWaitsForTime) {  // was asked for, but not carried out: it may be asked for again
+      --request_;
+      under_way_ = UnderWay::kNothing;
+    }
+    finished_ = through_memory_ = false;
     connected_at_ = arrival.since;
     last_heard_ = Now();
 
@@ -58,10 +62,12 @@ class Session2Server final : public Session2 {
       answer_is_result_ = false;
       stepper_.Forget();
       resume_ = UnguessableHex(kTokenBytes);
+      DropUnderWay();
       steps_.Restart();
       phase_ = Phase::kConfigure;
     }
     resumable_ = false;
+    answer_wanted_ = false;
     const std::vector<std::string>& able = arrival.hello.capabilities;
     const auto offer = [&](std::string_view name) {
       if (std::find(able.begin(), able.end(), name) != able.end()) welcome.capabilities.emplace_back(name);
@@ -93,17 +99,7 @@ class Session2Server final : public Session2 {
       CONSAC_RETURN_IF_ERROR(outbox_.Flush(*transport_, timeout_s, options_.write_s));
       return outbox_.empty();
     }
-    if (step_waits_) {
-      const double left = not_before_ - Now();
-      if (left > 0.0 && timeout_s <= 0.0) return false;
-      if (left > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, timeout_s)));
-      if (Now() < not_before_) return false;
-      step_waits_ = false;
-      const Status stepped = StepWorlds();
-      through_memory_ = false;
-      if (!stepped.ok()) return stepped;
-      return true;
-    }
+    if (under_way_ != UnderWay::kNothing) return GoOn(timeout_s);
     if (shared_.has_value() && shared_->request_turn.Await(std::min(timeout_s, kSharedWait))) {
       CONSAC_RETURN_IF_ERROR(HandleShared());
       return true;
@@ -131,7 +127,7 @@ class Session2Server final : public Session2 {
   }
 
   Status End(const Status& why) override {
-    if (why.code() == StatusCode::kCancelled && std::exchange(step_waits_, false)) (void)StepWorlds();
+    if (why.code() == StatusCode::kCancelled && under_way_ == UnderWay::kWaitsForTime) (void)StepWorlds();
     through_memory_ = false;
     if (why.code() == StatusCode::kCancelled)
       (void)SendJson(FrameType::kGoAway, 0, "{\"reason\":" + ("\"" + why.message() + "\"") + "}");
@@ -148,7 +144,10 @@ class Session2Server final : public Session2 {
 
   std::string peer() const override { return transport_->peer(); }
   bool finished() const override { return finished_; }
-  void Forget() override { resumable_ = false; }
+  void Forget() override {
+    resumable_ = false;
+    DropUnderWay();
+  }
   bool resumable() const override { return resumable_ && Now() - broke_at_ < options_.resume_s; }
 
   void SetPaused(bool paused) override {
@@ -158,6 +157,8 @@ class Session2Server final : public Session2 {
 
  private:
   enum class Phase : std::uint8_t { kConfigure, kBegin, kRun };  // kBegin: before the first RESET
+  /// What the latest request waits for: the frame rate, or worlds that have not settled.
+  enum class UnderWay : std::uint8_t { kNothing, kWaitsForTime, kReset, kStep };
 
   std::size_t result_room() const { return protocol2::kHeaderBytes + stepper_.result_room(); }
 
@@ -196,8 +197,51 @@ class Session2Server final : public Session2 {
     last_heard_ = Now();
     through_memory_ = true;
     const Status status = Handle({*header, {shared_->request() + sizeof(head), header->length}});
-    if (!step_waits_) through_memory_ = false;
+    if (under_way_ == UnderWay::kNothing) through_memory_ = false;
     return status;
+  }
+
+  // ---- a request that takes its time
+
+  /// Waits at most `timeout_s`. False while there is nothing to do.
+  Result<bool> GoOn(double timeout_s) {
+    if (under_way_ == UnderWay::kWaitsForTime) {
+      const double left = not_before_ - Now();
+      if (left > 0.0 && timeout_s <= 0.0) return false;
+      if (left > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, timeout_s)));
+      if (Now() < not_before_) return false;
+      CONSAC_RETURN_IF_ERROR(StepWorlds());
+    } else if (!env_.settled()) {
+      return false;
+    } else {
+      CONSAC_RETURN_IF_ERROR(FinishUnderWay());
+    }
+    if (under_way_ == UnderWay::kNothing) through_memory_ = false;
+    return true;
+  }
+
+  /// The worlds have begun a RESET or a STEP: answers it if they are through with it.
+  Status Await(UnderWay what) {
+    under_way_ = what;
+    answer_wanted_ = true;
+    return env_.settled() ? FinishUnderWay() : Status::Ok();
+  }
+
+  Status FinishUnderWay() {
+    if (std::exchange(under_way_, UnderWay::kNothing) == UnderWay::kReset) {
+      stepper_.FinishReset();
+      phase_ = Phase::kRun;
+    } else {
+      stepper_.FinishStep();
+      steps_.Add(stepper_.agents_stepped());
+    }
+    return SendResult();
+  }
+
+  /// Nothing is left to answer.
+  void DropUnderWay() {
+    if (under_way_ == UnderWay::kReset || under_way_ == UnderWay::kStep) env_.Abandon();
+    under_way_ = UnderWay::kNothing;
   }
 
   /// Sends an answer the way its request came.
@@ -353,12 +397,14 @@ class Session2Server final : public Session2 {
 
   Status OnReset(std::span<const std::byte> payload) {
     if (phase_ < Phase::kBegin) return Refuse(Fault("BAD_STATE", "RESET comes after CONFIGURE"));
-    const double start = Now();
+    step_begins_ = Now();
     Uncover();
     const Status reset = stepper_.Reset(payload, phase_ == Phase::kBegin, options_.seed + number_ - 1);
-    if (!reset.ok()) return Refuse(reset);
-    phase_ = Phase::kRun;
-    return SendResult(start);
+    if (!reset.ok()) {
+      if (!env_.settled()) env_.Abandon();
+      return Refuse(reset);
+    }
+    return Await(UnderWay::kReset);
   }
 
   Status OnStep(std::span<const std::byte> payload) {
@@ -368,7 +414,7 @@ class Session2Server final : public Session2 {
     if (!fits.ok()) return Refuse(fits);
     if (options_.min_step_s > 0.0) {
       not_before_ = last_step_ + options_.min_step_s;
-      step_waits_ = true;
+      under_way_ = UnderWay::kWaitsForTime;
       return Status::Ok();
     }
     return StepWorlds();
@@ -378,18 +424,17 @@ class Session2Server final : public Session2 {
     if (options_.min_step_s > 0.0) last_step_ = std::max(Now(), last_step_ + options_.min_step_s);
     Uncover();
     stepper_.Step();
-    steps_.Add(stepper_.agents_stepped());
-    return SendResult(step_begins_);
+    return Await(UnderWay::kStep);
   }
 
-  Status SendResult(double start) {
+  Status SendResult() {
     const std::size_t size = stepper_.result_bytes();
     const FrameHeader header{FrameType::kResult, false, static_cast<std::uint32_t>(size), 0, request_, number_};
     protocol2::WriteHeader(header, result_at_);
     result_size_ = protocol2::kHeaderBytes + size;
     answer_is_result_ = true;
-    protocol2::WriteEngineTime(Now() - start, result_at_ + protocol2::kHeaderBytes);
-    return Deliver({result_at_, result_size_});
+    protocol2::WriteEngineTime(Now() - step_begins_, result_at_ + protocol2::kHeaderBytes);
+    return answer_wanted_ ? Deliver({result_at_, result_size_}) : Status::Ok();
   }
 
   Status OnRender(std::span<const std::byte> payload) {
@@ -437,8 +482,8 @@ class Session2Server final : public Session2 {
   bool covered_ = false;         // result_ holds what lay where an answer is now
   unsigned shared_idle_ = 0;
 
-  // A step that waits for its time.
-  bool step_waits_ = false;
+  UnderWay under_way_ = UnderWay::kNothing;
+  bool answer_wanted_ = true;  // false: the connection it came by is gone, and the trainer will ask again
   double step_begins_ = 0.0, not_before_ = 0.0, last_step_ = 0.0;
 };
 

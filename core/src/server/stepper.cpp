@@ -27,6 +27,7 @@ Stepper::Stepper(VectorEnv& env) : env_(env), spec_(env.spec()), blocks_(env.spe
   request_.Resize(blocks_.step_bytes);
   pending_.resize(blocks_.environments);
   stepped_.resize(blocks_.environments);
+  begins_.resize(blocks_.environments);
   std::size_t slots = 0;
   for (std::size_t b = 0; b < spec_.behaviours.size(); ++b) {
     Group& group = groups_.emplace_back(spec_.behaviours[b]);
@@ -98,14 +99,22 @@ Status Stepper::Reset(std::span<const std::byte> request, bool first, std::uint6
   if (seeded) std::memcpy(seeds.data(), request.data() + blocks_.seeds, seeds.size() * sizeof(seeds[0]));
   if (first && !all) return Fault("BAD_STATE", "the first RESET is of every environment");
   BeginResult();
-  if (first && !seeded) {
-    env_.Reset(seed, whole_);
-    for (std::size_t world = 0; world < blocks_.environments; ++world) MarkFirst(world);
-  } else {
-    CONSAC_RETURN_IF_ERROR(ResetChosen(seeds, all));
+  std::fill(begins_.begin(), begins_.end(), std::uint8_t{0});
+  if (!first || seeded) return ResetChosen(seeds, all);
+  BeginAll(seed);
+  return Status::Ok();
+}
+
+void Stepper::BeginAll(std::uint64_t seed) {
+  env_.Reset(seed, whole_);
+  std::fill(begins_.begin(), begins_.end(), std::uint8_t{1});
+}
+
+void Stepper::FinishReset() {
+  for (std::size_t world = 0; world < blocks_.environments; ++world) {
+    if (begins_[world] != 0) MarkFirst(world);
   }
   FinishResult(Infos::kWithout);  // of no step
-  return Status::Ok();
 }
 
 /// The environments that stepped_ names; `seeds` may be empty. An engine that can only begin all of them together
@@ -118,8 +127,7 @@ Status Stepper::ResetChosen(const std::vector<std::uint64_t>& seeds, bool all) {
     bool follow = all && world == 0 && !seeds.empty();
     for (std::size_t i = 1; i < seeds.size(); ++i) follow = follow && seeds[i] == seeds[0] + i;
     if (!follow) return reset;
-    env_.Reset(seeds[0], whole_);
-    for (std::size_t each = 0; each < blocks_.environments; ++each) MarkFirst(each);
+    BeginAll(seeds[0]);
     return Status::Ok();
   }
   return Status::Ok();
@@ -132,7 +140,7 @@ Status Stepper::ResetOne(std::size_t world, std::optional<std::uint64_t> seed) {
   }
   if (!env_.ResetWorld(static_cast<std::int32_t>(world), seed, whole_))
     return Fault("UNSUPPORTED", "this engine cannot reset single environments or take seeds");
-  MarkFirst(world);
+  begins_[world] = 1;
   return Status::Ok();
 }
 
@@ -189,9 +197,16 @@ void Stepper::Step() {
   }
   if (stepped_count_ == blocks_.environments) {
     env_.Step(whole_);
-    for (std::size_t b = 0; b < whole_.size(); ++b) WriteOutcomes(b, whole_[b]);
   } else if (stepped_count_ > 0) {
     StepSome();
+  }
+}
+
+void Stepper::FinishStep() {
+  for (std::size_t b = 0; b < groups_.size() && stepped_count_ > 0; ++b) {
+    const bool all = stepped_count_ == blocks_.environments;
+    if (!all) Scatter(b);
+    WriteOutcomes(b, all ? whole_[b] : some_[b]);
   }
   if (autoreset_ != Autoreset::kSameStep) {
     for (std::size_t world = 0; world < blocks_.environments; ++world) {
@@ -218,10 +233,6 @@ void Stepper::StepSome() {
     some_[b].slots = group.some_slots;
   }
   env_.Step(some_);
-  for (std::size_t b = 0; b < groups_.size(); ++b) {
-    Scatter(b);
-    WriteOutcomes(b, some_[b]);
-  }
 }
 
 void Stepper::Scatter(std::size_t b) {

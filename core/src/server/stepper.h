@@ -43,12 +43,16 @@ class Stepper {
   Status SetAutoreset(protocol2::Autoreset autoreset);
   /// Carries out a RESET. The first of a session must be of every environment, and takes `seed` when it brings none.
   Status Reset(std::span<const std::byte> request, bool first, std::uint64_t seed);
+  /// Completes it, once the worlds have settled.
+  void FinishReset();
   /// Takes in a STEP and judges it; the worlds stand still until Step.
   Status ReadStep(std::span<const std::byte> request);
   /// Steps what ReadStep took in.
   void Step();
+  /// Completes it, once the worlds have settled.
+  void FinishStep();
 
-  /// The payload that the latest Reset or Step wrote.
+  /// The payload that the latest Reset or Step has completed.
   std::size_t result_bytes() const { return result_bytes_; }
   /// Agents that took part in the latest Step.
   std::int64_t agents_stepped() const { return agents_stepped_; }
@@ -72,6 +76,7 @@ class Stepper {
   bool Ended(std::size_t b, std::size_t slot);
   std::byte* States(std::size_t b) { return payload_ + blocks_.behaviours[b].states; }
   Status ResetChosen(const std::vector<std::uint64_t>& seeds, bool all);
+  void BeginAll(std::uint64_t seed);
   Status ResetOne(std::size_t world, std::optional<std::uint64_t> seed);
   Status CheckActions();
   void StepSome();
@@ -101,7 +106,8 @@ class Stepper {
   AlignedBytes request_;  // STEP's payload
   std::vector<Group> groups_;
   std::vector<Batch> whole_, some_;              // one per behaviour
-  std::vector<std::uint8_t> pending_, stepped_;  // per environment: has ended; is stepped now
+  std::vector<std::uint8_t> pending_, stepped_;  // per environment: has ended; is stepped (or begins) now
+  std::vector<std::uint8_t> begins_;             // per environment: its first rows are still to come
   std::size_t stepped_count_ = 0, result_bytes_ = 0;
   std::int64_t agents_stepped_ = 0;
   std::int64_t blamed_ = -1;

@@ -39,6 +39,9 @@ class TextSession final : public ServerSession {
         text_(2 * text1::MaxText(behaviour_.observation_layout)),
         transport_(std::move(transport)),
         steps_(host.steps) {}
+  ~TextSession() override {
+    if (!env_.settled()) env_.Abandon();
+  }
 
   void Begin(std::int64_t number) {
     steps_.Restart();
@@ -77,11 +80,14 @@ class TextSession final : public ServerSession {
     switch (phase_) {
       case Phase::kSendFirst:
       case Phase::kSendEpisode:
-        if (!WaitUntil(not_before_, timeout_s)) return false;
+        if (!env_.settled() || !WaitUntil(not_before_, timeout_s)) return false;
         return Then(SendObservation(buffer_.batch().next_observations, 0.0f, false), Phase::kAwaitAction);
       case Phase::kStep:
         if (!WaitUntil(not_before_, timeout_s)) return false;
         return StepWorld();
+      case Phase::kStepping:
+        if (!env_.settled()) return false;
+        return SendOutcome();
       case Phase::kAwaitAction:
       case Phase::kAwaitIgnored:
         break;
@@ -108,6 +114,7 @@ class TextSession final : public ServerSession {
     kSendFirst,     // the setup is out; the first observation follows
     kAwaitAction,   // an observation is out
     kStep,          // an action is here; the step may have to wait for the frame rate
+    kStepping,      // the world steps
     kAwaitIgnored,  // an episode's end is out and the engine waits for an answer that it ignores
     kSendEpisode,   // the first observation of the next episode follows
   };
@@ -172,10 +179,17 @@ class TextSession final : public ServerSession {
   }
 
   Result<bool> StepWorld() {
-    Batch& batch = buffer_.batch();
     if (options_.min_step_s > 0.0) last_step_ = std::max(Now(), last_step_ + options_.min_step_s);
-    env_.Step({&batch, 1});
+    env_.Step({&buffer_.batch(), 1});
+    phase_ = Phase::kStepping;
+    if (!env_.settled()) return true;
+    return SendOutcome();
+  }
+
+  Result<bool> SendOutcome() {
+    const Batch& batch = buffer_.batch();
     steps_.Add(1);
+    last_heard_ = Now();  // from now on the trainer's silence is its own
     const bool done = (batch.terminated[0] | batch.truncated[0]) != 0;
     if (!done) return Then(SendObservation(batch.next_observations, batch.rewards[0], false), Phase::kAwaitAction);
     if (options_.wait_after_end)

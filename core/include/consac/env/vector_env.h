@@ -90,10 +90,13 @@ class VectorEnv {
     (void)b;
     return {};
   }
-  /// False while what Reset, ResetWorld and Step write is still to come: a world that lives in its engine's ticks answers
-  /// some ticks later, into the batches that were passed, and nothing else may be asked of it until then. Only
-  /// EnvServer::Poll waits for such a world; everything else wants one that is always settled.
+  /// False while what Reset, ResetWorld and Step write is still to come: a world that lives in its engine's ticks
+  /// answers some ticks later, into the batches that were passed, and but for a Reset, or a ResetWorld after another,
+  /// nothing is asked of it until then. EnvServer::Poll goes on with such a world when it has settled; whoever else
+  /// steps worlds wants those that always are.
   virtual bool settled() const { return true; }
+  /// The batches that were passed are no more: what is still to come is written nowhere.
+  virtual void Abandon() {}
   /// Columns as of the latest Step; their names and number never change.
   virtual std::span<const InfoColumn> infos() const { return {}; }
   /// True when Render works.

@@ -17,11 +17,12 @@ namespace consac::host {
 /// How things stand, for a line on the screen.
 struct Progress {
   std::string state;               ///< "waiting for a trainer on port 5005", "learning", ...
-  Tally tally;                     ///< of the world
+  Tally tally;                     ///< of the world, since it was made
+  std::int64_t steps = 0;          ///< of the present training, session or act
   std::int64_t total_steps = 0;    ///< planned; 0: no end
   std::int64_t updates = 0;        ///< rounds of learning in this process
   double agent_steps_per_s = 0.0;  ///< over the last second or so
-  double poll_ms = 0.0;            ///< the latest Poll that gave a cue, without waiting for a trainer
+  double poll_ms = 0.0;            ///< how long the latest Poll took that gave a cue
 };
 
 /// Gives a TickWorld its cues. One thread: the world's.

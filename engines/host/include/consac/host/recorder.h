@@ -1,6 +1,6 @@
 #pragma once
-// Demonstrations: what agents saw and did, step by step, as a file that anything can read: safetensors with one tensor
-// for each of observations, actions, rewards, terminated, truncated, slots (spec/demonstration.md).
+// Demonstrations: what agents saw and did, step by step, as a file that anything can read: safetensors, in words in
+// spec/demonstration.md.
 
 #include <cstdint>
 #include <memory>

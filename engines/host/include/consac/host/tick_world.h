@@ -139,11 +139,16 @@ class TickWorld final : public VectorEnv {
   bool settled() const override;
   /// Counts only: the engine's own state is the engine's.
   void Visit(Archive& archive) override;
-  /// Forgets what was asked for: its driver is gone. The cue is kWait; agents stay where they are.
-  void Release();
+  /// Forgets what was asked for: the cue is kWait, agents stay where they are.
+  void Abandon() override;
+  /// Ok when every place is taken, or agents may come and go; a driver begins only then.
+  Status EveryoneJoined() const;
 
  private:
+  friend class Recorder;
   struct State;
+  Status OfferPlace(std::size_t b, std::size_t index, std::size_t row, Batch& batch);
+  void Count(struct Place& place);
   explicit TickWorld(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

@@ -1,0 +1,102 @@
+// A trained model drives the world, or the host itself.
+#include "consac/policy/policy.h"
+#include "turn.h"
+
+namespace consac::host {
+namespace {
+
+class ActingDriver final : public Driver {
+ public:
+  /// No policies: the host writes the actions.
+  ActingDriver(TickWorld& world, std::vector<Policy> policies, const ActOptions& options)
+      : world_(world),
+        turn_(world),
+        policies_(std::move(policies)),
+        options_(options),
+        rng_(options.seed, StreamId("acting")) {}
+
+  Status Poll(double) override {
+    if (!world_.settled()) return Status::Ok();
+    const double began = Now();
+    if (!begun_) {
+      begun_ = true;
+      turn_.Reset(options_.seed);
+      return Status::Ok();
+    }
+    for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
+      Batch& batch = turn_.ToAct(b);
+      if (policies_.empty() || batch.rows() == 0) continue;
+      policies_[b].Act(batch.observations, batch.action_masks, batch.rows(), options_.mode, rng_, batch.actions);
+    }
+    turn_.Step();
+    meter_.Note(world_.tally().steps, began);
+    return Status::Ok();
+  }
+
+  bool finished() const override { return false; }
+
+  Progress progress() const override {
+    Progress progress;
+    progress.state = policies_.empty() ? "played by hand" : "acting by a model";
+    progress.tally = world_.tally();
+    progress.steps = progress.tally.steps;
+    meter_.Tell(&progress);
+    return progress;
+  }
+
+  Status SaveModel(std::size_t b, const std::string& path) override {
+    if (b >= policies_.size()) return Driver::SaveModel(b, path);
+    return policies_[b].ToFile().Save(path);
+  }
+
+ private:
+  TickWorld& world_;
+  Turn turn_;
+  std::vector<Policy> policies_;
+  const ActOptions options_;
+  Rng rng_;
+  bool begun_ = false;
+  Meter meter_;
+};
+
+/// `load` gives the policy of behaviour b.
+template <class Load>
+Result<std::unique_ptr<Driver>> ActByPolicies(TickWorld& world, std::size_t models, const ActOptions& options,
+                                              const Load& load) {
+  CONSAC_RETURN_IF_ERROR(world.EveryoneJoined());
+  const std::vector<BehaviourSpec>& behaviours = world.spec().behaviours;
+  if (models != behaviours.size()) {
+    return Status{
+        StatusCode::kInvalidArgument,
+        std::to_string(models) + " models for " + std::to_string(behaviours.size()) + " behaviours; give one for each"};
+  }
+  std::vector<Policy> policies;
+  for (std::size_t b = 0; b < behaviours.size(); ++b) {
+    Result<Policy> policy = load(b, static_cast<std::int64_t>(behaviours[b].slots));
+    if (!policy.ok()) return policy.status();
+    CONSAC_RETURN_IF_ERROR(policy->Fits(behaviours[b]));
+    policies.push_back(std::move(*policy));
+  }
+  return std::unique_ptr<Driver>(std::make_unique<ActingDriver>(world, std::move(policies), options));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Driver>> Act(TickWorld& world, const ActOptions& options) {
+  return ActByPolicies(world, options.models.size(), options,
+                       [&](std::size_t b, std::int64_t rows) { return Policy::Load(options.models[b], rows); });
+}
+
+Result<std::unique_ptr<Driver>> Act(TickWorld& world, std::span<const std::vector<std::byte>> models,
+                                    const ActOptions& options) {
+  return ActByPolicies(world, models.size(), options,
+                       [&](std::size_t b, std::int64_t rows) { return Policy::FromBytes(models[b], rows); });
+}
+
+std::unique_ptr<Driver> ByHand(TickWorld& world, std::uint64_t seed) {
+  ActOptions options;
+  options.seed = seed;
+  return std::make_unique<ActingDriver>(world, std::vector<Policy>(), options);
+}
+
+}  // namespace consac::host

@@ -1,0 +1,69 @@
+#pragma once
+// The thread on which learners learn while the engine's own goes on. Private to host.
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace consac::host {
+
+/// Does one job at a time. What the job touches is its own until it is done.
+class LearningThread {
+ public:
+  LearningThread() : thread_([this] { Work(); }) {}
+  /// Waits for the job under way.
+  ~LearningThread() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+  LearningThread(const LearningThread&) = delete;
+  LearningThread& operator=(const LearningThread&) = delete;
+
+  /// Begins a job; none may be under way.
+  void Begin(std::function<void()> job) {
+    {
+      const std::lock_guard lock(mutex_);
+      job_ = std::move(job);
+      busy_ = true;
+    }
+    wake_.notify_all();
+  }
+  /// True when no job is under way; waits for that at most `wait_s`.
+  bool Done(double wait_s) {
+    std::unique_lock lock(mutex_);
+    if (busy_ && wait_s > 0.0) wake_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return !busy_; });
+    return !busy_;
+  }
+  /// Whether the job should come to an early end: the thread is to stop.
+  bool stopping() {
+    const std::lock_guard lock(mutex_);
+    return stop_;
+  }
+
+ private:
+  void Work() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      wake_.wait(lock, [this] { return busy_ || stop_; });
+      if (stop_) return;
+      lock.unlock();
+      job_();
+      lock.lock();
+      busy_ = false;
+      wake_.notify_all();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::function<void()> job_;
+  bool busy_ = false, stop_ = false;
+  std::thread thread_;  // last: it uses what is above
+};
+
+}  // namespace consac::host

@@ -1,0 +1,191 @@
+// What a TickWorld's driver asks for, and how it gets what the host has offered.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "consac/base/text.h"
+#include "tick_world_state.h"
+
+namespace consac::host {
+namespace {
+
+/// Makes every float32 of a row finite; names the first that was not.
+Status MendRow(const BehaviourSpec& behaviour, std::int64_t place, std::byte* row) {
+  Status status;
+  for (const Leaf& leaf : behaviour.observation_layout.leaves) {
+    if (leaf.dtype != DType::kF32) continue;
+    for (std::int64_t i = 0; i < leaf.count; ++i) {
+      float value;
+      std::byte* at = row + leaf.offset + static_cast<std::size_t>(i) * sizeof(float);
+      std::memcpy(&value, at, sizeof(value));
+      if (std::isfinite(value)) continue;
+      if (status.ok()) {
+        status = {StatusCode::kNonFinite, "agent " + std::to_string(place) + " of '" + behaviour.name + "' sees " +
+                                              (std::isnan(value) ? "NaN" : "infinity") + " in '" + leaf.name + "'[" +
+                                              std::to_string(i) + "]; 0 was sent instead"};
+      }
+      value = 0.0f;
+      std::memcpy(at, &value, sizeof(value));
+    }
+  }
+  return status;
+}
+
+Status MendReward(const BehaviourSpec& behaviour, std::int64_t place, float* reward) {
+  if (std::isfinite(*reward)) return Status::Ok();
+  *reward = 0.0f;
+  return {StatusCode::kNonFinite, "the reward of agent " + std::to_string(place) + " of '" + behaviour.name +
+                                      "' is NaN or infinite; 0 was sent instead"};
+}
+
+}  // namespace
+
+void TickWorld::Reset(std::uint64_t seed, std::span<Batch> batches) {
+  State& state = *state_;
+  state.asked.assign(batches.begin(), batches.end());
+  state.cue = Cue::kReset;
+  for (Herd& herd : state.herds) {
+    for (std::size_t i = 0; i < herd.places.size(); ++i) {
+      Place& place = herd.places[i];
+      place.resets = place.joined;
+      place.seed = seed + static_cast<std::uint64_t>(herd.first) + i;
+    }
+  }
+}
+
+bool TickWorld::ResetWorld(std::int32_t world, std::optional<std::uint64_t> seed, std::span<Batch> batches) {
+  State& state = *state_;
+  if (state.cue != Cue::kReset) {
+    for (Herd& herd : state.herds) {
+      for (Place& place : herd.places) place.resets = false;
+    }
+  }
+  state.asked.assign(batches.begin(), batches.end());
+  state.cue = Cue::kReset;
+  for (Herd& herd : state.herds) {
+    for (std::size_t i = 0; i < herd.places.size(); ++i) {
+      if (state.herds.size() == 1 && i != static_cast<std::size_t>(world)) continue;
+      Place& place = herd.places[i];
+      place.resets = place.joined;
+      place.seed = seed;
+      if (seed.has_value() && state.herds.size() > 1) *place.seed += static_cast<std::uint64_t>(herd.first) + i;
+    }
+  }
+  return true;
+}
+
+void TickWorld::Step(std::span<Batch> batches) {
+  State& state = *state_;
+  state.asked.assign(batches.begin(), batches.end());
+  state.cue = Cue::kAct;
+  for (std::size_t b = 0; b < batches.size(); ++b) {
+    Herd& herd = state.herds[b];
+    for (std::size_t i = 0; i < batches[b].slots.size(); ++i) {
+      const auto place = static_cast<std::size_t>(batches[b].slots[i]);
+      std::memcpy(herd.done.data() + place * herd.action_bytes, batches[b].actions + i * herd.action_bytes,
+                  herd.action_bytes);
+    }
+  }
+}
+
+bool TickWorld::steps_some() const {
+  return state_->spec.environments() == 1;
+}
+
+std::span<const std::uint8_t> TickWorld::present(std::size_t b) const {
+  if (!state_->agents_leave) return {};
+  return state_->herds[b].present;
+}
+
+bool TickWorld::settled() const {
+  return state_->cue == Cue::kWait;
+}
+
+void TickWorld::Abandon() {
+  state_->asked.clear();
+  state_->cue = Cue::kWait;
+}
+
+void TickWorld::Visit(Archive& archive) {
+  archive("steps", state_->steps);
+}
+
+/// What was asked for about one place goes into row `row` of `batch`.
+Status TickWorld::OfferPlace(std::size_t b, std::size_t index, std::size_t row, Batch& batch) {
+  State& state = *state_;
+  Herd& herd = state.herds[b];
+  Place& place = herd.places[index];
+  const BehaviourSpec& behaviour = state.spec.behaviours[b];
+  const auto number = static_cast<std::int64_t>(index);
+  std::byte* seen = herd.seen.data() + index * herd.observation_bytes;
+  Status status = place.joined ? MendRow(behaviour, number, seen) : Status::Ok();
+  if (state.cue == Cue::kAct) {
+    const bool acted = place.takes_part;
+    if (acted && place.joined && Ending(herd.first + static_cast<AgentId>(index)) && place.going == Going::kOn)
+      place.going = Going::kTruncated;
+    const Status reward = MendReward(behaviour, number, &place.reward);
+    if (status.ok()) status = reward;
+    batch.rewards[row] = acted ? place.reward : 0.0f;
+    batch.terminated[row] = place.going == Going::kTerminated ? 1 : 0;
+    batch.truncated[row] = place.going == Going::kTruncated ? 1 : 0;
+    if (place.going != Going::kOn) {
+      std::byte* last = herd.last.data() + index * herd.observation_bytes;
+      const Status final = MendRow(behaviour, number, last);
+      if (status.ok()) status = final;
+      std::memcpy(batch.final_observations + row * herd.observation_bytes, last, herd.observation_bytes);
+    }
+    if (acted) Count(place);
+  } else if (!place.resets) {
+    return status;
+  }
+  std::memcpy(batch.next_observations + row * herd.observation_bytes, seen, herd.observation_bytes);
+  if (herd.mask_bytes > 0) {
+    std::memcpy(batch.next_action_masks + row * herd.mask_bytes, herd.masks.data() + index * herd.mask_bytes,
+                herd.mask_bytes);
+  }
+  return status;
+}
+
+void TickWorld::Count(Place& place) {
+  ++state_->steps;
+  ++place.length;
+  place.sum += place.reward;
+  if (place.going == Going::kOn) return;
+  state_->window.Add(place.sum, place.length);
+  place.length = 0;
+  place.sum = 0.0;
+}
+
+Status TickWorld::Offer() {
+  State& state = *state_;
+  if (state.cue == Cue::kWait) return {StatusCode::kFailedPrecondition, "nobody has asked the agents for anything"};
+  Status first;
+  for (std::size_t b = 0; b < state.asked.size(); ++b) {
+    Batch& batch = state.asked[b];
+    for (std::size_t row = 0; row < batch.slots.size(); ++row) {
+      const Status status = OfferPlace(b, static_cast<std::size_t>(batch.slots[row]), row, batch);
+      if (first.ok()) first = status;
+    }
+  }
+  for (Herd& herd : state.herds) {
+    for (std::size_t i = 0; i < herd.places.size(); ++i) {
+      Place& place = herd.places[i];
+      const bool begins = place.joined && (!place.takes_part || (state.cue == Cue::kReset && place.resets));
+      if (begins || !place.joined) {
+        place.length = 0;
+        place.sum = 0.0;
+      }
+      place.takes_part = place.joined;
+      place.resets = false;
+      place.going = Going::kOn;
+      place.reward = 0.0f;
+      place.seed.reset();
+      herd.present[i] = place.joined ? 1 : 0;
+    }
+  }
+  state.asked.clear();
+  state.cue = Cue::kWait;
+  return first;
+}
+
+}  // namespace consac::host

@@ -1,0 +1,234 @@
+// The host's side of a TickWorld and how one is made; what its driver asks for and gets is in offering.cpp.
+#include "consac/host/tick_world.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "tick_world_state.h"
+
+namespace consac::host {
+namespace {
+
+Result<Space> SpaceOfEntries(const std::vector<Entry>& entries) {
+  for (const Entry& entry : entries) {
+    if (entry.name.empty()) return Status{StatusCode::kInvalidArgument, "has an entry without a name; name it"};
+    if (entry.space.kind() == SpaceKind::kDict || entry.space.kind() == SpaceKind::kTuple)
+      return Status{StatusCode::kInvalidArgument, "entry '" + entry.name + "' is a Dict or Tuple; use several entries"};
+  }
+  if (entries.empty()) return Status{StatusCode::kInvalidArgument, "has no entry; give at least one"};
+  if (entries.size() == 1) return entries[0].space;
+  std::vector<std::pair<std::string, Space>> children;
+  for (const Entry& entry : entries) children.emplace_back(entry.name, entry.space);
+  return Space::Dict(std::move(children));
+}
+
+std::vector<std::size_t> LeavesOfEntries(const std::vector<Entry>& entries, const Layout& layout) {
+  std::vector<std::size_t> leaves;
+  for (const Entry& entry : entries) {
+    const auto named = [&](const Leaf& leaf) { return leaf.name == entry.name; };
+    const auto found = std::find_if(layout.leaves.begin(), layout.leaves.end(), named);
+    leaves.push_back(found == layout.leaves.end() ? 0 : static_cast<std::size_t>(found - layout.leaves.begin()));
+  }
+  return leaves;
+}
+
+Result<BehaviourSpec> BehaviourOfOffering(const Offering& offering, bool alone) {
+  const auto wrong = [&](const std::string& what) {
+    return Status{StatusCode::kInvalidArgument, "behaviour '" + offering.name + "' " + what};
+  };
+  if (offering.name.empty()) return wrong("has no name");
+  if (offering.agents < 1) return wrong("has room for " + std::to_string(offering.agents) + " agents; at least 1");
+  const Result<Space> seen = SpaceOfEntries(offering.observations);
+  if (!seen.ok()) return wrong("(observations) " + seen.status().message());
+  const Result<Space> done = SpaceOfEntries(offering.actions);
+  if (!done.ok()) return wrong("(actions) " + done.status().message());
+  BehaviourSpec behaviour = BehaviourSpec::Of(offering.name, *seen, *done, offering.agents);
+  behaviour.masks_actions = offering.masks_actions;
+  if (offering.masks_actions && behaviour.action_layout.mask_bytes == 0)
+    return wrong("masks its actions, but none of them is a choice");
+  if (alone) return behaviour;
+  behaviour.agents.clear();
+  for (std::int32_t a = 0; a < offering.agents; ++a)
+    behaviour.agents.push_back(offering.name + "_" + std::to_string(a));
+  return behaviour;
+}
+
+}  // namespace
+
+Herd::Herd(const BehaviourSpec& behaviour)
+    : observation_bytes(behaviour.observation_layout.row_bytes),
+      action_bytes(behaviour.action_layout.row_bytes),
+      mask_bytes(behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0),
+      places(static_cast<std::size_t>(behaviour.slots)),
+      present(places.size()),
+      seen(places.size() * observation_bytes),
+      last(seen.size()),
+      done(places.size() * action_bytes),
+      masks(places.size() * mask_bytes, 1) {}
+
+Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
+  auto state = std::make_unique<State>();
+  if (options.offerings.empty()) return Status{StatusCode::kInvalidArgument, "the world has no behaviour"};
+  if (options.max_episode_steps < 0) {
+    return Status{StatusCode::kInvalidArgument, "max_episode_steps is " + std::to_string(options.max_episode_steps) +
+                                                    "; give 0 for no limit, or more"};
+  }
+  state->spec.id = std::move(options.id);
+  state->spec.max_episode_steps = state->max_episode_steps = options.max_episode_steps;
+  state->agents_leave = options.agents_leave;
+  for (const Offering& offering : options.offerings) {
+    Result<BehaviourSpec> behaviour = BehaviourOfOffering(offering, options.offerings.size() == 1);
+    if (!behaviour.ok()) return behaviour.status();
+    for (const BehaviourSpec& other : state->spec.behaviours) {
+      if (other.name == behaviour->name)
+        return Status{StatusCode::kInvalidArgument, "two behaviours are called '" + other.name + "'; rename one"};
+    }
+    Herd& herd = state->herds.emplace_back(*behaviour);
+    herd.first = static_cast<AgentId>(state->behaviour_of.size());
+    herd.observation_leaves = LeavesOfEntries(offering.observations, behaviour->observation_layout);
+    herd.action_leaves = LeavesOfEntries(offering.actions, behaviour->action_layout);
+    state->behaviour_of.insert(state->behaviour_of.end(), herd.places.size(), state->spec.behaviours.size());
+    state->spec.behaviours.push_back(std::move(*behaviour));
+  }
+  return std::unique_ptr<TickWorld>(new TickWorld(std::move(state)));
+}
+
+TickWorld::TickWorld(std::unique_ptr<State> state) : state_(std::move(state)) {}
+TickWorld::~TickWorld() = default;
+
+const EnvSpec& TickWorld::spec() const {
+  return state_->spec;
+}
+
+// ---- who is there
+
+Result<AgentId> TickWorld::Join(std::size_t b) {
+  if (b >= state_->herds.size())
+    return Status{StatusCode::kInvalidArgument, "there is no behaviour " + std::to_string(b)};
+  Herd& herd = state_->herds[b];
+  const auto free = std::find_if(herd.places.begin(), herd.places.end(), [](const Place& p) { return !p.joined; });
+  if (free == herd.places.end()) {
+    return Status{StatusCode::kResourceExhausted, "behaviour '" + state_->spec.behaviours[b].name + "' has room for " +
+                                                      std::to_string(herd.places.size()) +
+                                                      " agents, and all of them are there"};
+  }
+  free->joined = true;
+  free->resets = state_->cue == Cue::kReset;
+  return herd.first + static_cast<AgentId>(free - herd.places.begin());
+}
+
+void TickWorld::Leave(AgentId agent) {
+  if (!Joined(agent)) return;
+  Place& place = state_->At(agent);
+  if (place.takes_part && place.going == Going::kOn) {
+    place.going = Going::kTruncated;
+    std::copy_n(Observation(agent), state_->HerdOf(agent).observation_bytes, FinalObservation(agent));
+  }
+  place.joined = place.resets = false;
+}
+
+bool TickWorld::Joined(AgentId agent) const {
+  return state_->Known(agent) && state_->At(agent).joined;
+}
+
+std::int32_t TickWorld::places() const {
+  return static_cast<std::int32_t>(state_->behaviour_of.size());
+}
+
+std::size_t TickWorld::BehaviourOf(AgentId agent) const {
+  return state_->behaviour_of[static_cast<std::size_t>(agent)];
+}
+
+const Leaf& TickWorld::ObservationLeaf(std::size_t b, std::size_t index) const {
+  return state_->spec.behaviours[b].observation_layout.leaves[state_->herds[b].observation_leaves[index]];
+}
+
+const Leaf& TickWorld::ActionLeaf(std::size_t b, std::size_t index) const {
+  return state_->spec.behaviours[b].action_layout.leaves[state_->herds[b].action_leaves[index]];
+}
+
+Status TickWorld::EveryoneJoined() const {
+  if (state_->agents_leave) return Status::Ok();
+  for (std::size_t b = 0; b < state_->herds.size(); ++b) {
+    const std::vector<Place>& places = state_->herds[b].places;
+    const auto joined = std::count_if(places.begin(), places.end(), [](const Place& p) { return p.joined; });
+    if (joined == static_cast<std::ptrdiff_t>(places.size())) continue;
+    return {StatusCode::kFailedPrecondition, "behaviour '" + state_->spec.behaviours[b].name + "' has " +
+                                                 std::to_string(joined) + " of " + std::to_string(places.size()) +
+                                                 " agents; all of them join before it begins, unless agents leave"};
+  }
+  return Status::Ok();
+}
+
+// ---- one agent
+
+Cue TickWorld::cue() const {
+  return state_->cue;
+}
+
+bool TickWorld::Resets(AgentId agent) const {
+  return Joined(agent) && state_->cue == Cue::kReset && state_->At(agent).resets;
+}
+
+std::optional<std::uint64_t> TickWorld::Seed(AgentId agent) const {
+  return state_->Known(agent) ? state_->At(agent).seed : std::nullopt;
+}
+
+std::byte* TickWorld::Action(AgentId agent) {
+  return state_->HerdOf(agent).done.data() + state_->PlaceOf(agent) * state_->HerdOf(agent).action_bytes;
+}
+
+std::byte* TickWorld::Observation(AgentId agent) {
+  return state_->HerdOf(agent).seen.data() + state_->PlaceOf(agent) * state_->HerdOf(agent).observation_bytes;
+}
+
+std::byte* TickWorld::FinalObservation(AgentId agent) {
+  return state_->HerdOf(agent).last.data() + state_->PlaceOf(agent) * state_->HerdOf(agent).observation_bytes;
+}
+
+std::uint8_t* TickWorld::ActionMask(AgentId agent) {
+  Herd& herd = state_->HerdOf(agent);
+  return herd.mask_bytes > 0 ? herd.masks.data() + state_->PlaceOf(agent) * herd.mask_bytes : nullptr;
+}
+
+void TickWorld::AddReward(AgentId agent, float reward) {
+  if (Joined(agent) && state_->At(agent).takes_part) state_->At(agent).reward += reward;
+}
+
+void TickWorld::EndEpisode(AgentId agent, EpisodeEnd end) {
+  if (!Joined(agent) || !state_->At(agent).takes_part || state_->At(agent).going != Going::kOn) return;
+  state_->At(agent).going = end == EpisodeEnd::kTerminated ? Going::kTerminated : Going::kTruncated;
+}
+
+bool TickWorld::Ending(AgentId agent) const {
+  if (!Joined(agent) || state_->cue != Cue::kAct) return false;
+  const Place& place = state_->At(agent);
+  if (!place.takes_part) return false;
+  return place.going != Going::kOn || (state_->max_episode_steps > 0 && place.length + 1 >= state_->max_episode_steps);
+}
+
+Tally TickWorld::tally() const {
+  return {state_->steps, state_->window.count(), state_->window.mean_reward(), state_->window.mean_length()};
+}
+
+// ---- the window of episodes
+
+void Window::Add(double reward, std::int64_t length) {
+  const std::size_t at = static_cast<std::size_t>(count_++) % kEpisodes;
+  if (rewards_.size() <= at) {
+    rewards_.push_back(0.0);
+    lengths_.push_back(0.0);
+  }
+  rewards_[at] = reward;
+  lengths_[at] = static_cast<double>(length);
+}
+
+double Window::mean_reward() const {
+  return std::accumulate(rewards_.begin(), rewards_.end(), 0.0) / static_cast<double>(rewards_.size());
+}
+
+double Window::mean_length() const {
+  return std::accumulate(lengths_.begin(), lengths_.end(), 0.0) / static_cast<double>(lengths_.size());
+}
+
+}  // namespace consac::host

@@ -1,0 +1,69 @@
+#pragma once
+// What a TickWorld keeps for its agents. Private to host.
+
+#include <vector>
+
+#include "consac/host/tick_world.h"
+
+namespace consac::host {
+
+/// How the coming Offer leaves an agent's episode.
+enum class Going : std::uint8_t { kOn, kTerminated, kTruncated };
+
+/// One place for an agent.
+struct Place {
+  bool joined = false;       // an agent is there
+  bool takes_part = false;   // and was at the latest Offer: what it does counts
+  bool resets = false;       // kReset: it is to begin anew
+  Going going = Going::kOn;  // since the latest Offer
+  float reward = 0.0f;       // since the latest Offer
+  std::int64_t length = 0;   // steps of the episode under way
+  double sum = 0.0;          // its rewards
+  std::optional<std::uint64_t> seed;
+};
+
+/// The agents of one behaviour; rows by place.
+struct Herd {
+  explicit Herd(const BehaviourSpec& behaviour);
+  std::size_t observation_bytes, action_bytes, mask_bytes;
+  std::vector<std::size_t> observation_leaves, action_leaves;  // by entry
+  AgentId first = 0;                                           // id of its place 0
+  std::vector<Place> places;
+  std::vector<std::uint8_t> present;  // [places] as of the latest Offer
+  std::vector<std::byte> seen, last, done;
+  std::vector<std::uint8_t> masks;
+};
+
+/// Mean over the latest 100 episodes.
+class Window {
+ public:
+  void Add(double reward, std::int64_t length);
+  double mean_reward() const;
+  double mean_length() const;
+  std::int64_t count() const { return count_; }
+
+ private:
+  static constexpr std::size_t kEpisodes = 100;
+  std::vector<double> rewards_, lengths_;
+  std::int64_t count_ = 0;
+};
+
+/// All of it.
+struct TickWorld::State {
+  EnvSpec spec;
+  std::int64_t max_episode_steps = 0;
+  bool agents_leave = false;
+  std::vector<Herd> herds;
+  std::vector<std::size_t> behaviour_of;  // [places of all]
+  Cue cue = Cue::kWait;
+  std::vector<Batch> asked;  // one per behaviour while something is wanted
+  std::int64_t steps = 0;
+  Window window;
+
+  Herd& HerdOf(AgentId agent) { return herds[behaviour_of[static_cast<std::size_t>(agent)]]; }
+  std::size_t PlaceOf(AgentId agent) { return static_cast<std::size_t>(agent - HerdOf(agent).first); }
+  Place& At(AgentId agent) { return HerdOf(agent).places[PlaceOf(agent)]; }
+  bool Known(AgentId agent) const { return agent >= 0 && static_cast<std::size_t>(agent) < behaviour_of.size(); }
+};
+
+}  // namespace consac::host

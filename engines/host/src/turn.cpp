@@ -1,0 +1,51 @@
+#include "turn.h"
+
+namespace consac::host {
+namespace {
+
+constexpr double kMeterWindow = 1.0;  // s
+
+}  // namespace
+
+Turn::Turn(TickWorld& world) : world_(world) {
+  for (const BehaviourSpec& behaviour : world.spec().behaviours) {
+    buffers_.emplace_back(behaviour);
+    acting_.emplace_back(behaviour);
+    arriving_.emplace_back(behaviour);
+  }
+  for (BatchBuffer& buffer : buffers_) whole_.push_back(buffer.batch());
+}
+
+Batch& Turn::First(std::size_t b) {
+  acting_[b].ChoosePresent(world_.present(b));
+  return acting_[b].TakeFirst(whole_[b]);
+}
+
+Batch& Turn::ToAct(std::size_t b) {
+  buffers_[b].Advance();
+  whole_[b] = buffers_[b].batch();
+  acting_[b].ChoosePresent(world_.present(b));
+  return acting_[b].TakeObservations(whole_[b]);
+}
+
+void Turn::Step() {
+  for (std::size_t b = 0; b < whole_.size(); ++b) acting_[b].PutActions(whole_[b]);
+  world_.Step(whole_);
+}
+
+Batch& Turn::Arrived(std::size_t b) {
+  arriving_[b].ChooseArrivals(world_.present(b), acting_[b]);
+  return arriving_[b].TakeFirst(whole_[b]);
+}
+
+void Meter::Note(std::int64_t steps, double began) {
+  const double now = Now();
+  poll_ms_ = (now - began) * 1e3;
+  if (since_ == 0.0) since_ = began;
+  if (now - since_ < kMeterWindow) return;
+  per_s_ = static_cast<double>(steps - steps_) / (now - since_);
+  since_ = now;
+  steps_ = steps;
+}
+
+}  // namespace consac::host
