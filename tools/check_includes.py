@@ -12,6 +12,7 @@ ARROWS = {
     "worlds": {"worlds", "core"},
     "interop": {"interop", "core"},
     "twin": {"twin", "core"},
+    "engines/host": {"engines/host", "learn", "core"},
     "run": {"run", "learn", "worlds", "core"},
     "cli": {"cli", "run", "learn", "worlds", "interop", "twin", "core"},
 }
@@ -21,13 +22,15 @@ MODULES = {
     "learn": ["grad", "optim", "buffer", "algo"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]')
-EMBEDDED = ("core", "learn")
+EMBEDDED = ("core", "learn", "engines/host")
 FORBIDDEN = re.compile(r"\b(throw|try|dynamic_cast|typeid|std::cout|std::cerr|std::stoi|std::stof|std::exit|std::abort)\b|\.at\(|\.value\(\)")
 
 
 def part_and_module(path: str):
     """Which part and module an include path or a file belongs to."""
     steps = path.split("/")
+    if steps[0] == "consac" and steps[1] == "host":
+        return "engines/host", None
     if steps[0] == "consac":
         if steps[1] in ("learn", "run", "interop", "twin"):
             return steps[1], steps[2] if len(steps) > 3 else None
@@ -40,7 +43,7 @@ def part_and_module(path: str):
 def module_of_file(file: pathlib.PurePath):
     """(part, module) of a source file."""
     steps = file.parts
-    part = steps[0]
+    part = "/".join(steps[:2]) if steps[0] == "engines" else steps[0]
     if "include" in steps:
         rest = steps[steps.index("consac") + 1:]
         rest = rest[1:] if part != "core" else rest

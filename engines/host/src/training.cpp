@@ -49,8 +49,10 @@ class TrainingDriver final : public Driver {
       phase_ = Phase::kFirst;
       return Status::Ok();
     }
-    if (phase_ == Phase::kFirst) BeginEveryone();
-    if (phase_ == Phase::kRecord) Record();
+    if (phase_ == Phase::kFirst)
+      BeginEveryone();
+    else if (phase_ == Phase::kRecord)
+      Record();
     if (phase_ == Phase::kLearning && thread_.Done(Waits() ? wait_s : 0.0)) CONSAC_RETURN_IF_ERROR(EndLearning());
     if (phase_ == Phase::kLearning && Waits()) return Status::Ok();
     AskForStep();

@@ -1,0 +1,169 @@
+// Drivers in this process: a learner, a model, the host itself.
+#include "consac/host/driver.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "consac/host/recorder.h"
+#include "consac/policy/policy.h"
+#include "engines/host/test/ticked_engine.h"
+#include "tests/support.h"
+
+namespace consac::host {
+namespace {
+
+using consac::testing::RoadAccuracy;
+using consac::testing::ScratchFolder;
+using consac::testing::TickedEngine;
+using ::testing::HasSubstr;
+
+TrainOptions RoadTraining(std::int64_t steps) {
+  TrainOptions options;
+  options.total_steps = steps;
+  options.seed = 3;
+  return options;
+}
+
+void TrainToTheEnd(TickedEngine& engine, Driver& driver) {
+  for (int tick = 0; tick < 10'000'000 && !driver.finished(); ++tick) ASSERT_TRUE(engine.Tick(driver, 0.01).ok());
+  ASSERT_TRUE(driver.finished());
+}
+
+TEST(Training, InsideTheEngineLearnsTheRoadAndGoesOnActing) {
+  const ScratchFolder folder("host_training");
+  TickedEngine engine("road-v0", 1, 2);
+  auto driver = *Train(engine.world(), RoadTraining(20000));
+  TrainToTheEnd(engine, *driver);
+  EXPECT_EQ(driver->progress().steps, 20000);
+  EXPECT_GT(driver->progress().updates, 100);
+  const std::int64_t before = engine.world().tally().steps;
+  for (int tick = 0; tick < 100; ++tick) ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+  EXPECT_GE(engine.world().tally().steps, before + 45);
+
+  const std::string path = folder.path() + "/road.consac";
+  ASSERT_TRUE(driver->SaveModel(0, path).ok());
+  Policy policy = *Policy::Load(path);
+  EXPECT_GE(RoadAccuracy(policy), 0.98);
+}
+
+TEST(Training, WhileTheGameGoesOnNeverWaits) {
+  TickedEngine engine("road-v0", 4, 1);
+  TrainOptions options = RoadTraining(8000);
+  options.while_learning = WhileLearning::kGoOn;
+  auto driver = *Train(engine.world(), options);
+  std::int64_t waits = 0;
+  for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 1.0).ok());
+    waits += engine.world().cue() == Cue::kWait ? 1 : 0;
+  }
+  ASSERT_TRUE(driver->finished());
+  EXPECT_EQ(waits, 0);
+  EXPECT_GE(driver->progress().steps, 8000);
+  EXPECT_GT(engine.world().tally().steps, driver->progress().steps);  // those while it learned
+}
+
+TEST(Training, StopsInTheMiddleOfLearning) {
+  for (int i = 0; i < 5; ++i) {
+    TickedEngine engine("cartpole-v1", 8, 1);
+    TrainOptions options = RoadTraining(1'000'000);
+    options.hyperparameters = {{"noptepochs", "1000"}};
+    auto driver = *Train(engine.world(), options);
+    while (driver->progress().state != "learning") ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+    EXPECT_TRUE(driver->SaveModel(0, std::filesystem::temp_directory_path() / "consac_stopped.consac").ok());
+    driver.reset();
+    EXPECT_TRUE(engine.world().settled());
+  }
+}
+
+TEST(Training, SaysWhatDoesNotFit) {
+  TickedEngine engine("road-v0", 1, 1);
+  TrainOptions options = RoadTraining(100);
+  options.algorithm = "pp2";
+  EXPECT_THAT(Train(engine.world(), options).status().message(), HasSubstr("ppo2"));
+  options = RoadTraining(100);
+  options.hyperparameters = {{"gama", "0.9"}};
+  EXPECT_THAT(Train(engine.world(), options).status().message(), HasSubstr("gamma"));
+  EXPECT_THAT(Train(engine.world(), RoadTraining(0)).status().message(), HasSubstr("total_steps is 0"));
+  engine.world().Leave(0);
+  EXPECT_THAT(Train(engine.world(), RoadTraining(10)).status().message(), HasSubstr("0 of 1 agents"));
+}
+
+TEST(Acting, IsTheModelBitForBitForAllAgentsAtOnce) {
+  const ScratchFolder folder("host_acting");
+  const std::string path = folder.path() + "/pole.consac";
+  {
+    TickedEngine school("cartpole-v1", 2, 1);
+    auto driver = *Train(school.world(), RoadTraining(2000));
+    TrainToTheEnd(school, *driver);
+    ASSERT_TRUE(driver->SaveModel(0, path).ok());
+  }
+  constexpr std::int32_t kAgents = 7;
+  TickedEngine engine("cartpole-v1", kAgents, 1);
+  ActOptions options;
+  options.models = {path};
+  auto driver = *Act(engine.world(), options);
+  EXPECT_EQ(driver->progress().state, "acting by a model");
+  Policy alone = *Policy::Load(path);
+  Rng rng;
+  for (int tick = 0; tick < 400; ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+    if (engine.world().cue() != Cue::kAct) continue;
+    for (AgentId a = 0; a < kAgents; ++a) {
+      std::int32_t expected = -1, action = -2;
+      alone.Act(engine.world().Observation(a), nullptr, 1, ActionMode::kDeterministic, rng,
+                reinterpret_cast<std::byte*>(&expected));
+      std::memcpy(&action, engine.world().Action(a), sizeof(action));
+      ASSERT_EQ(action, expected);
+    }
+  }
+}
+
+TEST(Acting, NamesWhatDiffersBetweenModelAndWorld) {
+  const ScratchFolder folder("host_mismatch");
+  const std::string path = folder.path() + "/road.consac";
+  TickedEngine road("road-v0", 1, 1);
+  auto driver = *Train(road.world(), RoadTraining(1000));
+  ASSERT_TRUE(driver->SaveModel(0, path).ok());
+  TickedEngine pole("cartpole-v1", 1, 1);
+  ActOptions options;
+  options.models = {path};
+  EXPECT_THAT(Act(pole.world(), options).status().message(), HasSubstr("observation"));
+  options.models = {};
+  EXPECT_THAT(Act(pole.world(), options).status().message(), HasSubstr("0 models for 1 behaviours"));
+  options.models = {folder.path() + "/none.consac"};
+  EXPECT_THAT(Act(pole.world(), options).status().message(), HasSubstr("none.consac"));
+}
+
+TEST(ByHand, TheHostActsAndTheRecorderTakesItDown) {
+  const ScratchFolder folder("host_demonstration");
+  TickedEngine engine("road-v0", 2, 1);
+  auto driver = ByHand(engine.world(), 5);
+  Recorder recorder(engine.world(), 0);
+  engine.recorder = &recorder;
+  for (int tick = 0; tick < 61; ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+    for (AgentId a = 0; a < 2 && engine.world().cue() == Cue::kAct; ++a) {
+      const std::int32_t right = 2;
+      std::memcpy(engine.world().Action(a), &right, sizeof(right));
+    }
+  }
+  EXPECT_EQ(recorder.steps(), 2 * 59);
+  EXPECT_EQ(driver->SaveModel(0, folder.path() + "/x").code(), StatusCode::kFailedPrecondition);
+  const std::string path = folder.path() + "/walk.demonstration";
+  ASSERT_TRUE(recorder.Save(path).ok());
+  const ModelFile file = *ModelFile::Load(path);
+  const Tensor& seen = file.tensors.find("observations")->second;
+  EXPECT_EQ(seen.shape, (std::vector<std::int64_t>{118, 2}));
+  EXPECT_EQ(seen.floats()[0], 10.0f);  // both actors begin there
+  EXPECT_EQ(seen.floats()[4], 11.0f);  // and walk to the right
+  const Tensor& ends = file.tensors.find("terminated")->second;
+  EXPECT_EQ(ends.bytes[2 * 29], std::byte{0});
+  EXPECT_EQ(ends.bytes[2 * 30], std::byte{1});  // the 31st step leads from 40 off the road
+  EXPECT_THAT(file.spec_json, HasSubstr("\"kind\":\"demonstration\""));
+}
+
+}  // namespace
+}  // namespace consac::host

@@ -1,0 +1,264 @@
+#include "consac/host/tick_world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace consac::host {
+namespace {
+
+using ::testing::HasSubstr;
+
+Offering Walker(std::int32_t agents) {
+  Offering offering;
+  offering.name = "walker";
+  offering.observations = {{"place", *Space::Box(-1, 1, {2})}, {"colour", *Space::Discrete(3)}};
+  offering.actions = {{"move", *Space::Discrete(4)}};
+  offering.agents = agents;
+  return offering;
+}
+
+TickWorldOptions Walkers(std::int32_t agents, std::int64_t max_steps = 0) {
+  TickWorldOptions options;
+  options.id = "walkers-v0";
+  options.offerings = {Walker(agents)};
+  options.max_episode_steps = max_steps;
+  return options;
+}
+
+/// Both ends of a world, each agent of which sees the number of its step in 'place'[0].
+struct World {
+  explicit World(const TickWorldOptions& options) : world(*TickWorld::Create(options)) {
+    for (const BehaviourSpec& behaviour : world->spec().behaviours) buffers.emplace_back(behaviour);
+    for (BatchBuffer& buffer : buffers) batches.push_back(buffer.batch());
+  }
+  void JoinAll() {
+    for (std::size_t b = 0; b < buffers.size(); ++b) {
+      while (world->Join(b).ok()) {
+      }
+    }
+  }
+  void See(AgentId agent, float value) {
+    const Leaf& leaf = world->ObservationLeaf(world->BehaviourOf(agent), 0);
+    WriteElement(leaf, world->Observation(agent), 0, value);
+  }
+  float Seen(std::size_t slot, const std::byte* rows) {
+    const Leaf& leaf = world->ObservationLeaf(0, 0);
+    return static_cast<float>(
+        ReadElement(leaf, rows + slot * world->spec().behaviours[0].observation_layout.row_bytes, 0));
+  }
+  std::unique_ptr<TickWorld> world;
+  std::vector<BatchBuffer> buffers;
+  std::vector<Batch> batches;
+};
+
+TEST(TickWorld, SaysWhatIsWrongWithAnOffering) {
+  const auto message = [](TickWorldOptions options) {
+    return TickWorld::Create(std::move(options)).status().message();
+  };
+  EXPECT_THAT(message({}), HasSubstr("no behaviour"));
+  TickWorldOptions options = Walkers(0);
+  EXPECT_THAT(message(options), HasSubstr("behaviour 'walker' has room for 0 agents"));
+  options = Walkers(1);
+  options.offerings[0].observations.clear();
+  EXPECT_THAT(message(options), HasSubstr("(observations) has no entry"));
+  options = Walkers(1);
+  options.offerings[0].observations.push_back({"place", *Space::Discrete(2)});
+  EXPECT_THAT(message(options), HasSubstr("place"));
+  options = Walkers(1);
+  options.offerings.push_back(Walker(1));
+  EXPECT_THAT(message(options), HasSubstr("two behaviours are called 'walker'"));
+  options = Walkers(1);
+  options.offerings[0].actions = {{"push", *Space::Box(-1, 1, {1})}};
+  options.offerings[0].masks_actions = true;
+  EXPECT_THAT(message(options), HasSubstr("none of them is a choice"));
+  EXPECT_THAT(message(Walkers(1, -1)), HasSubstr("max_episode_steps is -1"));
+}
+
+TEST(TickWorld, OneEntryIsTheSpaceItselfAndSeveralAreADictOfThem) {
+  const World world(Walkers(2));
+  const BehaviourSpec& behaviour = world.world->spec().behaviours[0];
+  EXPECT_EQ(behaviour.action_space.kind(), SpaceKind::kDiscrete);
+  EXPECT_EQ(behaviour.observation_space.kind(), SpaceKind::kDict);
+  EXPECT_EQ(world.world->ObservationLeaf(0, 0).name, "place");
+  EXPECT_EQ(world.world->ObservationLeaf(0, 1).name, "colour");
+  EXPECT_EQ(world.world->spec().environments(), 2);
+}
+
+TEST(TickWorld, AgentsOfSeveralBehavioursShareOneEnvironment) {
+  TickWorldOptions options = Walkers(3);
+  options.offerings.push_back(Walker(2));
+  options.offerings[1].name = "hunter";
+  const World world(options);
+  EXPECT_EQ(world.world->spec().environments(), 1);
+  EXPECT_EQ(world.world->spec().behaviours[1].agents[1], "hunter_1");
+  EXPECT_EQ(world.world->places(), 5);
+  EXPECT_EQ(world.world->BehaviourOf(4), 1u);
+}
+
+TEST(TickWorld, AStepSettlesWhenItIsOffered) {
+  World w(Walkers(2));
+  w.JoinAll();
+  EXPECT_EQ(w.world->Offer().code(), StatusCode::kFailedPrecondition);
+  w.world->Reset(7, w.batches);
+  EXPECT_FALSE(w.world->settled());
+  EXPECT_EQ(w.world->cue(), Cue::kReset);
+  EXPECT_EQ(w.world->Seed(1), 8u);
+  w.See(0, 0.25f);
+  w.See(1, 0.5f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  EXPECT_TRUE(w.world->settled());
+  EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.5f);
+
+  const std::int32_t actions[2] = {3, 1};
+  std::memcpy(w.batches[0].actions, actions, sizeof(actions));
+  w.world->Step(w.batches);
+  ASSERT_EQ(w.world->cue(), Cue::kAct);
+  EXPECT_EQ(ReadElement(w.world->ActionLeaf(0, 0), w.world->Action(0), 0), 3);
+  EXPECT_EQ(ReadElement(w.world->ActionLeaf(0, 0), w.world->Action(1), 0), 1);
+  w.world->AddReward(0, 1.0f);
+  w.world->AddReward(0, 0.5f);
+  w.world->EndEpisode(1, EpisodeEnd::kTerminated);
+  w.world->EndEpisode(1, EpisodeEnd::kTruncated);
+  EXPECT_TRUE(w.world->Ending(1));
+  EXPECT_FALSE(w.world->Ending(0));
+  std::memcpy(w.world->FinalObservation(1), w.world->Observation(1),
+              w.world->spec().behaviours[0].observation_layout.row_bytes);
+  w.See(0, 0.75f);
+  w.See(1, -1.0f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  const Batch& batch = w.batches[0];
+  EXPECT_EQ(batch.rewards[0], 1.5f);
+  EXPECT_EQ(batch.rewards[1], 0.0f);
+  EXPECT_EQ(batch.terminated[0], 0);
+  EXPECT_EQ(batch.terminated[1], 1);
+  EXPECT_EQ(batch.truncated[1], 0);
+  EXPECT_EQ(w.Seen(1, batch.final_observations), 0.5f);
+  EXPECT_EQ(w.Seen(1, batch.next_observations), -1.0f);
+  EXPECT_EQ(w.world->tally().steps, 2);
+  EXPECT_EQ(w.world->tally().episodes, 1);
+}
+
+TEST(TickWorld, TheTimeLimitTruncates) {
+  World w(Walkers(1, 3));
+  w.JoinAll();
+  w.world->Reset(0, w.batches);
+  ASSERT_TRUE(w.world->Offer().ok());
+  for (int step = 1; step <= 7; ++step) {
+    w.world->Step(w.batches);
+    EXPECT_EQ(w.world->Ending(0), step % 3 == 0) << step;
+    w.world->AddReward(0, 2.0f);
+    ASSERT_TRUE(w.world->Offer().ok());
+    EXPECT_EQ(w.batches[0].truncated[0], step % 3 == 0 ? 1 : 0) << step;
+    EXPECT_EQ(w.batches[0].terminated[0], 0);
+  }
+  EXPECT_EQ(w.world->tally().mean_episode_length, 3.0);
+  EXPECT_EQ(w.world->tally().mean_episode_reward, 6.0);
+}
+
+TEST(TickWorld, NumbersThatAreNoneAreNamedAndOfferedAsZero) {
+  World w(Walkers(2));
+  w.JoinAll();
+  w.world->Reset(0, w.batches);
+  w.See(1, std::numeric_limits<float>::quiet_NaN());
+  Status status = w.world->Offer();
+  EXPECT_EQ(status.code(), StatusCode::kNonFinite);
+  EXPECT_THAT(status.message(), HasSubstr("agent 1 of 'walker' sees NaN in 'place'[0]"));
+  EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.0f);
+  w.world->Step(w.batches);
+  w.world->AddReward(0, std::numeric_limits<float>::infinity());
+  status = w.world->Offer();
+  EXPECT_THAT(status.message(), HasSubstr("reward of agent 0"));
+  EXPECT_EQ(w.batches[0].rewards[0], 0.0f);
+}
+
+TEST(TickWorld, EveryoneMustHaveJoinedUnlessAgentsLeave) {
+  World w(Walkers(2));
+  EXPECT_THAT(w.world->EveryoneJoined().message(), HasSubstr("'walker' has 0 of 2 agents"));
+  w.JoinAll();
+  EXPECT_TRUE(w.world->EveryoneJoined().ok());
+  EXPECT_THAT(w.world->Join(0).status().message(), HasSubstr("room for 2 agents"));
+  EXPECT_THAT(w.world->Join(5).status().message(), HasSubstr("no behaviour 5"));
+  EXPECT_TRUE(w.world->present(0).empty());
+}
+
+TEST(TickWorld, AgentsComeAndGo) {
+  TickWorldOptions options = Walkers(2);
+  options.agents_leave = true;
+  World w(options);
+  const AgentId first = *w.world->Join(0);
+  w.world->Reset(0, w.batches);
+  w.See(first, 0.25f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  EXPECT_EQ(w.world->present(0)[0], 1);
+  EXPECT_EQ(w.world->present(0)[1], 0);
+
+  w.world->Step(w.batches);
+  const AgentId second = *w.world->Join(0);
+  w.world->AddReward(second, 9.0f);  // it does not take part yet
+  w.world->EndEpisode(second, EpisodeEnd::kTerminated);
+  w.See(second, 0.5f);
+  w.world->Leave(first);
+  w.world->Leave(first);
+  EXPECT_FALSE(w.world->Joined(first));
+  ASSERT_TRUE(w.world->Offer().ok());
+  EXPECT_EQ(w.batches[0].truncated[0], 1);
+  EXPECT_EQ(w.Seen(0, w.batches[0].final_observations), 0.25f);
+  EXPECT_EQ(w.batches[0].rewards[1], 0.0f);
+  EXPECT_EQ(w.batches[0].terminated[1], 0);
+  EXPECT_EQ(w.world->present(0)[0], 0);
+  EXPECT_EQ(w.world->present(0)[1], 1);
+  EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.5f);
+}
+
+TEST(TickWorld, APlaceThatIsTakenAgainAtOnceBeginsAnEpisodeOfItsOwn) {
+  TickWorldOptions options = Walkers(1);
+  options.agents_leave = true;
+  World w(options);
+  (void)*w.world->Join(0);
+  w.world->Reset(0, w.batches);
+  ASSERT_TRUE(w.world->Offer().ok());
+  w.world->Step(w.batches);
+  w.world->AddReward(0, 3.0f);
+  w.world->Leave(0);
+  ASSERT_EQ(*w.world->Join(0), 0);
+  w.See(0, 0.125f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  EXPECT_EQ(w.batches[0].rewards[0], 3.0f);
+  EXPECT_EQ(w.batches[0].truncated[0], 1);
+  EXPECT_EQ(w.Seen(0, w.batches[0].next_observations), 0.125f);
+}
+
+TEST(TickWorld, ASingleWorldIsResetAlone) {
+  World w(Walkers(3));
+  w.JoinAll();
+  w.world->Reset(0, w.batches);
+  for (AgentId a = 0; a < 3; ++a) w.See(a, 0.5f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  ASSERT_TRUE(w.world->ResetWorld(2, 40, w.batches));
+  ASSERT_TRUE(w.world->ResetWorld(0, {}, w.batches));
+  EXPECT_TRUE(w.world->Resets(0));
+  EXPECT_FALSE(w.world->Resets(1));
+  EXPECT_TRUE(w.world->Resets(2));
+  EXPECT_EQ(w.world->Seed(2), 40u);
+  EXPECT_FALSE(w.world->Seed(0).has_value());
+  for (AgentId a = 0; a < 3; ++a) w.See(a, -0.5f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  EXPECT_EQ(w.Seen(0, w.batches[0].next_observations), -0.5f);
+  EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.5f);
+}
+
+TEST(TickWorld, WhatWasAbandonedIsWrittenNowhere) {
+  World w(Walkers(1));
+  w.JoinAll();
+  w.world->Reset(0, w.batches);
+  w.world->Abandon();
+  EXPECT_TRUE(w.world->settled());
+  EXPECT_EQ(w.world->Offer().code(), StatusCode::kFailedPrecondition);
+}
+
+}  // namespace
+}  // namespace consac::host
