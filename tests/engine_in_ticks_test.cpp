@@ -6,6 +6,7 @@
 #include "consac/run/training.h"
 #include "consac/server/env_client.h"
 #include "engines/host/test/ticked_engine.h"
+#include "tests/protocol2_peers.h"
 #include "tests/support.h"
 
 namespace consac::testing {
@@ -24,6 +25,11 @@ class TickingHost {
     driver_ = *host::Serve(engine_->world(), options);
     thread_ = std::thread([this, wait_s] {
       while (!stop_) {
+        in_step_ = engine_->world().cue() == host::Cue::kAct;
+        if (in_step_ && held_) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          continue;
+        }
         (void)engine_->Tick(*driver_, wait_s);
         finished_ = driver_->finished();
         if (wait_s == 0.0) std::this_thread::yield();
@@ -42,12 +48,20 @@ class TickingHost {
     if (thread_.joinable()) thread_.join();
     return finished_;
   }
+  /// Steps that begin from now on do not end until it is called with false.
+  void Hold(bool held) { held_ = held; }
+  void AwaitStep() const {
+    for (const double until = Now() + 2.0; !in_step_ && Now() < until;)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_TRUE(in_step_);
+  }
+  const EnvSpec& spec() const { return engine_->world().spec(); }
   std::string url() const { return "tcp://127.0.0.1:" + std::to_string(driver_->port()); }
 
  private:
   std::unique_ptr<TickedEngine> engine_;
   std::unique_ptr<host::Driver> driver_;
-  std::atomic<bool> stop_{false}, finished_{false};
+  std::atomic<bool> stop_{false}, finished_{false}, held_{false}, in_step_{false};
   std::thread thread_;
 };
 
@@ -125,6 +139,37 @@ TEST(EngineInTicks, TeachesTheLearnerInsideTheSame) {
   const std::string path = folder.path() + "/inside.consac";
   ASSERT_TRUE(driver->SaveModel(0, path).ok());
   EXPECT_EQ(Policy::Load(path)->data().parameters, Policy::Load(outside->model_path)->data().parameters);
+}
+
+// The step that was under way is carried out once, whether its trainer was there to hear of it or not.
+TEST(EngineInTicks, AConnectionThatBreaksInTheMiddleOfAStepIsTakenUpAgain) {
+  TickingHost host("road-v0", 1, 1, 0.001);
+  const auto connect = [&] { return *ConnectTcp(*Endpoint::Parse(host.url()), 2.0); };
+  RawTrainer gone(connect());
+  gone.Begin(host.spec());
+  ASSERT_EQ(gone.Ask(FrameType::kReset, 2, gone.ResetPayload(5, {1})).size(), gone.blocks.result_bytes);
+  const std::vector<std::byte> step = gone.StepPayload({2}, {1});
+
+  host.Hold(true);
+  gone.Send(FrameBytes(FrameType::kStep, 3, step));
+  host.AwaitStep();
+  gone.transport().Close();
+  RawTrainer back(connect());
+  back.blocks = gone.blocks;
+  Hello hello;
+  hello.resume = gone.resume;
+  back.Send(FrameType::kHello, 0, EncodeHello(hello));
+  host.Hold(false);
+  const Frame welcome = back.Next();
+  ASSERT_EQ(welcome.header.type, FrameType::kWelcome);
+  EXPECT_TRUE(ParseWelcome(welcome.payload)->resumed);
+  for (const std::uint64_t request : {3, 4}) {
+    const std::vector<std::byte> result = back.Ask(FrameType::kStep, request, step);
+    ASSERT_EQ(back.last_type, FrameType::kResult);
+    float seen = 0.0f;
+    std::memcpy(&seen, result.data() + back.blocks.behaviours[0].observations, sizeof(seen));
+    EXPECT_EQ(seen, 10.0f + static_cast<float>(request - 2));  // one place to the right for each step
+  }
 }
 
 TEST(EngineInTicks, ATrainerThatIsKilledLeavesRoomForTheNext) {

@@ -26,12 +26,16 @@ class StepperTest : public ::testing::Test {
     for (std::int32_t i = 0; i < copies; ++i)
       reset[protocol2::kActiveOffset + static_cast<std::size_t>(i)] = std::byte{1};
     ASSERT_TRUE(stepper_->Reset(reset, true, 0).ok());
+    stepper_->FinishReset();
   }
   Status Step() {
     std::vector<std::byte> step(stepper_->blocks().step_bytes);
     for (std::size_t i = 0; i < stepper_->blocks().environments; ++i) step[protocol2::kActiveOffset + i] = std::byte{1};
     const Status read = stepper_->ReadStep(step);
-    if (read.ok()) stepper_->Step();
+    if (read.ok()) {
+      stepper_->Step();
+      stepper_->FinishStep();
+    }
     return read;
   }
   /// State and age of each slot: "T16 a3".
@@ -104,6 +108,7 @@ TEST_F(StepperTest, DisabledAsksForAResetOnlyOnceEveryAgentHasEnded) {
   std::vector<std::byte> reset(stepper_->blocks().seeds);
   reset[protocol2::kActiveOffset] = std::byte{1};
   ASSERT_TRUE(stepper_->Reset(reset, false, 0).ok());
+  stepper_->FinishReset();
   EXPECT_EQ(Both(), "first there at 0 | first there at 0");
 }
 
