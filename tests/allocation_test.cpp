@@ -1,9 +1,10 @@
-// None per step once warm: training in process, acting, and both ends of a connection.
+// None per step once warm: training in process, acting, an engine's ticks, and both ends of a connection.
 #include <gtest/gtest.h>
 
 #include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/server/env_client.h"
+#include "engines/host/test/ticked_engine.h"
 #include "tests/support.h"
 
 namespace consac {
@@ -55,6 +56,24 @@ TEST(Allocations, NonePerActionOfAModel) {
                 reinterpret_cast<std::byte*>(&action));
   }
   EXPECT_EQ(AllocationCount(), before);
+}
+
+// Between two updates: learning hands over a new model.
+TEST(Allocations, NonePerTickOfAnEngine) {
+  testing::TickedEngine engine("cartpole-v1", 8, 2);
+  host::TrainOptions options;
+  options.total_steps = 2 * 8 * 128;
+  const std::unique_ptr<host::Driver> driver = *host::Train(engine.world(), options);
+  const auto tick = [&](int ticks) {
+    const std::int64_t before = AllocationCount();
+    for (int i = 0; i < ticks; ++i) EXPECT_TRUE(engine.Tick(*driver, 1.0).ok());
+    return AllocationCount() - before;
+  };
+  tick(100);
+  EXPECT_EQ(tick(100), 0) << "while it collects";
+  while (!driver->finished()) tick(1);
+  tick(1000);  // so that the window of 100 episodes is full
+  EXPECT_EQ(tick(1000), 0) << "while the model acts";
 }
 
 class EitherProtocol : public ::testing::TestWithParam<Protocol> {};

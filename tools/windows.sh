@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Cross-compiles core, learn and the worlds with their tests for Windows (installing what that needs)
-# and runs the tests of core and learn under Wine where that is installed. run and cli need cairo and POSIX: not yet.
+# Cross-compiles core, learn, engines/host and the worlds with their tests for Windows (installing what that needs)
+# and runs the tests of the first three under Wine where that is installed. run and cli need cairo and POSIX: not yet.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh windows
@@ -33,13 +33,13 @@ fi
 
 cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_PROGRAM=OFF -DCONSAC_BUILD_BENCH=OFF
 cmake --build build/windows -j "$(nproc)"
-echo "windows: core, learn and the worlds compile with their tests"
+echo "windows: core, learn, engines/host and the worlds compile with their tests"
 
 if ! command -v wine >/dev/null; then
   echo "windows: no wine here, so the tests do not run"
   exit 0
 fi
 export WINEPREFIX=$PWD/$needs/wine WINEDEBUG=-all
-for part in core learn; do
+for part in core learn host; do
   timeout 300 wine "build/windows/tests/consac_${part}_tests.exe" --gtest_brief=1
 done

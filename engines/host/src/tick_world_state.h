@@ -37,6 +37,10 @@ struct Herd {
 /// Mean over the latest 100 episodes.
 class Window {
  public:
+  Window() {
+    rewards_.reserve(kEpisodes);
+    lengths_.reserve(kEpisodes);
+  }
   void Add(double reward, std::int64_t length);
   double mean_reward() const;
   double mean_length() const;
