@@ -6,23 +6,21 @@
 #include "consac/protocol/protocol2.h"
 
 namespace consac::run {
-namespace {
-
-void CopyRow(const std::byte* from, std::size_t from_row, std::byte* to, std::size_t to_row, std::size_t bytes) {
-  std::memcpy(to + to_row * bytes, from + from_row * bytes, bytes);
-}
-
-void CopyMask(const std::uint8_t* from, std::size_t from_row, std::uint8_t* to, std::size_t to_row, std::size_t bytes) {
-  if (from != nullptr) std::memcpy(to + to_row * bytes, from + from_row * bytes, bytes);
-}
-
-}  // namespace
-
 Worker::Part::Part(const BehaviourSpec& behaviour, std::int32_t first_slot)
-    : spec(behaviour), ids(static_cast<std::size_t>(behaviour.slots)), whole(behaviour), some(behaviour) {
+    : spec(behaviour),
+      ids(static_cast<std::size_t>(behaviour.slots)),
+      whole(behaviour),
+      acting(behaviour),
+      arriving(behaviour) {
   std::iota(ids.begin(), ids.end(), first_slot);
-  acting.reserve(ids.size());
   acting_ids.reserve(ids.size());
+  arriving_ids.reserve(ids.size());
+}
+
+std::span<const std::int32_t> Worker::Part::Named(const GatheredRows& rows, std::vector<std::int32_t>* to) const {
+  to->clear();
+  for (const std::int32_t slot : rows.slots()) to->push_back(ids[static_cast<std::size_t>(slot)]);
+  return *to;
 }
 
 Worker::Worker(std::unique_ptr<WorldLink> link, std::vector<std::int32_t> first_slots, Connect connect)
@@ -42,14 +40,9 @@ std::int64_t Worker::rows() const {
 void Worker::FindActing(std::size_t b) {
   Part& part = parts_[b];
   const std::span<const std::uint8_t> present = link_->present(b);
-  if (present.empty() && part.everyone()) return;
-  part.acting.clear();
-  part.acting_ids.clear();
-  for (std::size_t slot = 0; slot < part.ids.size(); ++slot) {
-    if (!present.empty() && present[slot] == 0) continue;
-    part.acting.push_back(static_cast<std::int32_t>(slot));
-    part.acting_ids.push_back(part.ids[slot]);
-  }
+  if (present.empty() && part.acting_ids.size() == part.ids.size()) return;
+  part.acting.ChoosePresent(present);
+  part.Named(part.acting, &part.acting_ids);
 }
 
 Status Worker::Reset(std::uint64_t seed) {
@@ -60,9 +53,7 @@ Status Worker::Reset(std::uint64_t seed) {
 
 Status Worker::Begin(Trainees trainees) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
-    FindActing(b);
-    parts_[b].arriving = parts_[b].acting;
-    parts_[b].arriving_ids = parts_[b].acting_ids;
+    parts_[b].arriving.ChoosePresent(link_->present(b));
     CONSAC_RETURN_IF_ERROR(BeginArriving(parts_[b], trainees[b]));
   }
   return Status::Ok();
@@ -70,20 +61,12 @@ Status Worker::Begin(Trainees trainees) {
 
 /// Agents whose observations are in part.whole begin.
 Status Worker::BeginArriving(Part& part, Trainee& trainee) {
-  if (part.arriving.empty()) return Status::Ok();
-  const Batch& whole = part.whole.batch();
-  Batch batch = part.some.batch();
-  const std::size_t bytes = part.spec.observation_layout.row_bytes;
-  for (std::size_t i = 0; i < part.arriving.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(part.arriving[i]);
-    CopyRow(whole.next_observations, slot, batch.next_observations, i, bytes);
-    CopyMask(whole.next_action_masks, slot, batch.next_action_masks, i,
-             static_cast<std::size_t>(part.spec.action_layout.mask_bytes));
-  }
-  batch.slots = part.arriving_ids;
+  if (part.arriving.slots().empty()) return Status::Ok();
+  Batch batch = part.arriving.PartOf(part.whole.batch());
+  part.arriving.TakeNext(part.whole.batch(), batch);
+  batch.slots = part.Named(part.arriving, &part.arriving_ids);
   CONSAC_RETURN_IF_ERROR(trainee.watch.Begin(batch));
-  for (std::size_t i = 0; i < part.arriving.size(); ++i)  // as the watch has mended it
-    CopyRow(batch.next_observations, i, whole.next_observations, static_cast<std::size_t>(part.arriving[i]), bytes);
+  part.arriving.PutNext(batch, part.whole.batch());  // as the watch has mended it
   trainee.learner->Begin(batch);
   return Status::Ok();
 }
@@ -92,22 +75,22 @@ void Worker::Act(Trainees trainees, Rows rows) {
   bool everyone = true;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     FindActing(b);
-    everyone = everyone && parts_[b].everyone();
+    everyone = everyone && parts_[b].acting.everyone();
   }
   in_learners_ = rows == Rows::kLearners && everyone;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
+    Part& part = parts_[b];
     if (rows == Rows::kLearners) {
-      batches_[b] = trainees[b].learner->Stage(parts_[b].acting_ids);
-      world_batches_[b] = in_learners_ ? batches_[b] : parts_[b].whole.batch();
+      batches_[b] = trainees[b].learner->Stage(part.acting_ids);
+      world_batches_[b] = in_learners_ ? batches_[b] : part.whole.batch();
     } else {
       PlaceObservations(b);
-      batches_[b] = OwnRows(b);
+      batches_[b] = part.acting.PartOf(world_batches_[b]);
+      part.acting.TakeObservations(world_batches_[b], batches_[b]);
+      batches_[b].slots = part.acting_ids;
     }
     if (batches_[b].rows() > 0) trainees[b].learner->Act(batches_[b]);
-    if (in_learners_ || batches_[b].actions == world_batches_[b].actions) continue;
-    const std::size_t bytes = parts_[b].spec.action_layout.row_bytes;
-    for (std::size_t i = 0; i < parts_[b].acting.size(); ++i)
-      CopyRow(batches_[b].actions, i, world_batches_[b].actions, static_cast<std::size_t>(parts_[b].acting[i]), bytes);
+    part.acting.PutActions(batches_[b], world_batches_[b]);
   }
 }
 
@@ -129,22 +112,6 @@ void Worker::PlaceObservations(std::size_t b) {
   world_batches_[b] = part.whole.batch();
 }
 
-/// The rows of the agents that act: all of them in place, or gathered.
-Batch Worker::OwnRows(std::size_t b) {
-  Part& part = parts_[b];
-  const Batch& whole = world_batches_[b];
-  Batch batch = part.everyone() ? whole : part.some.batch();
-  batch.slots = part.acting_ids;
-  if (part.everyone()) return batch;
-  for (std::size_t i = 0; i < part.acting.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(part.acting[i]);
-    CopyRow(whole.observations, slot, batch.observations, i, part.spec.observation_layout.row_bytes);
-    CopyMask(whole.action_masks, slot, batch.action_masks, i,
-             static_cast<std::size_t>(part.spec.action_layout.mask_bytes));
-  }
-  return batch;
-}
-
 Status Worker::Step(MoreSteps more) {
   const double start = Now();
   const Status status = link_->Step(world_batches_, more);
@@ -154,58 +121,18 @@ Status Worker::Step(MoreSteps more) {
 
 Status Worker::Record(Trainees trainees) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
-    if (batches_[b].actions != world_batches_[b].actions) GatherOutcome(b);
+    Part& part = parts_[b];
+    part.acting.TakeOutcome(world_batches_[b], batches_[b]);
     if (batches_[b].rows() > 0) {
       CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b]));
-      if (batches_[b].actions != world_batches_[b].actions) ScatterMended(b);
+      part.acting.PutNext(batches_[b], world_batches_[b]);  // as the watch has mended it
       trainees[b].learner->Record(batches_[b]);
     }
-    if (!parts_[b].everyone()) CONSAC_RETURN_IF_ERROR(BeginArrivals(b, trainees[b]));
+    part.arriving.ChooseArrivals(link_->present(b), part.acting);
+    CONSAC_RETURN_IF_ERROR(BeginArriving(part, trainees[b]));
   }
   latest_in_learners_ = in_learners_;
   return Status::Ok();
-}
-
-void Worker::GatherOutcome(std::size_t b) {
-  const Part& part = parts_[b];
-  const Batch &whole = world_batches_[b], &some = batches_[b];
-  const std::size_t bytes = part.spec.observation_layout.row_bytes;
-  for (std::size_t i = 0; i < part.acting.size(); ++i) {
-    const auto slot = static_cast<std::size_t>(part.acting[i]);
-    some.rewards[i] = whole.rewards[slot];
-    some.terminated[i] = whole.terminated[slot];
-    some.truncated[i] = whole.truncated[slot];
-    CopyRow(whole.next_observations, slot, some.next_observations, i, bytes);
-    CopyMask(whole.next_action_masks, slot, some.next_action_masks, i,
-             static_cast<std::size_t>(part.spec.action_layout.mask_bytes));
-    if ((some.terminated[i] | some.truncated[i]) != 0)
-      CopyRow(whole.final_observations, slot, some.final_observations, i, bytes);
-  }
-}
-
-/// What the watch has mended is what the next action is chosen from.
-void Worker::ScatterMended(std::size_t b) {
-  const Part& part = parts_[b];
-  for (std::size_t i = 0; i < part.acting.size(); ++i) {
-    CopyRow(batches_[b].next_observations, i, world_batches_[b].next_observations,
-            static_cast<std::size_t>(part.acting[i]), part.spec.observation_layout.row_bytes);
-  }
-}
-
-/// Agents that were absent in this step and are there now.
-Status Worker::BeginArrivals(std::size_t b, Trainee& trainee) {
-  Part& part = parts_[b];
-  part.acted.assign(part.ids.size(), 0);
-  for (const std::int32_t slot : part.acting) part.acted[static_cast<std::size_t>(slot)] = 1;
-  part.arriving.clear();
-  part.arriving_ids.clear();
-  const std::span<const std::uint8_t> present = link_->present(b);
-  for (std::size_t slot = 0; slot < part.ids.size(); ++slot) {
-    if (part.acted[slot] != 0 || (!present.empty() && present[slot] == 0)) continue;
-    part.arriving.push_back(static_cast<std::int32_t>(slot));
-    part.arriving_ids.push_back(part.ids[slot]);
-  }
-  return BeginArriving(part, trainee);
 }
 
 Status Worker::ConnectAnew(std::uint64_t seed) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "consac/env/buffer.h"
+#include "consac/env/gathered.h"
 #include "link.h"
 #include "trainee.h"
 
@@ -63,22 +64,16 @@ class Worker {
   struct Part {
     Part(const BehaviourSpec& behaviour, std::int32_t first_slot);
     const BehaviourSpec spec;
-    std::vector<std::int32_t> ids;         // [slots] the learner's
-    BatchBuffer whole, some;               // every slot of the world; those that act, gathered
-    std::vector<std::int32_t> acting;      // slots of the world that take the present step
-    std::vector<std::int32_t> acting_ids;  // the same as the learner's
-    std::vector<std::int32_t> arriving;    // slots of the world whose agents begin
-    std::vector<std::int32_t> arriving_ids;
-    std::vector<std::uint8_t> acted;  // [slots] work space
-    bool everyone() const { return acting.size() == ids.size(); }
+    std::vector<std::int32_t> ids;                       // [slots] the learner's
+    BatchBuffer whole;                                   // every slot of the world
+    GatheredRows acting, arriving;                       // those that take the present step; those whose agents begin
+    std::vector<std::int32_t> acting_ids, arriving_ids;  // the same as the learner's
+    /// The learner's names of `rows`, into `to`.
+    std::span<const std::int32_t> Named(const GatheredRows& rows, std::vector<std::int32_t>* to) const;
   };
 
   void FindActing(std::size_t b);
   void PlaceObservations(std::size_t b);
-  Batch OwnRows(std::size_t b);
-  void GatherOutcome(std::size_t b);
-  void ScatterMended(std::size_t b);
-  Status BeginArrivals(std::size_t b, Trainee& trainee);
   static Status BeginArriving(Part& part, Trainee& trainee);
 
   std::unique_ptr<WorldLink> link_, next_link_;

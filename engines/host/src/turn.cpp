@@ -14,28 +14,40 @@ Turn::Turn(TickWorld& world) : world_(world) {
     arriving_.emplace_back(behaviour);
   }
   for (BatchBuffer& buffer : buffers_) whole_.push_back(buffer.batch());
+  parts_ = arrived_ = whole_;
 }
 
 Batch& Turn::First(std::size_t b) {
   acting_[b].ChoosePresent(world_.present(b));
-  return acting_[b].TakeFirst(whole_[b]);
+  parts_[b] = acting_[b].PartOf(whole_[b]);
+  acting_[b].TakeNext(whole_[b], parts_[b]);
+  return parts_[b];
 }
 
 Batch& Turn::ToAct(std::size_t b) {
   buffers_[b].Advance();
   whole_[b] = buffers_[b].batch();
   acting_[b].ChoosePresent(world_.present(b));
-  return acting_[b].TakeObservations(whole_[b]);
+  parts_[b] = acting_[b].PartOf(whole_[b]);
+  acting_[b].TakeObservations(whole_[b], parts_[b]);
+  return parts_[b];
 }
 
 void Turn::Step() {
-  for (std::size_t b = 0; b < whole_.size(); ++b) acting_[b].PutActions(whole_[b]);
+  for (std::size_t b = 0; b < whole_.size(); ++b) acting_[b].PutActions(parts_[b], whole_[b]);
   world_.Step(whole_);
+}
+
+Batch& Turn::Outcome(std::size_t b) {
+  acting_[b].TakeOutcome(whole_[b], parts_[b]);
+  return parts_[b];
 }
 
 Batch& Turn::Arrived(std::size_t b) {
   arriving_[b].ChooseArrivals(world_.present(b), acting_[b]);
-  return arriving_[b].TakeFirst(whole_[b]);
+  arrived_[b] = arriving_[b].PartOf(whole_[b]);
+  arriving_[b].TakeNext(whole_[b], arrived_[b]);
+  return arrived_[b];
 }
 
 void Meter::Note(std::int64_t steps, double began) {

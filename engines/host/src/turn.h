@@ -26,14 +26,14 @@ class Turn {
   /// Asks for the step. ToAct was called for every behaviour.
   void Step();
   /// What came of it. Comes before Arrived.
-  Batch& Outcome(std::size_t b) { return acting_[b].TakeOutcome(whole_[b]); }
+  Batch& Outcome(std::size_t b);
   /// First observations of agents that have come meanwhile.
   Batch& Arrived(std::size_t b);
 
  private:
   TickWorld& world_;
   std::vector<BatchBuffer> buffers_;
-  std::vector<Batch> whole_;
+  std::vector<Batch> whole_, parts_, arrived_;
   std::vector<GatheredRows> acting_, arriving_;
 };
 

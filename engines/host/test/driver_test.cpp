@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <thread>
 
 #include "consac/host/recorder.h"
@@ -66,13 +65,14 @@ TEST(Training, WhileTheGameGoesOnNeverWaits) {
 }
 
 TEST(Training, StopsInTheMiddleOfLearning) {
+  const ScratchFolder folder("host_stopped");
   for (int i = 0; i < 5; ++i) {
     TickedEngine engine("cartpole-v1", 8, 1);
     TrainOptions options = RoadTraining(1'000'000);
     options.hyperparameters = {{"noptepochs", "1000"}};
     auto driver = *Train(engine.world(), options);
     while (driver->progress().state != "learning") ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
-    EXPECT_TRUE(driver->SaveModel(0, std::filesystem::temp_directory_path() / "consac_stopped.consac").ok());
+    EXPECT_TRUE(driver->SaveModel(0, folder.path() + "/stopped.consac").ok());
     driver.reset();
     EXPECT_TRUE(engine.world().settled());
   }

@@ -1,6 +1,6 @@
 #pragma once
-// Some rows of a batch as a batch of their own, for worlds whose agents come and go: gathered before a step, put back
-// after it. Where every row is chosen nothing is copied.
+// Some rows of a whole batch, gathered into a batch of their own and put back: for worlds whose agents come and go.
+// Where the part lies in the same memory as the whole, nothing is copied.
 
 #include <cstdint>
 #include <span>
@@ -12,34 +12,39 @@
 
 namespace consac {
 
-/// Rows chosen from a whole batch, in which row i is slot i. Never allocates once made.
+/// Which slots are chosen, and how their rows go from a whole batch, in which row i is slot i, to a part, in which they
+/// follow one another, and back. Never allocates once made.
 class GatheredRows {
  public:
-  /// Of the slots of `behaviour`.
+  /// Of the slots of `behaviour`; none are chosen.
   explicit GatheredRows(const BehaviourSpec& behaviour);
   /// Chooses the slots for which `present` is not 0; empty: all.
   void ChoosePresent(std::span<const std::uint8_t> present);
-  /// Chooses the slots that are present, but were not among `others`.
+  /// Chooses the slots that are present, but not among `others`.
   void ChooseArrivals(std::span<const std::uint8_t> present, const GatheredRows& others);
-  /// The slots chosen.
+  /// The slots chosen, ascending.
   std::span<const std::int32_t> slots() const { return chosen_; }
-  /// Observations and masks to act upon; the batch's actions are to be written. Valid until the next call here.
-  Batch& TakeObservations(const Batch& whole);
-  /// First observations and masks, for Learner::Begin. Valid until the next call here.
-  Batch& TakeFirst(const Batch& whole);
-  /// Puts the actions of the batch into their places in `whole`.
-  void PutActions(Batch& whole) const;
-  /// What came of the actions; the batch of TakeObservations is then complete.
-  Batch& TakeOutcome(const Batch& whole);
+  /// Whether all are.
+  bool everyone() const { return chosen_.size() == count_; }
+
+  /// Memory for the chosen rows: that of `whole` where everyone is chosen, else this object's own, which the next part
+  /// takes over. Its slots are the whole's.
+  Batch PartOf(const Batch& whole);
+  /// What is acted upon: observations and masks.
+  void TakeObservations(const Batch& whole, Batch& part) const;
+  /// What comes next: observations and masks.
+  void TakeNext(const Batch& whole, Batch& part) const;
+  /// The reverse of TakeNext, of observations alone.
+  void PutNext(const Batch& part, Batch& whole) const;
+  /// The actions, from the part to their places.
+  void PutActions(const Batch& part, Batch& whole) const;
+  /// What came of them: rewards, ends, final and next observations.
+  void TakeOutcome(const Batch& whole, Batch& part) const;
 
  private:
-  bool everyone() const { return chosen_.size() == slots_; }
-  Batch& Part(const Batch& whole);
-
-  std::size_t slots_, observation_bytes_, action_bytes_, mask_bytes_;
+  std::size_t count_, observation_bytes_, action_bytes_, mask_bytes_;
   BatchBuffer own_;
   std::vector<std::int32_t> chosen_;
-  Batch batch_;
 };
 
 }  // namespace consac
