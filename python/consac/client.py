@@ -63,12 +63,15 @@ class Connection:
 
     `step()` sends what lies in `step_mask` and `actions`; `reset()` takes masks and seeds. Both leave their answer in `rows`,
     `infos` and `final_infos`. A connection that breaks is taken up again, and the request under way is carried out once.
+    Of several ways of `autoreset` the first counts that the engine knows.
     With `shared_memory` an engine on this host is stepped through memory where it offers that; `in_memory` says whether it is."""
 
-    def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str = "same_step", expect: list | None = None,
+    def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str | tuple[str, ...] = "same_step", expect: list | None = None,
                  wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME,
                  shared_memory: bool = True, sock: socket.socket | None = None):
-        self.url, self.autoreset, self.timeout, self.resume_s = url, autoreset, timeout, resume_s
+        self.url, self.timeout, self.resume_s = url, timeout, resume_s
+        self._ways = [autoreset] if isinstance(autoreset, str) else list(autoreset)
+        self.autoreset = self._ways[0]
         self.host, self.port = parse_url(url)
         self._hello = {"protocol": [wire.VERSION, wire.VERSION], "client": f"consac-python {__version__}", "capabilities": ["render"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc),
                        "max_frame": max_frame} | ({"token": token} if token is not None else {})
@@ -92,7 +95,7 @@ class Connection:
         self._process = os.getpid()  # a fork of it does not say BYE
         try:
             self._greet(sock or open_socket(self.host, self.port, HANDSHAKE_S, wait), time.monotonic() + HANDSHAKE_S)
-            self._configure({"autoreset": autoreset} | ({"expect": expect} if expect is not None else {}))
+            self._configure({"expect": expect} if expect is not None else {})
         except BaseException:
             self._drop()
             raise
@@ -132,7 +135,17 @@ class Connection:
         return welcome
 
     def _configure(self, wanted: dict) -> None:
-        """CONFIGURE and SPEC; over TCP where memory cannot be shared."""
+        """CONFIGURE and SPEC, with the first way of autoreset that the engine knows."""
+        for self.autoreset in self._ways:
+            try:
+                return self._configure_way(wanted | {"autoreset": self.autoreset})
+            except EngineError as error:
+                if error.fatal or error.code != "UNSUPPORTED" or self.autoreset == self._ways[-1]:
+                    raise
+                _log.debug("%s: %s", self.url, error)
+
+    def _configure_way(self, wanted: dict) -> None:
+        """Over TCP where memory cannot be shared."""
         if "shm" in self.capabilities and shared_memory.AVAILABLE and is_here(self._socket):
             try:
                 self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "shm"}), wire.SPEC)), shared=True)

@@ -14,7 +14,7 @@ RENDER_FPS = 30
 class Face:
     """What a face can show. Where it cannot, the text says what to use instead; None: it can."""
 
-    autoreset: str  # as in CONFIGURE
+    autoreset: str | tuple[str, ...]  # as in CONFIGURE; of several the first that the engine knows
     text1: str | None = None
     environments: str | None = None
     agents: str | None = "use consac.ConsacParallelEnv"

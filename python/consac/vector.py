@@ -13,19 +13,22 @@ from .env import REMOTE_ID, mask_value, pick, put, row_reader
 from .face import RENDER_FPS, Face
 
 _WIRE_MODES = {AutoresetMode.NEXT_STEP: "next_step", AutoresetMode.SAME_STEP: "same_step", AutoresetMode.DISABLED: "disabled"}
+_ANY_WAY = ("next_step", "same_step")
 _TERMINATED, _TRUNCATED = (np.array([state & bit != 0 for state in range(256)]) for bit in (wire.TERMINATED, wire.TRUNCATED))  # by state: faster than bits
 
 
 class ConsacVectorEnv(VectorEnv):
     """An engine's environments, one agent each, as `consac.make_vec` returns them.
 
+    Without an autoreset_mode it is Gymnasium's default, NEXT_STEP, or SAME_STEP where the engine knows no other way.
     With copy=False observations are views of the receive buffer, which hold until the next step. Other arguments are client.Connection's."""
 
-    def __init__(self, url: str, autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP, render_mode: str | None = None, copy: bool = True, **options):
-        mode = autoreset_mode_of(autoreset_mode)
-        face = Face(_WIRE_MODES[mode], text1="which has one environment; use consac.make")
+    def __init__(self, url: str, autoreset_mode: str | AutoresetMode | None = None, render_mode: str | None = None, copy: bool = True, **options):
+        ways = _ANY_WAY if autoreset_mode is None else (_WIRE_MODES[autoreset_mode_of(autoreset_mode)],)
+        face = Face(ways, text1="which has one environment; use consac.make")
         self.connection, modes = face.open(url, render_mode, options)
         connection = self.connection
+        mode = next(known for known, name in _WIRE_MODES.items() if name == connection.autoreset)
         behaviour = connection.behaviours[0]
         self.num_envs, self.copy, self.autoreset_mode, self.render_mode = connection.environments, copy, mode, render_mode
         self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS, "autoreset_mode": mode}

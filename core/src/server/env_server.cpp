@@ -83,12 +83,16 @@ class Seat {
   std::unique_ptr<ServerSession> text_;
 };
 
+/// Text protocol 1 has no place for a token.
+Status TextFits(const EnvSpec& spec, const EnvServerOptions& options) {
+  if (!options.token.empty()) return {StatusCode::kFailedPrecondition, "it asks for a token"};
+  return CheckTextSession(spec, options);
+}
+
 class EnvServerOfEither final : public EnvServer {
  public:
   EnvServerOfEither(VectorEnv& env, std::unique_ptr<Listener> listener, const EnvServerOptions& options)
-      : listener_(std::move(listener)),
-        options_(options),
-        text_fits_(options.token.empty() && CheckTextSession(env.spec(), options).ok()) {
+      : listener_(std::move(listener)), options_(options), text_fits_(TextFits(env.spec(), options)) {
     seats_.push_back(std::make_unique<Seat>(env, options_, steps_));
   }
   ~EnvServerOfEither() override { Close(); }
@@ -254,9 +258,11 @@ class EnvServerOfEither final : public EnvServer {
     one.reader.Commit(*count);
     const double waited = Now() - one.since;
     if (one.reader.pending().empty()) {
-      if (text_fits_ && options_.protocol == Protocol::kAuto)
+      if (text_fits_.ok() && options_.protocol == Protocol::kAuto)
         return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
       if (waited < options_.handshake_s) return Protocol::kAuto;
+      // Whoever waits for the engine to speak first speaks text protocol 1.
+      DismissText(one);
       return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
     }
     if (one.reader.pending()[0] != std::byte{0xC0}) return Protocol::kText1;
@@ -334,8 +340,8 @@ class EnvServerOfEither final : public EnvServer {
   }
 
   void WelcomeText(Undecided one) {
-    if (!text_fits_ || options_.protocol == Protocol::kProtocol2) {
-      return Dismiss(one, "error: this engine speaks protocol 2 only\n");
+    if (!text_fits_.ok() || options_.protocol == Protocol::kProtocol2) {
+      return DismissText(one);
     }
     Seat* seat = FreeSeat();
     if (seat == nullptr) {
@@ -344,6 +350,12 @@ class EnvServerOfEither final : public EnvServer {
     }
     const Status status = seat->Connect(std::move(one), sessions_++);
     if (!status.ok()) Log(LogLevel::kWarning, "a trainer left before its session began: " + status.message());
+  }
+
+  /// A trainer of text protocol 1, which hears why.
+  void DismissText(Undecided& one) const {
+    const std::string why = text_fits_.ok() ? "it was told to" : text_fits_.message();
+    Dismiss(one, "error: this engine speaks protocol 2 only: " + why + "\n");
   }
 
   static void Dismiss(Undecided& one, std::string_view line) {
@@ -366,7 +378,7 @@ class EnvServerOfEither final : public EnvServer {
 
   std::unique_ptr<Listener> listener_;
   const EnvServerOptions options_;
-  const bool text_fits_;
+  const Status text_fits_;
   std::atomic<std::int64_t> steps_{0};
   std::vector<std::unique_ptr<Seat>> seats_;  // at least one; never fewer
   std::size_t turn_ = 0;

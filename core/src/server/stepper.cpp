@@ -61,7 +61,8 @@ void Stepper::Forget() {
 
 Status Stepper::SetAutoreset(Autoreset autoreset) {
   if (autoreset != Autoreset::kSameStep) {
-    if (!env_.steps_some()) return Fault("UNSUPPORTED", "this engine begins the next episode in the same step only");
+    if (!env_.steps_some())
+      return Fault("UNSUPPORTED", "this engine begins the next episode in the same step only; ask for same_step");
     for (const Group& group : groups_) {
       if (group.agents > 1 && !agents_leave_)
         return Fault("UNSUPPORTED", "agents of '" + group.spec->name +

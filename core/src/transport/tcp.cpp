@@ -22,6 +22,7 @@ void throw_exception(const Exception&) {
 #include <asio/ip/tcp.hpp>
 
 #if !defined(_WIN32)
+#include <fcntl.h>
 #include <poll.h>
 #endif
 #if defined(__linux__)
@@ -84,6 +85,13 @@ void WatchPeer(tcp::socket& socket) {
 #endif
 }
 
+/// A program that the host starts, an engine its trainer, does not inherit the socket: it would keep the port taken.
+void KeepFromChildren([[maybe_unused]] tcp::socket::native_handle_type handle) {
+#if !defined(_WIN32)
+  (void)fcntl(handle, F_SETFD, FD_CLOEXEC);
+#endif
+}
+
 class TcpTransport final : public Transport {
  public:
   TcpTransport(std::unique_ptr<asio::io_context> context, tcp::socket socket)
@@ -91,6 +99,7 @@ class TcpTransport final : public Transport {
     asio::error_code ignored;
     socket_.set_option(tcp::no_delay(true), ignored);
     socket_.non_blocking(true, ignored);
+    KeepFromChildren(socket_.native_handle());
     WatchPeer(socket_);
     const tcp::endpoint remote = socket_.remote_endpoint(ignored);
     peer_ = EndpointText(remote);
@@ -163,6 +172,7 @@ class TcpListener final : public Listener {
       return {StatusCode::kInvalidArgument, "cannot listen on host " + Quote(endpoint.host) + ": " + error.message()};
     const tcp::endpoint local = found.begin()->endpoint();
     acceptor_.open(local.protocol(), error);
+    if (!error) KeepFromChildren(acceptor_.native_handle());
 #if defined(_WIN32)
     // There reuse would let two programs listen on one port; a port whose connections linger is free anyway.
     using ExclusiveUse = asio::detail::socket_option::boolean<SOL_SOCKET, SO_EXCLUSIVEADDRUSE>;

@@ -73,8 +73,9 @@ Result<std::unique_ptr<Driver>> ActByPolicies(TickWorld& world, std::size_t mode
   std::vector<Policy> policies;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
     Result<Policy> policy = load(b, static_cast<std::int64_t>(behaviours[b].slots));
-    if (!policy.ok()) return policy.status();
-    CONSAC_RETURN_IF_ERROR(policy->Fits(behaviours[b]));
+    const Status fits = policy.ok() ? policy->Fits(behaviours[b]) : policy.status();
+    if (!fits.ok())
+      return Status{fits.code(), "the model of behaviour '" + behaviours[b].name + "': " + fits.message()};
     policies.push_back(std::move(*policy));
   }
   return std::unique_ptr<Driver>(std::make_unique<ActingDriver>(world, std::move(policies), options));

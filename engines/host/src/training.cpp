@@ -11,7 +11,8 @@
 namespace consac::host {
 namespace {
 
-constexpr std::int64_t kPiece = 64;  // gradient steps between looks at whether to stop
+constexpr std::int64_t kPiece = 64;                         // gradient steps between looks at whether to stop
+constexpr std::int64_t kMostBytes = std::int64_t{4} << 30;  // of one learner's buffers: the engine needs memory too
 
 /// One behaviour's learner, and the model that acts where the learner may not be asked.
 struct Pupil {
@@ -31,7 +32,7 @@ class TrainingDriver final : public Driver {
     learn::HyperparameterSet values((*algorithm)->hyperparameters);
     for (const auto& [name, text] : options_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
     for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
-      const learn::LearnerOptions options{world_.spec().behaviours[b], options_.seed, ShareOfSteps(b), {}};
+      const learn::LearnerOptions options{world_.spec().behaviours[b], options_.seed, ShareOfSteps(b), {}, kMostBytes};
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt});
@@ -101,7 +102,8 @@ class TrainingDriver final : public Driver {
   }
   /// Of total_steps, by the number of agents.
   std::int64_t ShareOfSteps(std::size_t b) const {
-    return options_.total_steps * world_.spec().behaviours[b].slots / std::max(1, world_.places());
+    const std::int64_t places = std::max(1, world_.places()), slots = world_.spec().behaviours[b].slots;
+    return options_.total_steps / places * slots + options_.total_steps % places * slots / places;
   }
 
   void BeginEveryone() {

@@ -65,6 +65,14 @@ std::string HyperparametersJson(const HyperparameterSet& values) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+/// What the rollout and the learner's own rows keep of one step of one agent.
+std::int64_t BytesOfTransition(const BehaviourSpec& behaviour) {
+  const Layout &seen = behaviour.observation_layout, &done = behaviour.action_layout;
+  constexpr std::int64_t kNumbers = 8;  // reward, value, advantage, place in the order, ...
+  return static_cast<std::int64_t>(seen.row_bytes) + done.mask_bytes +
+         (seen.feature_count + RawActionSize(done) + kNumbers) * static_cast<std::int64_t>(sizeof(float));
+}
+
 Result<std::unique_ptr<Learner>> CreateEither(const LearnerOptions& options, const HyperparameterSet& values,
                                               Generation generation) {
   Result<PpoOptions> ppo = PpoOptions::From(values, generation);
@@ -80,6 +88,13 @@ Result<std::unique_ptr<Learner>> CreateEither(const LearnerOptions& options, con
     return Status{StatusCode::kInvalidArgument, "nminibatches " + std::to_string(ppo->n_minibatches) +
                                                     " does not divide the rollout of " + std::to_string(rows) +
                                                     " steps (n_steps times agents); choose one that does"};
+  }
+  const std::int64_t bytes = rows * BytesOfTransition(options.behaviour);
+  if (bytes > options.max_bytes) {
+    return Status{StatusCode::kResourceExhausted,
+                  "a rollout of " + std::to_string(rows) + " steps (n_steps times agents) takes " +
+                      std::to_string(bytes >> 20) + " MiB, more than the " + std::to_string(options.max_bytes >> 20) +
+                      " that are allowed here; lower n_steps"};
   }
   ppo->network.observation_size = options.behaviour.observation_layout.feature_count;
   ppo->network.action_size = HeadSize(options.behaviour.action_layout);

@@ -335,6 +335,11 @@ TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
   ASSERT_TRUE(values.Set("n_steps", "5").ok());
   const Status status = algorithm->create(options, values).status();
   EXPECT_NE(status.message().find("nminibatches"), std::string::npos) << status.message();
+  ASSERT_TRUE(values.Set("n_steps", "40000000").ok());
+  options.max_bytes = std::int64_t{1} << 30;
+  const Status large = algorithm->create(options, values).status();
+  EXPECT_EQ(large.code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(large.message().find("more than the 1024 that are allowed"), std::string::npos) << large.message();
   ASSERT_TRUE(values.Set("n_steps", "4").ok());
   ASSERT_TRUE(values.Set("net_arch", "[64, dict(pi=[x])]").ok());
   EXPECT_NE(algorithm->create(options, values).status().message().find("net_arch"), std::string::npos);

@@ -44,10 +44,11 @@ struct LearnBudget {
 
 /// What a learner is made for.
 struct LearnerOptions {
-  BehaviourSpec behaviour;       ///< spaces, layouts and the number of slots
-  std::uint64_t seed = 0;        ///< every stream of the learner derives from it
-  std::int64_t total_steps = 0;  ///< planned length in agent steps, for schedules
-  Executor executor;             ///< parallel work; none: this thread
+  BehaviourSpec behaviour;                          ///< spaces, layouts and the number of slots
+  std::uint64_t seed = 0;                           ///< every stream of the learner derives from it
+  std::int64_t total_steps = 0;                     ///< planned length in agent steps, for schedules
+  Executor executor;                                ///< parallel work; none: this thread
+  std::int64_t max_bytes = std::int64_t{64} << 30;  ///< of its buffers; needing more is an error, not a crash
 };
 
 /// One algorithm at work on one behaviour. Not thread-safe, but Snapshot may be called between any two calls.
