@@ -2,7 +2,9 @@
 # Installs what CONSAC needs on Debian 12, and nothing that is there already. Run it as often as you like.
 #   tools/setup.sh build   compiler and libraries: enough for `make run`
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
+#   tools/setup.sh unreal  what is staged into the Unreal plugin: libraries' headers, one library's source
 #   tools/setup.sh windows also what tools/windows.sh needs (a cross-compiler, Wine, sources of libraries)
+#   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 #   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
@@ -15,6 +17,7 @@ test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-
   python3 python3-venv git locales)
 bench_packages=(libtorch-dev)
 windows_packages=(g++-mingw-w64-x86-64-posix googletest wine wine64)
+godot_packages=(xvfb)
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -82,12 +85,15 @@ highway_source() {
 case $stage in
   build) install_packages "${build_packages[@]}" ;;
   test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
-         python_environment tools/requirements-test.txt ;;
+         highway_source; python_environment tools/requirements-test.txt ;;
+  unreal) install_packages "${build_packages[@]}" python3; highway_source ;;
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_packages[@]}"; highway_source ;;
+  godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
+         python_environment tools/requirements-test.txt; tools/godot.sh ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, windows, bench or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, windows, godot, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"
