@@ -1,0 +1,28 @@
+class_name ConsacHandBackend
+extends ConsacBackend
+## The mode "by hand": each agent's [method ConsacAgent.heuristic] chooses, so that a person plays,
+## or a rule.
+
+var _agents: Array[ConsacAgent] = []
+var _begun := false
+
+
+func begin(agents: Array[ConsacAgent]) -> String:
+	_agents = agents
+	_begun = false
+	state = "by hand"
+	return ""
+
+
+func poll(_wait_s: float) -> Cue:
+	if not error.is_empty():
+		return Cue.FAILED
+	if not _begun:
+		_begun = true
+		return Cue.RESET
+	for agent in _agents:
+		var fault := agent.ask_heuristic()
+		if not fault.is_empty():
+			error = fault
+			return Cue.FAILED
+	return Cue.ACT

@@ -1,0 +1,372 @@
+class_name ConsacNativeBackend
+extends ConsacBackend
+## The native extension drives the agents: a trainer over protocol 2 or text protocol 1, a learner
+## inside the engine, a model, or the agents' own rules, all of them with any number of agents and
+## behaviours.
+
+## In a model's path: stands for the behaviour's name, where a scene has several.
+const PLACEHOLDER := "{behaviour}"
+
+# The agents of one behaviour. Its rows are theirs, in this order.
+class Herd:
+	var name := &""
+	var agents: Array[ConsacAgent] = []
+	var first := 0  # the first agent's number in the world
+	var numbers := 0  # of an action
+	var has_numbers := false  # among what is observed
+	var images: Array[StringName] = []
+	var final_images := {}  # agent: bytes of the last observation of an episode that has just ended
+
+var _sync: ConsacSync
+var _agents: Array[ConsacAgent] = []
+var _ids := PackedInt32Array()  # the agents' numbers in the world
+# Untyped: without the extension the script must still load.
+var _world: RefCounted = ClassDB.instantiate(ConsacSync.NATIVE_CLASS)
+var _herds: Array[Herd] = []
+var _mode: ConsacSync.Mode
+var _port := 0
+var _beginning := true
+var _refused := false
+var _ended := false  # nobody drives any more
+
+
+func _init(sync: ConsacSync) -> void:
+	_sync = sync
+	_mode = sync.mode
+	_port = sync.port
+
+
+func begin(agents: Array[ConsacAgent]) -> String:
+	_agents = agents
+	_ids.resize(agents.size())
+	_herds.clear()
+	var fault := _gather(agents)
+	if fault.is_empty():
+		fault = _create()
+	if fault.is_empty():
+		fault = _drive()
+	return fault
+
+
+func offer() -> void:
+	for b in _herds.size():
+		_look(b)
+		_judge(b)
+	_offer()
+
+
+func poll(wait_s: float) -> Cue:
+	if _refused:
+		_refused = false
+		_restart()
+		return Cue.FAILED
+	if _ended:
+		return Cue.WAIT
+	while true:
+		var cue: Cue = _world.poll(wait_s)
+		match cue:
+			Cue.ACT:
+				var fault := _hand_over()
+				if not fault.is_empty():
+					refuse(fault)
+					return Cue.WAIT
+			Cue.RESET:
+				if not _begins_session():
+					_reset_some()
+					continue
+				error = ""
+				state = _world.progress().state
+				session_seed = maxi(0, _world.seed_of(0))
+			Cue.DONE:
+				error = _keep()
+				state = _world.progress().state
+				return Cue.DONE if error.is_empty() else Cue.FAILED
+			Cue.FAILED:
+				error = _world.last_error()
+				state = _world.progress().state
+		return cue
+	return Cue.WAIT
+
+
+func seed_for(index: int) -> int:
+	return _world.seed_of(_ids[index])
+
+
+func refuse(why: String) -> void:
+	error = why
+	_refused = true
+
+
+func close() -> void:
+	_keep_recording()
+	_world.close()
+	state = "closed"
+
+
+## How fast it goes and what was learned, as ConsacWorld.progress() tells it.
+func progress() -> Dictionary:
+	return _world.progress()
+
+
+## Writes the model of a behaviour as it is now. What is wrong, or "".
+func save_model(behaviour: StringName, path: String) -> String:
+	for b in _herds.size():
+		if _herds[b].name == behaviour:
+			return _world.save_model(b, path)
+	return "there is no behaviour '%s' in this scene" % behaviour
+
+
+func _gather(agents: Array[ConsacAgent]) -> String:
+	for agent in agents:
+		var herd: Herd = null
+		for known in _herds:
+			if known.name == agent.behaviour:
+				herd = known
+		if herd == null:
+			herd = Herd.new()
+			herd.name = agent.behaviour
+			for entry in agent.all_observations:
+				herd.has_numbers = herd.has_numbers or entry.kind != ConsacEntry.Kind.IMAGE
+				if entry.kind == ConsacEntry.Kind.IMAGE:
+					herd.images.append(entry.name)
+			herd.numbers = agent.action_row.size()
+			_herds.append(herd)
+		elif not _alike(agent, herd.agents[0]):
+			return "%s and %s share the behaviour '%s', but not their entries; give them one each" % [
+					herd.agents[0].name, agent.name, agent.behaviour]
+		herd.agents.append(agent)
+		if not herd.images.is_empty():
+			agent.episode_ended.connect(_keep_final_images.bind(herd, agent))
+	return ""
+
+
+func _create() -> String:
+	var behaviours: Array[Dictionary] = []
+	for b in _herds.size():
+		var herd := _herds[b]
+		behaviours.append({
+			name = herd.name,
+			agents = herd.agents.size(),
+			observations = _describe(herd.agents[0].all_observations, _is_nameless(b, "observations")),
+			actions = _describe(herd.agents[0].actions, _is_nameless(b, "actions")),
+		})
+	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
+	var fault: String = _world.create({id = scene, behaviours = behaviours})
+	if not fault.is_empty():
+		return fault
+	for b in _herds.size():
+		_herds[b].first = _world.first_agent(b)
+		for agent in _herds[b].agents:
+			_ids[_agents.find(agent)] = _world.join(b)
+		if not _sync.record_path.is_empty():
+			_world.record(b)
+	return ""
+
+
+## Lets begin whoever the mode says.
+func _drive() -> String:
+	var fault := ""
+	match _mode:
+		ConsacSync.Mode.SERVE:
+			fault = _world.serve({
+				port = _port, training_length = _sync.training_length, model_name = _sync.model_name,
+				seed = _sync.world_seed, deadline_s = _sync.deadline_s})
+			_port = _world.port()
+		ConsacSync.Mode.TRAIN:
+			var settings := _sync.settings
+			var values := {} if settings == null else settings.collect()
+			values.merge(_sync.hyperparameters, true)
+			fault = _world.train({
+				algorithm = _sync.algorithm if settings == null else settings.algorithm(),
+				hyperparameters = values,
+				total_steps = _sync.training_length, seed = _sync.world_seed,
+				while_learning = "go_on" if _sync.act_while_learning else "wait"})
+		ConsacSync.Mode.ACT:
+			var models := PackedStringArray()
+			for b in _herds.size():
+				models.append(_path_of(_sync.model_path, b))
+			fault = _world.act({models = models, seed = _sync.world_seed})
+		ConsacSync.Mode.BY_HAND:
+			fault = _world.by_hand(_sync.world_seed)
+	state = _world.progress().state
+	return fault
+
+
+## After [method refuse]: the session is over. The next trainer may come; a learner or a model would
+## only meet the same again.
+func _restart() -> void:
+	_keep_recording()
+	_world.close()
+	_ended = true
+	if _mode == ConsacSync.Mode.SERVE:
+		var fault := _drive()
+		_ended = not fault.is_empty()
+		error += "; and then: " + fault if _ended else ""
+	if _ended:
+		state = "ended: " + error
+
+
+## A beginning of everything, or of some episodes of a session that goes on?
+func _begins_session() -> bool:
+	return _mode != ConsacSync.Mode.SERVE or int(_world.progress().steps) == 0
+
+
+func _reset_some() -> void:
+	var fault := ""
+	for b in _herds.size():
+		var resets: PackedByteArray = _world.resets(b)
+		for i in resets.size():
+			if resets[i] == 0:
+				continue
+			var agent := _herds[b].agents[i]
+			var episode_seed: int = _world.seed_of(_herds[b].first + i)
+			agent.start_episode(episode_seed if episode_seed >= 0 else agent.rng.randi())
+			var wrong := agent.look()
+			fault = wrong if fault.is_empty() else fault
+		_look(b)
+	if fault.is_empty():
+		_offer()
+	else:
+		refuse(fault)
+
+
+## A world that observes what is no number is not learned from.
+func _offer() -> void:
+	var fault: String = _world.offer()
+	if not fault.is_empty():
+		refuse(fault)
+
+
+func _look(b: int) -> void:
+	var herd := _herds[b]
+	if herd.has_numbers:
+		if herd.agents.size() == 1:
+			_world.set_observations(b, herd.agents[0].row)
+		else:
+			var rows := PackedFloat32Array()
+			for agent in herd.agents:
+				rows.append_array(agent.row)
+			_world.set_observations(b, rows)
+	if not herd.images.is_empty():
+		var bytes := PackedByteArray()
+		for agent in herd.agents:
+			bytes.append_array(_images_of(agent, herd))
+		_world.set_observation_bytes(b, bytes)
+
+
+func _judge(b: int) -> void:
+	var herd := _herds[b]
+	for i in herd.agents.size():
+		var agent := herd.agents[i]
+		if agent.reward != 0.0:
+			_world.add_reward(herd.first + i, agent.reward)
+		if not agent.terminated and not agent.truncated:
+			continue
+		_world.end_episode(herd.first + i, 1 if agent.terminated else 2)
+		if herd.has_numbers:
+			_world.set_final_observation_of(herd.first + i, agent.final_row)
+		if herd.final_images.has(agent):
+			_world.set_final_observation_bytes_of(herd.first + i, herd.final_images[agent])
+
+
+func _hand_over() -> String:
+	for b in _herds.size():
+		var herd := _herds[b]
+		if _mode == ConsacSync.Mode.BY_HAND:
+			for i in herd.agents.size():
+				var fault := herd.agents[i].ask_heuristic()
+				if not fault.is_empty():
+					return fault
+				_world.set_action_of(herd.first + i, herd.agents[i].action_row)
+			continue
+		var rows: PackedFloat32Array = _world.actions(b)
+		if herd.agents.size() == 1:
+			herd.agents[0].action_row = rows
+			continue
+		for i in herd.agents.size():
+			herd.agents[i].action_row = rows.slice(i * herd.numbers, (i + 1) * herd.numbers)
+	return ""
+
+
+## At the end of a training inside the engine: saves what was learned.
+func _keep() -> String:
+	_keep_recording()
+	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty():
+		return ""
+	for b in _herds.size():
+		var fault: String = _world.save_model(b, _path_of(_sync.model_path, b))
+		if not fault.is_empty():
+			return fault
+	return ""
+
+
+func _keep_recording() -> void:
+	if _sync.record_path.is_empty():
+		return
+	for b in _herds.size():
+		if _world.recorded_steps(b) > 0:
+			_world.save_recording(b, _path_of(_sync.record_path, b))
+
+
+func _path_of(path: String, b: int) -> String:
+	return path.replace(PLACEHOLDER, _herds[b].name)
+
+
+func _keep_final_images(_total: float, _steps: int, herd: Herd, agent: ConsacAgent) -> void:
+	herd.final_images[agent] = _images_of(agent, herd)
+
+
+func _images_of(agent: ConsacAgent, herd: Herd) -> PackedByteArray:
+	if herd.images.size() == 1:
+		return agent.values[herd.images[0]]
+	var bytes := PackedByteArray()
+	for image in herd.images:
+		bytes.append_array(agent.values[image])
+	return bytes
+
+
+## A model that was learned over text protocol 1 knows one row of numbers without names.
+func _is_nameless(b: int, role: String) -> bool:
+	if _mode != ConsacSync.Mode.ACT:
+		return false
+	var model: RefCounted = ClassDB.instantiate(ConsacSync.NATIVE_MODEL)
+	if not model.load(_path_of(_sync.model_path, b)).is_empty():
+		return false  # which the world says when it is to act by it
+	var entries: Array = model.describe()[role]
+	return entries.size() == 1 and entries[0].name.is_empty() and entries[0].type == "box"
+
+
+static func _describe(entries: Array[ConsacEntry], nameless := false) -> Array[Dictionary]:
+	var all: Array[Dictionary] = []
+	for entry in entries:
+		match entry.kind:
+			ConsacEntry.Kind.BOX:
+				all.append({
+					name = entry.name, type = "box", shape = [entry.size],
+					low = entry.low, high = entry.high})
+			ConsacEntry.Kind.DISCRETE:
+				all.append({name = entry.name, type = "discrete", n = entry.choices})
+			ConsacEntry.Kind.IMAGE:
+				all.append({
+					name = entry.name, type = "box", dtype = "uint8",
+					shape = [entry.height, entry.width, entry.channels]})
+	if nameless and entries.size() > 1:
+		return _merge(entries)
+	return all
+
+
+static func _merge(entries: Array[ConsacEntry]) -> Array[Dictionary]:
+	var low := PackedFloat64Array()
+	var high := PackedFloat64Array()
+	for entry in entries:
+		for i in entry.numbers():
+			low.append(entry.low)
+			high.append(entry.high)
+	var all: Array[Dictionary] = []
+	all.append({name = "numbers", type = "box", shape = [low.size()], low = low, high = high})
+	return all
+
+
+static func _alike(one: ConsacAgent, other: ConsacAgent) -> bool:
+	return (_describe(one.all_observations) == _describe(other.all_observations)
+			and _describe(one.actions) == _describe(other.actions))

@@ -1,0 +1,298 @@
+@icon("res://addons/consac/icon.svg")
+class_name ConsacAgent
+extends Node
+## One that observes, acts and learns. Extend it and override [method observe], [method act],
+## [method judge] and [method reset], or connect their signals. A [ConsacSync] in the scene drives
+## it.
+##
+## Each decision goes: [method act], then the world moves (physics ticks, or nothing in loop mode,
+## where [method act] moves it itself), then [method judge], then [method observe]. Where the
+## episode ended, [method reset] and [method observe] follow at once.
+
+## Asks for observations: put one value for each entry into [param values], as [method observe]
+## does.
+signal observing(values: Dictionary)
+## Brings actions: one value for each entry, as [method act] gets them.
+signal acting(values: Dictionary)
+## The world has moved: the place for [method add_reward] and [method end_episode].
+signal judging
+## A new episode begins; everything random in it should come from [member rng].
+signal resetting(episode_seed: int)
+## An episode is over.
+signal episode_ended(total_reward: float, steps: int)
+
+## Every agent is in this group.
+const GROUP := &"consac_agents"
+
+## Agents of one behaviour share one model.
+@export var behaviour: StringName = &"default"
+## What it observes; sensors below this node add theirs after these.
+@export var observations: Array[ConsacEntry] = []
+## What it does.
+@export var actions: Array[ConsacEntry] = []
+## Decisions after which an episode is cut off (truncated); 0 for never.
+@export var max_steps: int = 0
+
+## Random numbers of this episode, seeded anew before each [method reset].
+var rng := RandomNumberGenerator.new()
+## Decisions of this episode so far.
+var steps: int = 0
+## Reward of this episode so far.
+var total_reward: float = 0.0
+
+# What a backend reads after each collect(): the numbers of all observation entries in order.
+var row := PackedFloat32Array()
+var final_row := PackedFloat32Array()  # the episode's last observation, where it ended
+var values := {}  # the latest observations by name; images are found here as PackedByteArray
+var reward: float = 0.0
+var terminated: bool = false
+var truncated: bool = false
+# What a backend writes before hand_over(): the numbers of all action entries in order.
+var action_row := PackedFloat32Array()
+var all_observations: Array[ConsacEntry] = []  # its own, then its sensors'
+
+var _sensors: Array[ConsacSensor] = []
+var _names: Array[StringName] = []  # of all observations
+var _widths := PackedInt32Array()  # their numbers; negative: to be looked at more closely
+var _action_names: Array[StringName] = []
+var _action_widths := PackedInt32Array()
+var _given := {}  # actions by name
+var _problem := ""
+
+
+func _enter_tree() -> void:
+	add_to_group(GROUP)
+
+
+## Override: put a value into [param into] for each observation entry: a number, a vector, or an
+## array of numbers.
+func observe(into: Dictionary) -> void:
+	observing.emit(into)
+
+
+## Override: do what [param chosen] says: an int for a discrete entry, a float for a box of size 1,
+## else a PackedFloat32Array. In a physics world the action holds until the next one.
+func act(chosen: Dictionary) -> void:
+	acting.emit(chosen)
+
+
+## Override: call [method add_reward] and [method end_episode] for what happened since [method act].
+func judge() -> void:
+	judging.emit()
+
+
+## Override: put the world where an episode begins.
+func reset(episode_seed: int) -> void:
+	resetting.emit(episode_seed)
+
+
+## Override: fill [param into] with an action for each entry, from the player's keys or a rule.
+## Drives the agent in the mode "by hand". Unless overridden: nothing pressed, the middle of each
+## range.
+func heuristic(into: Dictionary) -> void:
+	for entry in actions:
+		if entry.kind == ConsacEntry.Kind.DISCRETE:
+			into[entry.name] = 0
+		else:
+			var middle := PackedFloat32Array()
+			middle.resize(entry.size)
+			middle.fill(clampf(0.0, entry.low, entry.high))
+			into[entry.name] = middle
+
+
+## Adds to the reward of the present step.
+func add_reward(amount: float) -> void:
+	reward += amount
+
+
+## Ends the episode with the present step. [param cut_off]: it was only cut off, there would have
+## been more to earn.
+func end_episode(cut_off := false) -> void:
+	if cut_off:
+		truncated = true
+	else:
+		terminated = true
+
+
+## Called by [ConsacSync] before the first episode. What is wrong with the agent, in one sentence,
+## or "".
+func prepare() -> String:
+	_sensors.clear()
+	all_observations = observations.duplicate()
+	for child in find_children("*", "ConsacSensor", true, false):
+		var sensor: ConsacSensor = child
+		_sensors.append(sensor)
+		all_observations.append_array(sensor.entries())
+	var fault := _fault_of(all_observations, "observation")
+	if fault.is_empty():
+		fault = _fault_of(actions, "action")
+	row.resize(_plan(all_observations, _names, _widths))
+	action_row.resize(_plan(actions, _action_names, _action_widths))
+	action_row.fill(0.0)
+	return fault
+
+
+## Called by [ConsacSync]: begins an episode.
+func start_episode(episode_seed: int) -> void:
+	rng.seed = episode_seed
+	steps = 0
+	total_reward = 0.0
+	reset(episode_seed)
+	# What reset() itself brought about belongs to no step.
+	reward = 0.0
+	terminated = false
+	truncated = false
+
+
+## Called by [ConsacSync] where an episode ended: the next one. The step's reward and end stay
+## readable for the backend.
+func next_episode(episode_seed: int) -> void:
+	episode_ended.emit(total_reward, steps)
+	final_row = row.duplicate()
+	var kept := [reward, terminated, truncated]
+	start_episode(episode_seed)
+	reward = kept[0]
+	terminated = kept[1]
+	truncated = kept[2]
+
+
+## Called by [ConsacSync]: fills [member row]. What is wrong with what the agent said, in one
+## sentence, or "". Whether the numbers are finite is for the backend to see: it reads them anyway.
+func look() -> String:
+	_problem = ""
+	observe(values)
+	for sensor in _sensors:
+		sensor.sense(values)
+	var at := 0
+	for i in _names.size():
+		var value: Variant = values.get(_names[i])
+		var type := typeof(value)
+		var width := _widths[i]
+		if width == 1 and type == TYPE_FLOAT:
+			row[at] = value
+		elif width == 2 and type == TYPE_VECTOR2:
+			row[at] = value.x
+			row[at + 1] = value.y
+		elif width == 3 and type == TYPE_VECTOR3:
+			row[at] = value.x
+			row[at + 1] = value.y
+			row[at + 2] = value.z
+		else:
+			_store(row, at, all_observations[i], value, "observe()")
+		at += absi(width)
+	return _problem
+
+
+## Called by a backend that found a number in [param numbers] which is not finite: which entry it
+## belongs to, in one sentence.
+func blame_for(numbers: PackedFloat32Array) -> String:
+	var at := 0
+	for entry in all_observations:
+		for i in entry.numbers():
+			if not is_finite(numbers[at + i]):
+				return "%s: observe() gave %s for entry '%s'; mend where it comes from" % [
+						name, numbers[at + i], entry.name]
+		at += entry.numbers()
+	return ""
+
+
+## Called by [ConsacSync] after the world has moved: reward and whether the episode ended.
+func account() -> String:
+	judge()
+	steps += 1
+	total_reward += reward
+	if max_steps > 0 and steps >= max_steps and not terminated:
+		truncated = true
+	if not is_finite(reward):
+		return "%s: the reward is %s; mend where it comes from" % [name, reward]
+	return ""
+
+
+## Called by [ConsacSync]: gives the action in [member action_row] to [method act].
+func hand_over() -> void:
+	reward = 0.0
+	terminated = false
+	truncated = false
+	var at := 0
+	for i in _action_names.size():
+		var width := _action_widths[i]
+		if width == 1:
+			_given[_action_names[i]] = action_row[at]
+		elif width < 0:
+			_given[_action_names[i]] = int(action_row[at])
+		else:
+			_given[_action_names[i]] = action_row.slice(at, at + width)
+		at += absi(width)
+	act(_given)
+
+
+## Called by the mode "by hand": fills [member action_row] from [method heuristic].
+func ask_heuristic() -> String:
+	_problem = ""
+	_given.clear()
+	heuristic(_given)
+	var at := 0
+	for entry in actions:
+		_store(action_row, at, entry, _given.get(entry.name), "heuristic()")
+		at += entry.numbers()
+	return _problem
+
+
+# The general way into a row; says what does not fit.
+func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Variant, source: String) -> void:
+	if entry.kind == ConsacEntry.Kind.IMAGE:
+		return
+	var given := 0
+	match typeof(value):
+		TYPE_FLOAT, TYPE_INT, TYPE_BOOL:
+			given = 1
+			into[at] = float(value)
+		TYPE_VECTOR2, TYPE_VECTOR3, TYPE_VECTOR4, TYPE_QUATERNION:
+			given = 2 if value is Vector2 else (3 if value is Vector3 else 4)
+		TYPE_ARRAY, TYPE_PACKED_FLOAT32_ARRAY, TYPE_PACKED_FLOAT64_ARRAY, TYPE_PACKED_INT32_ARRAY:
+			given = value.size()
+		_:
+			var what := "nothing" if value == null else "a " + type_string(typeof(value))
+			_blame("%s gave %s for entry '%s', expected numbers" % [source, what, entry.name])
+			return
+	if given != entry.numbers():
+		_blame("%s gave %d numbers for entry '%s', expected %d" % [source, given, entry.name, entry.numbers()])
+		return
+	if typeof(value) > TYPE_FLOAT:
+		for i in given:
+			into[at + i] = value[i]
+	if entry.kind == ConsacEntry.Kind.DISCRETE and not (into[at] >= 0.0 and into[at] < entry.choices):
+		_blame("%s gave %s for entry '%s', expected 0 to %d" % [source, into[at], entry.name, entry.choices - 1])
+
+
+func _blame(what: String) -> void:
+	if _problem.is_empty():
+		_problem = "%s: %s" % [name, what]
+
+
+func _fault_of(entries: Array[ConsacEntry], role: String) -> String:
+	if entries.is_empty():
+		return "%s has no %s entries; add one in the inspector" % [name, role]
+	var seen := {}
+	for entry in entries:
+		var fault := "an entry is empty" if entry == null else entry.fault()
+		if fault.is_empty() and seen.has(entry.name):
+			fault = "two entries are named '%s'" % entry.name
+		if not fault.is_empty():
+			return "%s, %ss: %s" % [name, role, fault]
+		seen[entry.name] = true
+	return ""
+
+
+# What look() and hand_over() need of entries, so that they need not ask them each time. How many
+# numbers they have.
+static func _plan(entries: Array[ConsacEntry], names: Array[StringName], widths: PackedInt32Array) -> int:
+	names.clear()
+	widths.clear()
+	var sum := 0
+	for entry in entries:
+		if entry != null:
+			names.append(entry.name)
+			widths.append(-1 if entry.kind == ConsacEntry.Kind.DISCRETE else entry.numbers())
+			sum += entry.numbers()
+	return sum

@@ -1,0 +1,64 @@
+class_name ConsacBackend
+extends RefCounted
+## Who chooses the agents' actions: a trainer over the network, a model, the player.
+##
+## [ConsacSync] drives one:
+## [codeblock]
+## begin(agents)
+## poll() until RESET; all agents begin an episode and look; offer()
+## poll() until ACT; all agents act, the world moves, all are judged and look; offer()
+## ... until DONE or FAILED, and then again from poll() until RESET
+## [/codeblock]
+## It never throws the world off its course: what goes wrong is one line in [member error]. The
+## native extension's backend is made with its [ConsacSync] as the one argument, and reads the
+## settings there.
+
+## What [method poll] asks for.
+enum Cue {
+	WAIT,  ## nothing has come; ask again
+	ACT,  ## the agents' [member ConsacAgent.action_row] is filled
+	RESET,  ## a session begins: start all episodes from [member session_seed], then offer
+	DONE,  ## the session ended as it should
+	FAILED,  ## the session ended otherwise; [member error] says why
+}
+
+## Why the latest session failed.
+var error := ""
+## From which the episodes' seeds of this session come.
+var session_seed: int = 0
+## What it does at the moment, for the label on the screen.
+var state := "idle"
+
+
+## Gets ready, with agents that are prepared. What does not fit, in one sentence, or "".
+func begin(_agents: Array[ConsacAgent]) -> String:
+	return ""
+
+
+## The agents have looked: [member ConsacAgent.row], rewards and ends are those of the step that led
+## here. Where an episode ended, [member ConsacAgent.final_row] is its last observation and
+## [member ConsacAgent.row] the next one's first. A number that is not finite ends the session with
+## what [method ConsacAgent.blame_for] says.
+func offer() -> void:
+	pass
+
+
+## What is next, after waiting for it for [param _wait_s] seconds at most.
+func poll(_wait_s: float) -> Cue:
+	return Cue.WAIT
+
+
+## What the first episode of agent [param _index] begins from; -1: from what [member session_seed]
+## draws for it. Its later episodes follow from its first.
+func seed_for(_index: int) -> int:
+	return -1
+
+
+## Ends the session, because of [param why]; the next [method poll] says FAILED.
+func refuse(why: String) -> void:
+	error = why
+
+
+## Ends everything; can be called at any time, and again.
+func close() -> void:
+	pass

@@ -1,0 +1,71 @@
+class_name ConsacCommandLine
+extends RefCounted
+## Settings of a [ConsacSync] from the command line, behind "--", so that scripts need not edit a
+## scene:
+## [codeblock]
+## godot --headless --path PROJECT res://examples/road/road.tscn -- --consac-port=0 --consac-loop=1
+## [/codeblock]
+
+const PREFIX := "--consac-"
+## Name of an argument: the property that it sets.
+const ARGUMENTS := {
+	"mode": &"mode",  # serve, train, act, by_hand
+	"protocol": &"protocol",  # auto, text1
+	"port": &"port",
+	"period": &"decision_period",
+	"fast": &"as_fast_as_possible",  # 0 or 1
+	"loop": &"loop_mode",
+	"steps": &"training_length",
+	"name": &"model_name",
+	"model": &"model_path",
+	"algorithm": &"algorithm",
+	"set": &"hyperparameters",  # name:value,name:value
+	"act-while-learning": &"act_while_learning",
+	"record": &"record_path",
+	"seed": &"world_seed",
+	"sessions": &"sessions",
+	"quit": &"quit_at_end",
+	"deadline": &"deadline_s",
+	"budget": &"show_budget",
+}
+
+
+## Sets what the command line says; a word about each argument that it does not know or cannot read.
+static func apply(sync: ConsacSync) -> void:
+	for argument in OS.get_cmdline_user_args():
+		if not argument.begins_with(PREFIX):
+			continue
+		var parts := argument.trim_prefix(PREFIX).split("=", true, 1)
+		var fault := "expected --consac-NAME=VALUE"
+		if parts.size() == 2:
+			fault = _assign(sync, parts[0], parts[1])
+		if not fault.is_empty():
+			printerr("consac: argument '%s' is not used: %s" % [argument, fault])
+
+
+static func _assign(sync: ConsacSync, argument: String, text: String) -> String:
+	if not ARGUMENTS.has(argument):
+		return "there are " + ", ".join(ARGUMENTS.keys())
+	var property: StringName = ARGUMENTS[argument]
+	if argument in ["mode", "protocol"]:
+		var names: Array = ConsacSync.Mode.keys() if argument == "mode" else ConsacSync.Protocol.keys()
+		var index := names.find(text.to_upper())
+		if index < 0:
+			return "there are " + ", ".join(names).to_lower()
+		sync.set(property, index)
+		return ""
+	match typeof(sync.get(property)):
+		TYPE_STRING:
+			sync.set(property, text)
+		TYPE_DICTIONARY:
+			var table := {}
+			for pair in text.split(",", false):
+				table[pair.get_slice(":", 0)] = pair.get_slice(":", 1)
+			sync.set(property, table)
+		TYPE_BOOL:
+			sync.set(property, text in ["1", "true", "yes"])
+		_:
+			if not text.is_valid_float():
+				return "'%s' is no number" % text
+			sync.set(property, text.to_float() if typeof(sync.get(property)) == TYPE_FLOAT else text.to_int())
+	return ""

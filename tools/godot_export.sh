@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Makes a game of one example of engines/godot: FOLDER/NAME (the release template) and FOLDER/NAME.pck beside it.
+#   tools/godot_export.sh road build/games
+# Files of the project that end in .consac (models) go along. The game takes the same arguments as a scene in the editor
+# binary, for instance:  build/games/road --headless -- --consac-port=0
+# Exit codes: 0 made, 1 the export failed, 2 usage, 3 no engine (tools/godot.sh fetches it).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+source=engines/godot
+
+if [ $# -ne 2 ] || [ ! -f "$source/examples/$1/$1.tscn" ]; then
+  echo "usage: tools/godot_export.sh EXAMPLE FOLDER; examples: $(cd $source/examples && echo *)" >&2
+  exit 2
+fi
+name=$1
+engine=$(tools/godot.sh where)
+mkdir -p "$2"
+folder=$(cd "$2" && pwd)
+
+# A copy, so that the project of whoever has it open stays as it is: the example becomes what the game starts with.
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cp -r "$source" "$work/project"
+rm -rf "$work/project/.godot"  # what an editor knows of another state
+if [ -f "$source/addons/consac/bin/consac.gdextension" ]; then
+  # An editor without a window that meets an extension for the first time may crash when it ends (Godot's issue 111048).
+  mkdir "$work/project/.godot"
+  echo res://addons/consac/bin/consac.gdextension >"$work/project/.godot/extension_list.cfg"
+fi
+sed -i "s|^run/main_scene=.*|run/main_scene=\"res://examples/$name/$name.tscn\"|" "$work/project/project.godot"
+export XDG_DATA_HOME=$work/data XDG_CONFIG_HOME=$work/config XDG_CACHE_HOME=$work/cache  # nobody's editor settings
+run() {
+  if timeout 300 "$engine/godot" --headless --path "$work/project" "$@" >"$work/log" 2>&1 &&
+    ! grep -q '^\(SCRIPT \)\?ERROR' "$work/log"; then return; fi
+  tail -n 20 "$work/log" >&2
+  echo "godot_export: the engine could not do: $*" >&2
+  exit 1
+}
+run --import
+run --export-pack Linux "$work/$name.pck"
+cp -L "$engine/godot-template" "$folder/$name.part"
+mv "$folder/$name.part" "$folder/$name"
+mv "$work/$name.pck" "$folder/$name.pck"
+if [ -d "$source/addons/consac/bin" ]; then cp "$source"/addons/consac/bin/lib* "$folder"; fi  # the engine looks beside the game
+echo "godot_export: $folder/$name"
