@@ -1,0 +1,42 @@
+#pragma once
+// Classes that scripts can make: a name and a table of methods each. All of them are reference counted, as the engine's
+// RefCounted is.
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "binding/method.h"
+
+namespace consac::godot {
+
+/// A number with a name, as scripts see it: ConsacWorld.ACT.
+struct Constant {
+  std::string group;  ///< the enumeration that it belongs to
+  std::string name;   ///< unique within the class
+  std::int64_t value = 0;
+};
+
+/// What a class is made of.
+struct ClassTable {
+  std::string name;                 ///< as scripts write it
+  std::vector<Method> methods;      ///< a row each
+  std::vector<Constant> constants;  ///< a row each
+  Instance* (*make)() = nullptr;    ///< a new object of ours behind the engine's
+};
+
+/// Makes the class known to the engine, and unknown again when it goes: scripts hold no object of it by then.
+class RegisteredClass {
+ public:
+  explicit RegisteredClass(ClassTable table);
+  RegisteredClass(const RegisteredClass&) = delete;
+  RegisteredClass& operator=(const RegisteredClass&) = delete;
+  ~RegisteredClass();
+
+ private:
+  ClassTable table_;
+  StringName name_;
+};
+
+}  // namespace consac::godot

@@ -1,0 +1,224 @@
+#include "describe.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "consac/base/text.h"
+#include "reader.h"
+
+namespace consac::godot {
+namespace {
+
+// Numbers of one entry, and bytes of one world: more is a slip of the pen, and no engine survives it.
+constexpr std::int64_t kMostNumbers = std::int64_t{1} << 24;
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+
+enum class Type { kBox, kDiscrete, kMultiDiscrete, kMultiBinary };
+
+Status TooLarge(const std::string& what) {
+  return {StatusCode::kInvalidArgument, what + "more than " + std::to_string(kMostNumbers) + " numbers; use fewer"};
+}
+
+Result<std::vector<std::int64_t>> WholeNumbers(const std::string& what, const std::vector<double>& numbers) {
+  std::vector<std::int64_t> whole;
+  std::int64_t product = 1;
+  for (const double number : numbers) {
+    if (!(number >= 1.0 && number <= static_cast<double>(kMostNumbers)) || number != std::floor(number))
+      return Status{StatusCode::kInvalidArgument, what + NumberText(number) + " is no whole number of at least 1"};
+    whole.push_back(static_cast<std::int64_t>(number));
+    product *= whole.back();
+    if (product > kMostNumbers) return TooLarge(what);
+  }
+  return whole;
+}
+
+// One bound for all elements, or one for each.
+bool Spread(std::vector<double>* bound, std::size_t count) {
+  if (bound->size() == 1) bound->resize(count, bound->front());
+  return bound->size() == count;
+}
+
+Result<Space> ReadBox(Reader& reader, const std::string& what) {
+  DType dtype = DType::kF32;
+  reader.Take<DType>("dtype", &dtype, {{"float32", DType::kF32}, {"uint8", DType::kU8}});
+  const bool bytes = dtype == DType::kU8;
+  std::vector<double> low{bytes ? 0.0 : -1.0}, high{bytes ? 255.0 : 1.0}, sides{1.0};
+  reader.Take("low", &low);
+  reader.Take("high", &high);
+  sides[0] = static_cast<double>(std::max({low.size(), high.size(), std::size_t{1}}));
+  reader.Take("shape", &sides);
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  Result<std::vector<std::int64_t>> shape = WholeNumbers(what + "'shape': ", sides);
+  if (!shape.ok()) return shape.status();
+  std::size_t count = 1;
+  for (const std::int64_t side : *shape) count *= static_cast<std::size_t>(side);
+  const std::size_t lows = low.size(), highs = high.size();
+  if (!Spread(&low, count) || !Spread(&high, count)) {
+    return Status{StatusCode::kInvalidArgument, what + "has " + std::to_string(lows) + " numbers in 'low', " +
+                                                    std::to_string(highs) + " in 'high'; expected 1 or " +
+                                                    std::to_string(count)};
+  }
+  return Space::Box(std::move(low), std::move(high), std::move(*shape), dtype);
+}
+
+Result<Space> ReadChoice(Reader& reader, const std::string& what, Type type) {
+  std::int64_t n = 0, start = 0;
+  std::vector<double> choices;
+  if (type == Type::kMultiDiscrete) {
+    reader.Take("nvec", &choices);
+  } else {
+    reader.Take("n", &n);
+  }
+  if (type == Type::kDiscrete) reader.Take("start", &start);
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  constexpr std::int64_t kFarthest = std::int64_t{1} << 30;
+  if (n > kMostNumbers) return TooLarge(what);
+  if (std::abs(start) > kFarthest)
+    return Status{StatusCode::kInvalidArgument,
+                  what + "'start' is " + std::to_string(start) + ", which is too far off"};
+  if (type == Type::kDiscrete) return Space::Discrete(n, start);
+  if (type == Type::kMultiBinary) return Space::MultiBinary(n);
+  Result<std::vector<std::int64_t>> nvec = WholeNumbers(what + "'nvec': ", choices);
+  if (!nvec.ok()) return nvec.status();
+  return Space::MultiDiscrete(std::move(*nvec));
+}
+
+Result<host::Entry> ReadEntry(const Dictionary& table, const std::string& where) {
+  Reader reader(table, where + ": ");
+  host::Entry entry;
+  Type type = Type::kBox;
+  reader.Take("name", &entry.name);
+  const std::string what = where + " '" + entry.name + "': ";
+  if (entry.name.empty()) return Status{StatusCode::kInvalidArgument, where + ": an entry has no 'name'; give it one"};
+  if (!reader.Has("type")) return Status{StatusCode::kInvalidArgument, what + "has no 'type'; give one, as \"box\""};
+  reader.Take<Type>("type", &type,
+                    {{"box", Type::kBox},
+                     {"discrete", Type::kDiscrete},
+                     {"multi_discrete", Type::kMultiDiscrete},
+                     {"multi_binary", Type::kMultiBinary}});
+  Result<Space> space = type == Type::kBox ? ReadBox(reader, what) : ReadChoice(reader, what, type);
+  if (!space.ok()) {
+    const std::string& message = space.status().message();
+    return Status{space.status().code(), message.starts_with(where) ? message : what + message};
+  }
+  entry.space = *std::move(space);
+  return entry;
+}
+
+Status ReadEntries(Reader& reader, std::string_view key, const std::string& where, std::vector<host::Entry>* entries) {
+  std::vector<Dictionary> tables;
+  reader.Take(key, &tables);
+  for (const Dictionary& table : tables) {
+    Result<host::Entry> entry = ReadEntry(table, where + ", " + std::string(key));
+    if (!entry.ok()) return entry.status();
+    entries->push_back(*std::move(entry));
+  }
+  return Status::Ok();
+}
+
+std::size_t RowBytes(const std::vector<host::Entry>& entries) {
+  std::size_t bytes = 0;
+  for (const host::Entry& entry : entries) {
+    const Layout layout = Layout::Of(entry.space);
+    bytes += layout.row_bytes + static_cast<std::size_t>(layout.mask_bytes);
+  }
+  return bytes;
+}
+
+// What TickWorld and its driver keep of each agent is a few rows.
+Status CheckMemory(const std::vector<host::Offering>& offerings) {
+  constexpr std::size_t kFixed = 256;
+  std::size_t left = kMostBytes;
+  for (const host::Offering& offering : offerings) {
+    const std::size_t each = kFixed + 8 * (RowBytes(offering.observations) + RowBytes(offering.actions));
+    const auto agents = static_cast<std::size_t>(std::max(offering.agents, 0));
+    if (agents > left / each) {
+      return {StatusCode::kInvalidArgument, "behaviour '" + offering.name + "' has room for " + std::to_string(agents) +
+                                                " agents of " + std::to_string(each) +
+                                                " bytes, which is more than a world may take; use fewer"};
+    }
+    left -= agents * each;
+  }
+  return Status::Ok();
+}
+
+void DescribeSpace(const Space& space, Dictionary* table) {
+  const auto numbers = [](const auto& values) {
+    Array array;
+    for (const auto value : values) array.Append(Variant::Of(value));
+    return Variant::Of(array);
+  };
+  switch (space.kind()) {
+    case SpaceKind::kBox:
+      table->Set("type", Variant::Of(std::string_view("box")));
+      table->Set("dtype", Variant::Of(std::string_view(space.dtype() == DType::kU8 ? "uint8" : "float32")));
+      table->Set("shape", numbers(space.shape()));
+      table->Set("low", numbers(space.low()));
+      table->Set("high", numbers(space.high()));
+      break;
+    case SpaceKind::kDiscrete:
+      table->Set("type", Variant::Of(std::string_view("discrete")));
+      table->Set("n", Variant::Of(space.n()));
+      table->Set("start", Variant::Of(space.start()));
+      break;
+    case SpaceKind::kMultiDiscrete:
+      table->Set("type", Variant::Of(std::string_view("multi_discrete")));
+      table->Set("nvec", numbers(space.nvec()));
+      break;
+    default:
+      table->Set("type", Variant::Of(std::string_view("multi_binary")));
+      table->Set("n", Variant::Of(space.shape().empty() ? std::int64_t{0} : space.shape()[0]));
+  }
+}
+
+}  // namespace
+
+Result<host::Offering> ReadOffering(const Dictionary& table) {
+  host::Offering offering;
+  Reader reader(table, "behaviour: ");
+  reader.Take("name", &offering.name);
+  const std::string where = "behaviour '" + offering.name + "'";
+  reader.Take("agents", &offering.agents);
+  reader.Take("masks_actions", &offering.masks_actions);
+  CONSAC_RETURN_IF_ERROR(ReadEntries(reader, "observations", where, &offering.observations));
+  CONSAC_RETURN_IF_ERROR(ReadEntries(reader, "actions", where, &offering.actions));
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  for (const host::Entry& entry : offering.actions) {
+    if (entry.space.kind() == SpaceKind::kBox && entry.space.dtype() != DType::kF32)
+      return Status{StatusCode::kInvalidArgument,
+                    where + ", actions '" + entry.name + "': no action is uint8; use float32"};
+  }
+  CONSAC_RETURN_IF_ERROR(CheckMemory({offering}));
+  return offering;
+}
+
+Result<host::TickWorldOptions> ReadWorld(const Dictionary& table) {
+  host::TickWorldOptions options;
+  std::vector<Dictionary> behaviours;
+  Reader reader(table, "world: ");
+  reader.Take("id", &options.id);
+  reader.Take("max_episode_steps", &options.max_episode_steps);
+  reader.Take("agents_leave", &options.agents_leave);
+  reader.Take("behaviours", &behaviours);
+  for (const Dictionary& behaviour : behaviours) {
+    Result<host::Offering> offering = ReadOffering(behaviour);
+    if (!offering.ok()) return offering.status();
+    options.offerings.push_back(*std::move(offering));
+  }
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  CONSAC_RETURN_IF_ERROR(CheckMemory(options.offerings));
+  return options;
+}
+
+Array DescribeEntries(const Layout& layout) {
+  Array all;
+  for (const Leaf& leaf : layout.leaves) {
+    Dictionary table;
+    table.Set("name", Variant::Of(std::string_view(leaf.name)));
+    DescribeSpace(leaf.space, &table);
+    all.Append(Variant::Of(table));
+  }
+  return all;
+}
+
+}  // namespace consac::godot

@@ -1,0 +1,27 @@
+#pragma once
+// Spaces and behaviours as scripts write them, and back: Dictionaries with the keys "name", "type", "low", ...
+//
+//   {name = "default", agents = 4, masks_actions = false,
+//    observations = [{name = "position", type = "box", shape = [2], low = -1.0, high = 1.0}],
+//    actions = [{name = "steer", type = "discrete", n = 3}]}
+//
+// type is box (low, high, shape, dtype "float32" or "uint8"), discrete (n, start), multi_discrete (nvec) or
+// multi_binary (n).
+
+#include <string>
+
+#include "binding/values.h"
+#include "consac/host/tick_world.h"
+
+namespace consac::godot {
+
+/// Reads one behaviour. The error names behaviour, entry and key.
+Result<host::Offering> ReadOffering(const Dictionary& table);
+/// Reads a whole world: {id, max_episode_steps, agents_leave, behaviours = [...]}. What it would take in memory is
+/// bounded.
+Result<host::TickWorldOptions> ReadWorld(const Dictionary& table);
+
+/// The entries of a space: a Dict's children in its order, else the space itself under the name of its leaf.
+Array DescribeEntries(const Layout& layout);
+
+}  // namespace consac::godot

@@ -1,0 +1,51 @@
+#pragma once
+// ConsacModel: a trained model that scripts ask for actions themselves, without a world. Rows of observations and
+// actions hold the numbers of the model's entries in the order that describe() lists.
+
+#include <optional>
+#include <string>
+
+#include "binding/class.h"
+#include "consac/policy/policy.h"
+#include "rows.h"
+
+namespace consac::godot {
+
+/// The class's name and methods.
+ClassTable ModelTable();
+
+/// An object of it. One thread.
+class Model : public Instance {
+ public:
+  /// Reads a model from any path of the engine, res:// in an exported game too; it tests itself.
+  Status Load(const std::string& path);
+  /// The same from a file's bytes.
+  Status LoadBytes(const Bytes& bytes);
+  /// Whether one is loaded.
+  bool Loaded();
+  /// {behaviour, observations = [entries], actions = [entries], training = JSON text}.
+  Result<Dictionary> Describe();
+  /// "" when the model fits a behaviour as ConsacWorld.create() takes it, else the first difference.
+  Status Fits(const Dictionary& behaviour);
+  /// The best actions for any number of rows of numbers.
+  Result<Floats> Predict(const Floats& numbers);
+  /// The same for models that see uint8 entries too; `masks` may be empty; `sample`: draws actions.
+  Result<Floats> PredictWith(const Floats& numbers, const Bytes& bytes, const Bytes& masks, bool sample);
+  /// What the draws begin from.
+  void SetSeed(std::int64_t seed);
+
+ private:
+  Status Take(std::span<const std::byte> bytes);
+  Status MakeRoom(std::int64_t rows);
+  Result<std::int64_t> CountRows(std::size_t numbers, std::size_t bytes) const;
+
+  std::vector<std::byte> file_;  // to make room for more rows
+  std::optional<Policy> policy_;
+  std::optional<RowMap> observation_, action_;
+  std::int64_t room_ = 0;
+  std::vector<std::byte> seen_, done_;
+  std::vector<std::uint8_t> masks_;
+  Rng rng_{0};
+};
+
+}  // namespace consac::godot
