@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks an Unreal plugin folder by its text: no Unreal needed. Exit code 1 where a rule is broken.
 
-  tools/unreal_lint.py PLUGIN_FOLDER [--symbols TABLE.csv] [--core FOLDER_OF_CORE_HEADERS]
+  tools/unreal_lint.py PLUGIN_FOLDER [--symbols TABLE.csv] [--core FOLDER_OF_CORE_HEADERS ...]
   tools/unreal_lint.py --rules      writes the table of rules (docs/unreal-rules.md)
 """
 import argparse
@@ -18,7 +18,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Checks an Unreal plugin folder by its text.")
     parser.add_argument("plugin", nargs="?", type=pathlib.Path, help="folder with the .uplugin")
     parser.add_argument("--symbols", type=pathlib.Path, default=ROOT / "engines/unreal/symbols.csv", help="table of allowed symbols")
-    parser.add_argument("--core", type=pathlib.Path, default=ROOT / "core/include", help="public headers of the core")
+    parser.add_argument("--core", type=pathlib.Path, nargs="+", default=[ROOT / part / "include" for part in ("core", "learn", "engines/host")],
+                        help="public headers of what is staged into the plugin")
     parser.add_argument("--rules", action="store_true", help="write the table of rules and stop")
     options = parser.parse_args()
     if options.rules:

@@ -600,7 +600,7 @@ def test_the_table_of_rules_is_up_to_date():
 
 def test_rule_73_holds_for_the_core(tmp_path):
     write(tmp_path, GOOD)
-    assert check.check(tmp_path, SYMBOLS, ROOT / "core/include") == []
+    assert check.check(tmp_path, SYMBOLS, [ROOT / "core/include"]) == []
 
 
 def test_the_command_prints_findings_and_fails(tmp_path):

@@ -2,7 +2,7 @@
 import json
 import re
 
-from .model import CORE_MODULE, Plugin
+from .model import CORE_MODULES, Plugin
 from .tokens import close_of, spell, split, string_value
 from .types import is_actor, pieces
 
@@ -349,7 +349,7 @@ BANNED = set("""check verify ensure checkf verifyf ensureMsgf TEXT PI TRUE FALSE
 
 
 def r73(plugin: Plugin):
-    core = [(f.path, f.tokens) for f in plugin.files if f.module == CORE_MODULE and f.public] + plugin.core_headers
+    core = [(f.path, f.tokens) for f in plugin.files if f.module in CORE_MODULES and f.public] + plugin.core_headers
     for path, tokens in core:
         for token in tokens:
             words = [token.text] if token.kind == "word" else re.findall(r"\w+", token.text) if (

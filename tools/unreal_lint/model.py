@@ -13,7 +13,10 @@ MEMBER_MACROS = ("UPROPERTY", "UFUNCTION")
 U_MACROS = TYPE_MACROS + MEMBER_MACROS + ("UDELEGATE", "GENERATED_BODY", "GENERATED_UCLASS_BODY",
                                           "GENERATED_USTRUCT_BODY", "GENERATED_UINTERFACE_BODY")
 INCLUDE = re.compile(r'#\s*include\s*[<"]([^">]+)[">]')
-CORE_MODULE = "ConsacCore"  # the engine-neutral core, copied in; not written for Unreal
+CORE_MODULE = "ConsacCore"  # the engine-neutral core, copied in by tools/stage_unreal.py; not written for Unreal
+LEARN_MODULES = {"ConsacLearn": ("consac/learn/", "consac/host/")}  # likewise, and what their headers begin with
+CORE_MODULES = (CORE_MODULE, *LEARN_MODULES)
+STAGED = "/Private/Staged/"  # what compiles them
 
 
 @dataclass
@@ -399,6 +402,8 @@ def read_file(path: str, data: bytes) -> File:
 class Plugin:
     """All text of a plugin folder."""
 
+    learn_modules = LEARN_MODULES
+
     def __init__(self, root: pathlib.Path):
         self.root = root
         self.files: list[File] = []
@@ -409,7 +414,7 @@ class Plugin:
         self.core_words: set[str] = set()
         for path in sorted(root.rglob("*")):
             name = path.relative_to(root).as_posix()
-            if path.is_file() and not name.startswith(("Binaries/", "Intermediate/", "Saved/")):
+            if path.is_file() and not name.startswith(("Binaries/", "Intermediate/", "Saved/")) and "/ThirdParty/" not in name:
                 self._read(path, name)
         self.by_leaf: dict[str, list[File]] = {}
         for file in self.files:
@@ -436,8 +441,8 @@ class Plugin:
 
     @property
     def written(self) -> list[File]:
-        """The files written for Unreal: all but the core that is copied in."""
-        return [f for f in self.files if f.module != CORE_MODULE or f.name == CORE_MODULE + "Module.cpp"]
+        """The files written for Unreal: all but those that are copied in."""
+        return [f for f in self.files if STAGED not in f.path and (f.module not in CORE_MODULES or f.name == f.module + "Module.cpp")]
 
     @property
     def headers(self) -> list[File]:

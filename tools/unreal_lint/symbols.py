@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from .model import CORE_MODULE, U_MACROS, Plugin
-from .tokens import close_of
+from .tokens import close_of, spell, split
 
 COLUMNS = ["symbol", "kind", "include", "module", "versions", "page", "evidence"]
 KINDS = ("class", "struct", "enum", "type", "template", "delegate", "macro", "function", "member", "value")
@@ -90,7 +90,7 @@ def r61(plugin: Plugin):
             header = plugin.header(include)
             module = plugin.symbols.module_of.get(include) or (header.module if header else None)
             if include.startswith("consac/"):
-                module = CORE_MODULE
+                module = next((m for m, prefixes in plugin.learn_modules.items() if include.startswith(prefixes)), CORE_MODULE)
             public = {name for name, _, _ in build.public}
             if module and module != file.module:
                 if module not in public | {name for name, _, _ in build.private}:
@@ -119,6 +119,8 @@ def declared_names(plugin: Plugin) -> set[str]:
                     names.add(token.text)
         for at in file.macros("IMPLEMENT_SIMPLE_AUTOMATION_TEST", "DECLARE_LOG_CATEGORY_EXTERN"):
             names.add(file.tokens[at + 2].text)
+        for at in file.macros("DECLARE_STATS_GROUP", "DECLARE_FLOAT_ACCUMULATOR_STAT"):
+            names.add(spell(split(file.tokens[at + 2:close_of(file.tokens, at + 1)])[1]))
         for type_ in file.types:
             if type_.keyword == "enum":
                 names |= {t.text for t in type_.body if t.kind == "word"}

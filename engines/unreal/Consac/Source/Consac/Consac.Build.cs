@@ -1,0 +1,17 @@
+// Copyright CONSAC authors. MIT License.
+using UnrealBuildTool;
+
+public class Consac : ModuleRules
+{
+	public Consac(ReadOnlyTargetRules Target) : base(Target)
+	{
+		// The staged sources of core and learn are compiled here (Private/Staged): no header of Unreal may be forced into
+		// them, each is a file of its own, and their arithmetic must be the trainer's to the bit.
+		PCHUsage = PCHUsageMode.NoPCHs;
+		bUseUnity = false;
+		FPSemantics = FPSemanticsMode.Precise;
+		CppStandard = CppStandardVersion.Cpp20;
+		PublicDependencyModuleNames.AddRange(new string[] { "Core", "CoreUObject", "Engine" });
+		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "Projects" });
+	}
+}

@@ -1,0 +1,152 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacAgentComponent.h"
+
+#include "ConsacConvert.h"
+#include "ConsacHerd.h"
+#include "ConsacLog.h"
+#include "ConsacSensorComponent.h"
+#include "ConsacSubsystem.h"
+#include "Logging/LogMacros.h"
+
+namespace ConsacPlugin
+{
+
+// A failure of an entry's node, with the entry's name.
+static bool EntryAnswer(const consac::Status& Status, FName Name)
+{
+	if (!Status.ok())
+	{
+		UE_LOG(LogConsac, Error, TEXT("entry '%s': %s"), *Name.ToString(), *FromUtf8(Status.message()));
+	}
+	return Status.ok();
+}
+
+static consac::Status NotTrained()
+{
+	return consac::Status(consac::StatusCode::kFailedPrecondition, "no Consac Trainer drives this agent");
+}
+
+}
+
+UConsacAgentComponent::UConsacAgentComponent()
+{
+	PrimaryComponentTick.bCanEverTick = false;
+}
+
+bool UConsacAgentComponent::SetObservationNumbers(FName Name, const TArray<float>& Values)
+{
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetObservation(*this, Name, Values.GetData(), Values.Num()) : ConsacPlugin::NotTrained(), Name);
+}
+
+bool UConsacAgentComponent::SetObservationNumber(FName Name, float Value)
+{
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetObservation(*this, Name, &Value, 1) : ConsacPlugin::NotTrained(), Name);
+}
+
+bool UConsacAgentComponent::SetObservationVector(FName Name, FVector Value)
+{
+	const float Numbers[3] = { static_cast<float>(Value.X), static_cast<float>(Value.Y), static_cast<float>(Value.Z) };
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetObservation(*this, Name, Numbers, 3) : ConsacPlugin::NotTrained(), Name);
+}
+
+bool UConsacAgentComponent::SetObservationChoice(FName Name, int32 Choice)
+{
+	return SetObservationNumber(Name, static_cast<float>(Choice));
+}
+
+void UConsacAgentComponent::AddReward(float Reward)
+{
+	if (Herd != nullptr)
+	{
+		Herd->AddReward(*this, Reward);
+	}
+}
+
+void UConsacAgentComponent::EndEpisode(EConsacEpisodeEnd End)
+{
+	if (Herd != nullptr)
+	{
+		Herd->EndEpisode(*this, End == EConsacEpisodeEnd::Truncated ? consac::host::EpisodeEnd::kTruncated : consac::host::EpisodeEnd::kTerminated);
+	}
+}
+
+TArray<float> UConsacAgentComponent::GetActionNumbers(FName Name) const
+{
+	TArray<float> Values;
+	if (Herd != nullptr)
+	{
+		Herd->GetAction(*this, Name, Values);
+	}
+	return Values;
+}
+
+float UConsacAgentComponent::GetActionNumber(FName Name, int32 Index) const
+{
+	const TArray<float> Values = GetActionNumbers(Name);
+	return Index >= 0 && Index < Values.Num() ? Values[Index] : 0.0f;
+}
+
+int32 UConsacAgentComponent::GetActionChoice(FName Name) const
+{
+	const TArray<float> Values = GetActionNumbers(Name);
+	return Values.IsEmpty() ? -1 : static_cast<int32>(Values[0]);
+}
+
+bool UConsacAgentComponent::SetActionNumbers(FName Name, const TArray<float>& Values)
+{
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetAction(*this, Name, Values.GetData(), Values.Num()) : ConsacPlugin::NotTrained(), Name);
+}
+
+bool UConsacAgentComponent::SetActionChoice(FName Name, int32 Choice)
+{
+	const float Number = static_cast<float>(Choice);
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetAction(*this, Name, &Number, 1) : ConsacPlugin::NotTrained(), Name);
+}
+
+bool UConsacAgentComponent::SetChoiceAllowed(FName Name, int32 Choice, bool bAllowed)
+{
+	return Herd != nullptr && Herd->SetAllowed(*this, Name, Choice, bAllowed);
+}
+
+float UConsacAgentComponent::GetEpisodeReward() const
+{
+	return EpisodeReward;
+}
+
+int64 UConsacAgentComponent::GetEpisodeSteps() const
+{
+	return EpisodeSteps;
+}
+
+void UConsacAgentComponent::AddSensor(UConsacSensorComponent* Sensor)
+{
+	Sensors.AddUnique(Sensor);
+}
+
+const TArray<TObjectPtr<UConsacSensorComponent>>& UConsacAgentComponent::GetSensors() const
+{
+	return Sensors;
+}
+
+void UConsacAgentComponent::BeginPlay()
+{
+	Super::BeginPlay();
+	if (UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this))
+	{
+		Subsystem->AddAgent(this);
+	}
+}
+
+void UConsacAgentComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
+{
+	if (Herd != nullptr)
+	{
+		Herd->Leave(*this);
+	}
+	if (UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this))
+	{
+		Subsystem->RemoveAgent(this);
+	}
+	Sensors.Reset();
+	Super::EndPlay(EndPlayReason);
+}

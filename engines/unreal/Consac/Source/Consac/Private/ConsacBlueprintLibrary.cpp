@@ -1,0 +1,109 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacBlueprintLibrary.h"
+
+#include "ConsacConvert.h"
+#include "ConsacCoreInclude.h"
+#include "ConsacModel.h"
+#include "ConsacSocket.h"
+#include "UObject/UObjectGlobals.h"
+
+UConsacSocket* UConsacBlueprintLibrary::CreateConsacSocket(UObject*, const FString& Host, int32 Port)
+{
+	UConsacSocket* Socket = NewObject<UConsacSocket>();
+	Socket->SetAddress(Host, Port);
+	return Socket;
+}
+
+void UConsacBlueprintLibrary::CompileEnvironmentMessage(const FConsacSpace& ObservationSpace, const TArray<float>& Observation, float Reward, bool bDone,
+	EConsacResult& Result, FString& Message, FString& Error)
+{
+	const consac::Result<consac::Space> Space = ConsacPlugin::ToSpace(ObservationSpace);
+	consac::Result<std::string> Text = Space.status();
+	if (Space.ok())
+	{
+		std::vector<double> Numbers;
+		for (float Number : Observation)
+		{
+			Numbers.push_back(static_cast<double>(Number));
+		}
+		Text = consac::host::CompileEnvironmentMessage(*Space, Numbers, static_cast<double>(Reward), bDone);
+	}
+	Message = Text.ok() ? ConsacPlugin::FromUtf8(*Text) : FString();
+	ConsacPlugin::Answer(Text.status(), Result, Error);
+}
+
+void UConsacBlueprintLibrary::CompileTrainingData(const FConsacSpace& ActionSpace, const FConsacSpace& ObservationSpace, int64 TrainingLength,
+	const FString& ModelName, EConsacResult& Result, FString& Message, FString& Error)
+{
+	consac::Result<consac::Space> Done = ConsacPlugin::ToSpace(ActionSpace);
+	consac::Result<consac::Space> Seen = ConsacPlugin::ToSpace(ObservationSpace);
+	Message = FString();
+	if (!Done.ok() || !Seen.ok())
+	{
+		ConsacPlugin::Answer(Done.ok() ? Seen.status() : Done.status(), Result, Error);
+		return;
+	}
+	consac::text1::Setup Setup;
+	Setup.action_space = std::move(*Done);
+	Setup.observation_space = std::move(*Seen);
+	Setup.training_length = TrainingLength;
+	Setup.model_name = ConsacPlugin::ToUtf8(ModelName);
+	const consac::Result<std::string> Text = consac::host::CompileTrainingData(Setup);
+	if (ConsacPlugin::Answer(Text.status(), Result, Error))
+	{
+		Message = ConsacPlugin::FromUtf8(*Text);
+	}
+}
+
+void UConsacBlueprintLibrary::DecodeAction(const FConsacSpace& ActionSpace, const FString& Message, EConsacResult& Result, FConsacAction& Action, FString& Error)
+{
+	const consac::Result<consac::Space> Space = ConsacPlugin::ToSpace(ActionSpace);
+	consac::Result<std::vector<double>> Numbers = Space.status();
+	if (Space.ok())
+	{
+		Numbers = consac::host::DecodeAction(*Space, ConsacPlugin::ToUtf8(Message));
+	}
+	Action = FConsacAction();
+	if (ConsacPlugin::Answer(Numbers.status(), Result, Error))
+	{
+		for (double Number : *Numbers)
+		{
+			Action.Values.Add(static_cast<float>(Number));
+		}
+		Action.Choice = ActionSpace.Kind == EConsacSpaceKind::Discrete ? static_cast<int32>((*Numbers)[0]) : 0;
+	}
+}
+
+void UConsacBlueprintLibrary::LoadConsacModel(UObject*, const FString& Path, EConsacResult& Result, UConsacModel*& Model, FString& Error)
+{
+	UConsacModel* Loaded = NewObject<UConsacModel>();
+	const bool bLoaded = Loaded->Load(Path, Error);
+	Result = bLoaded ? EConsacResult::Success : EConsacResult::Failed;
+	Model = bLoaded ? Loaded : nullptr;
+}
+
+void UConsacBlueprintLibrary::StartTrainerProgram(UObject*, const FConsacProgramSettings& Settings, EConsacResult& Result,
+	UConsacTrainerProgram*& Program, FString& Error)
+{
+	UConsacTrainerProgram* Started = NewObject<UConsacTrainerProgram>();
+	const bool bStarted = Started->Start(Settings, TArray<FString>(), Error);
+	Result = bStarted ? EConsacResult::Success : EConsacResult::Failed;
+	Program = bStarted ? Started : nullptr;
+}
+
+FConsacSpace UConsacBlueprintLibrary::MakeBoxSpace(int32 Size, float Low, float High)
+{
+	FConsacSpace Space;
+	Space.Size = Size;
+	Space.Low.Add(Low);
+	Space.High.Add(High);
+	return Space;
+}
+
+FConsacSpace UConsacBlueprintLibrary::MakeDiscreteSpace(int32 Choices)
+{
+	FConsacSpace Space;
+	Space.Kind = EConsacSpaceKind::Discrete;
+	Space.Size = Choices;
+	return Space;
+}

@@ -1,0 +1,39 @@
+// Copyright CONSAC authors. MIT License.
+// Unreal's values as the core's, and back. Pure functions.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacCoreInclude.h"
+#include "ConsacTypes.h"
+
+namespace ConsacPlugin
+{
+
+/** A text in UTF-8. */
+std::string ToUtf8(const FString& Text);
+/** Where a file is: a path that does not begin at a root is one below Saved/Consac of the project. */
+std::string ToFile(const FString& Path);
+/** The same of a folder that is written to, which is made where it is missing. */
+std::string ToFolder(const FString& Path);
+/** A text from UTF-8. */
+FString FromUtf8(std::string_view Text);
+/** A space; the error says what is wrong with it. */
+consac::Result<consac::Space> ToSpace(const FConsacSpace& Space);
+/** A status as a node's two outputs; a failure is written to the log as well. Returns whether it was a success. */
+bool Answer(const consac::Status& Status, EConsacResult& Result, FString& Error);
+/** The same where only the text is wanted. */
+bool Explain(const consac::Status& Status, FString& Error);
+/** How many numbers a row of a layout holds. */
+int32 CountOf(const consac::Layout& Layout);
+/** Writes a leaf of a row. Fails when there are more or fewer numbers, or one is not finite; the row is then as it was. */
+consac::Status WriteLeaf(const consac::Leaf& Leaf, std::byte* Row, const float* Values, int64 Count);
+/** Writes a whole row, leaf after leaf. */
+consac::Status WriteRow(const consac::Layout& Layout, std::byte* Row, const float* Values, int64 Count);
+/** Adds the numbers of a leaf of a row. */
+void ReadLeaf(const consac::Leaf& Leaf, const std::byte* Row, TArray<float>& Values);
+/** A row as an action. */
+FConsacAction ToAction(const consac::Layout& Layout, const std::byte* Row);
+/** How a driver stands. */
+FConsacProgress ToProgress(const consac::host::Progress& Progress);
+
+}

@@ -1,0 +1,288 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacEnvironmentComponent.h"
+
+#include "ConsacConvert.h"
+#include "ConsacCoreInclude.h"
+#include "ConsacModel.h"
+#include "ConsacModelState.h"
+#include "ConsacStats.h"
+#include "Templates/PimplPtr.h"
+
+// What the next call of Training brings.
+enum class EConsacExpected : uint8
+{
+	Nothing,     // nothing was asked for
+	First,       // the first observation after a reset
+	Outcome,     // what came of an action
+	AfterEnding  // the first observation after an episode that ended with its action
+};
+
+struct FConsacEnvironmentState
+{
+	std::unique_ptr<consac::host::TickWorld> World;    // none before Setup Environment
+	std::unique_ptr<consac::host::Driver> Driver;      // none before Training Connection or Model Connection
+	consac::host::ServeOptions Options;
+	consac::host::AgentId Agent = consac::host::kNoAgent;
+	EConsacExpected Expected = EConsacExpected::Nothing;
+	bool bConnected = false;  // the driver has asked for something
+	bool bCompleted = false;
+
+	void DropDriver()
+	{
+		Driver.reset();
+		if (World)
+		{
+			World->Abandon();
+		}
+		Expected = EConsacExpected::Nothing;
+		bConnected = false;
+		bCompleted = false;
+	}
+
+	const consac::BehaviourSpec& Behaviour() const { return World->spec().behaviours[0]; }
+
+	/** Polls and notes what came of it. */
+	consac::Status Poll(double WaitSeconds)
+	{
+		const consac::Status Status = Driver->Poll(WaitSeconds);
+		if (!Status.ok())
+		{
+			Expected = EConsacExpected::Nothing;
+			bConnected = false;
+		}
+		bConnected = bConnected || World->cue() != consac::host::Cue::kWait;
+		return Status;
+	}
+};
+
+namespace ConsacPlugin
+{
+
+static consac::Status NotSetUp()
+{
+	return consac::Status(consac::StatusCode::kFailedPrecondition, "Setup Environment has not been called, or failed");
+}
+
+// Hands over what was expected. Leaves everything as it was when the observation does not fit.
+static consac::Status HandOver(FConsacEnvironmentState& State, const TArray<float>& Observation, float Reward, bool bDone, bool& bEnding)
+{
+	using consac::host::Cue;
+	consac::host::TickWorld& World = *State.World;
+	const EConsacExpected Expected = State.Expected;
+	const bool bAct = World.cue() == Cue::kAct && (Expected == EConsacExpected::Outcome || Expected == EConsacExpected::AfterEnding);
+	const bool bFirst = World.cue() == Cue::kReset && Expected == EConsacExpected::First;
+	bEnding = false;
+	if (!bAct && !bFirst)
+	{
+		State.Expected = EConsacExpected::Nothing;
+		return consac::Status::Ok();
+	}
+	CONSAC_RETURN_IF_ERROR(WriteRow(State.Behaviour().observation_layout, World.Observation(State.Agent), Observation.GetData(), Observation.Num()));
+	if (Expected == EConsacExpected::Outcome)
+	{
+		World.AddReward(State.Agent, Reward);
+		if (bDone)
+		{
+			World.EndEpisode(State.Agent, consac::host::EpisodeEnd::kTerminated);
+		}
+		if (World.Ending(State.Agent))
+		{
+			std::memcpy(World.FinalObservation(State.Agent), World.Observation(State.Agent), State.Behaviour().observation_layout.row_bytes);
+			State.Expected = EConsacExpected::AfterEnding;
+			bEnding = true;
+			return consac::Status::Ok();
+		}
+	}
+	State.Expected = EConsacExpected::Nothing;
+	return World.Offer();
+}
+
+}
+
+UConsacEnvironmentComponent::UConsacEnvironmentComponent()
+	: State(MakePimpl<FConsacEnvironmentState>())
+{
+}
+
+void UConsacEnvironmentComponent::SetupEnvironment(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, int64 TrainingLength,
+	const FString& ModelName, EConsacResult& Result, FString& Error, const FString& Host, int32 Port)
+{
+	CloseTraining();
+	State->World.reset();
+	consac::Result<consac::Space> Seen = ConsacPlugin::ToSpace(ObservationSpace);
+	consac::Result<consac::Space> Done = ConsacPlugin::ToSpace(ActionSpace);
+	if (!Seen.ok() || !Done.ok())
+	{
+		ConsacPlugin::Answer(Seen.ok() ? Done.status() : Seen.status(), Result, Error);
+		return;
+	}
+	if (TrainingLength < 0 || Port < 0 || Port > 65535)
+	{
+		ConsacPlugin::Answer(consac::Status(consac::StatusCode::kInvalidArgument,
+			"a training length is 0 or more, a port 0 to 65535; given are " + std::to_string(TrainingLength) + " and " + std::to_string(Port)), Result, Error);
+		return;
+	}
+	consac::host::Offering Offering;
+	Offering.observations.push_back({ "observation", std::move(*Seen) });
+	Offering.actions.push_back({ "action", std::move(*Done) });
+	consac::host::TickWorldOptions Options;
+	Options.offerings.push_back(std::move(Offering));
+	consac::Result<std::unique_ptr<consac::host::TickWorld>> World = consac::host::TickWorld::Create(std::move(Options));
+	if (!ConsacPlugin::Answer(World.status(), Result, Error))
+	{
+		return;
+	}
+	const consac::Result<consac::host::AgentId> Agent = (*World)->Join(0);
+	if (!ConsacPlugin::Answer(Agent.status(), Result, Error))
+	{
+		return;
+	}
+	State->World = std::move(*World);
+	State->Agent = *Agent;
+	State->Options = consac::host::ServeOptions();
+	State->Options.endpoint.host = ConsacPlugin::ToUtf8(Host);
+	State->Options.endpoint.port = Port;
+	State->Options.server.training_length = TrainingLength;
+	State->Options.server.model_name = ConsacPlugin::ToUtf8(ModelName);
+}
+
+void UConsacEnvironmentComponent::TrainingConnection(EConsacConnection& Connection, FString& Error)
+{
+	Connection = EConsacConnection::Failed;
+	if (!State->World)
+	{
+		ConsacPlugin::Explain(ConsacPlugin::NotSetUp(), Error);
+		return;
+	}
+	if (!State->Driver)
+	{
+		consac::Result<std::unique_ptr<consac::host::Driver>> Driver = consac::host::Serve(*State->World, State->Options);
+		if (!ConsacPlugin::Explain(Driver.status(), Error))
+		{
+			return;
+		}
+		State->Driver = std::move(*Driver);
+	}
+	if (!ConsacPlugin::Explain(State->bCompleted ? consac::Status::Ok() : State->Poll(0.0), Error))
+	{
+		return;
+	}
+	if (State->Driver->finished())
+	{
+		Complete();
+	}
+	Connection = State->bCompleted ? EConsacConnection::Completed : State->bConnected ? EConsacConnection::Connected : EConsacConnection::Waiting;
+}
+
+void UConsacEnvironmentComponent::Train(const TArray<float>& Observation, float Reward, bool bDone, EConsacTraining& Training, FConsacAction& Action, FString& Error)
+{
+	Action = FConsacAction();
+	Training = EConsacTraining::Failed;
+	bool bEnding = false;
+	consac::Status Status = State->World ? consac::Status::Ok() : ConsacPlugin::NotSetUp();
+	if (Status.ok() && !State->Driver)
+	{
+		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "nobody is connected; call Training Connection or Model Connection first");
+	}
+	if (Status.ok() && !State->bCompleted)
+	{
+		Status = ConsacPlugin::HandOver(*State, Observation, Reward, bDone, bEnding);
+	}
+	if (Status.ok() && !State->bCompleted && !bEnding)
+	{
+		const double Wait = std::isfinite(LoopWaitSeconds) ? std::clamp(static_cast<double>(LoopWaitSeconds), 0.0, 60.0) : 0.0;
+		Status = State->Poll(Wait);
+		ConsacPlugin::ShowStats(ConsacPlugin::ToProgress(State->Driver->progress()));
+	}
+	if (!ConsacPlugin::Explain(Status, Error))
+	{
+		return;
+	}
+	if (bEnding)
+	{
+		Training = EConsacTraining::Reset;
+	}
+	else if (State->bCompleted || State->Driver->finished())
+	{
+		Training = EConsacTraining::Completed;
+		Complete();
+	}
+	else if (State->World->cue() == consac::host::Cue::kReset)
+	{
+		State->Expected = EConsacExpected::First;
+		Training = EConsacTraining::Reset;
+	}
+	else if (State->World->cue() == consac::host::Cue::kAct)
+	{
+		State->Expected = EConsacExpected::Outcome;
+		Action = ConsacPlugin::ToAction(State->Behaviour().action_layout, State->World->Action(State->Agent));
+		Training = EConsacTraining::Step;
+	}
+	else
+	{
+		Training = EConsacTraining::Waiting;
+	}
+}
+
+bool UConsacEnvironmentComponent::IsTrainingCompleted() const
+{
+	return State->bCompleted;
+}
+
+void UConsacEnvironmentComponent::ModelConnection(UConsacModel* Model, EConsacResult& Result, FString& Error)
+{
+	consac::Status Status = State->World ? consac::Status::Ok() : ConsacPlugin::NotSetUp();
+	if (Status.ok() && (Model == nullptr || !Model->GetState()->Policy))
+	{
+		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "there is no model; connect the one that Load Model gave");
+	}
+	if (Status.ok())
+	{
+		State->DropDriver();
+		consac::Result<std::unique_ptr<consac::host::Driver>> Driver =
+			consac::host::Act(*State->World, std::span(&Model->GetState()->Bytes, 1), consac::host::ActOptions());
+		Status = Driver.status();
+		if (Driver.ok())
+		{
+			State->Driver = std::move(*Driver);
+		}
+	}
+	ConsacPlugin::Answer(Status, Result, Error);
+}
+
+void UConsacEnvironmentComponent::CloseTraining()
+{
+	State->DropDriver();
+}
+
+void UConsacEnvironmentComponent::Complete()
+{
+	if (!State->bCompleted)
+	{
+		State->bCompleted = true;
+		State->Expected = EConsacExpected::Nothing;
+		OnTrainingCompleted.Broadcast();
+	}
+}
+
+FConsacProgress UConsacEnvironmentComponent::GetTrainingProgress() const
+{
+	return State->Driver ? ConsacPlugin::ToProgress(State->Driver->progress()) : FConsacProgress();
+}
+
+int32 UConsacEnvironmentComponent::GetTrainingPort() const
+{
+	return State->Driver ? State->Driver->port() : 0;
+}
+
+void UConsacEnvironmentComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
+{
+	CloseTraining();
+	Super::EndPlay(EndPlayReason);
+}
+
+void UConsacEnvironmentComponent::BeginDestroy()
+{
+	CloseTraining();
+	Super::BeginDestroy();
+}

@@ -1,0 +1,423 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacHerd.h"
+
+#include "ConsacAgentComponent.h"
+#include "ConsacConvert.h"
+#include "ConsacLog.h"
+#include "ConsacSensorComponent.h"
+#include "Logging/LogMacros.h"
+#include "UObject/UObjectGlobals.h"
+
+namespace ConsacPlugin
+{
+
+static consac::Status AddEntry(FName Name, const FConsacSpace& Space, std::vector<consac::host::Entry>& Into, TArray<FName>& Names)
+{
+	consac::Result<consac::Space> Converted = ToSpace(Space);
+	const std::string Text = ToUtf8(Name.ToString());
+	if (!Converted.ok())
+	{
+		return consac::Status(Converted.status().code(), "entry '" + Text + "': " + Converted.status().message());
+	}
+	if (Name == NAME_None || Names.Contains(Name))
+	{
+		return consac::Status(consac::StatusCode::kInvalidArgument, "entry '" + Text + "' has no name of its own; every entry needs one");
+	}
+	Into.push_back({ Text, std::move(*Converted) });
+	Names.Add(Name);
+	return consac::Status::Ok();
+}
+
+static bool SameEntries(const std::vector<consac::host::Entry>& Left, const std::vector<consac::host::Entry>& Right)
+{
+	return std::equal(Left.begin(), Left.end(), Right.begin(), Right.end(),
+		[](const consac::host::Entry& One, const consac::host::Entry& Other) { return One.name == Other.name && One.space == Other.space; });
+}
+
+static int32 IndexIn(const TArray<FName>& Names, FName Name)
+{
+	for (int32 Index = 0; Index < Names.Num(); ++Index)
+	{
+		if (Names[Index] == Name)
+		{
+			return Index;
+		}
+	}
+	return -1;
+}
+
+}
+
+FConsacHerd::~FConsacHerd()
+{
+	for (FPlace& Taken : Places)
+	{
+		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
+		{
+			Agent->Herd = nullptr;
+			Agent->Place = -1;
+		}
+	}
+}
+
+consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentComponent& Agent)
+{
+	FKind Kind;
+	Kind.Offering.name = ConsacPlugin::ToUtf8(Agent.Behaviour);
+	Kind.Offering.agents = 0;
+	Kind.Offering.masks_actions = Agent.bForbidsChoices;
+	consac::Status Status;
+	for (const FConsacEntry& Entry : Agent.Observations)
+	{
+		Status = Status.ok() ? ConsacPlugin::AddEntry(Entry.Name, Entry.Space, Kind.Offering.observations, Kind.Seen) : Status;
+	}
+	for (const UConsacSensorComponent* Sensor : Agent.Sensors)
+	{
+		Status = Status.ok() ? ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetSpace(), Kind.Offering.observations, Kind.Seen) : Status;
+	}
+	for (const FConsacEntry& Entry : Agent.Actions)
+	{
+		Status = Status.ok() ? ConsacPlugin::AddEntry(Entry.Name, Entry.Space, Kind.Offering.actions, Kind.Done) : Status;
+	}
+	if (!Status.ok())
+	{
+		return consac::Status(Status.code(), "behaviour '" + Kind.Offering.name + "': " + Status.message());
+	}
+	return Kind;
+}
+
+consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents, int32 Room)
+{
+	bRoom = Room > 0;
+	for (const UConsacAgentComponent* Agent : Agents)
+	{
+		consac::Result<FKind> Kind = KindOf(*Agent);
+		if (!Kind.ok())
+		{
+			return Kind.status();
+		}
+		const auto Known = std::find_if(Kinds.begin(), Kinds.end(), [&Kind](const FKind& Other) { return Other.Offering.name == Kind->Offering.name; });
+		const std::size_t At = static_cast<std::size_t>(Known - Kinds.begin());
+		if (Known == Kinds.end())
+		{
+			Kinds.push_back(std::move(*Kind));
+		}
+		FKind& Shared = Kinds[At];
+		++Shared.Offering.agents;
+		Ticks = Agent->DecisionPeriod > Ticks ? Agent->DecisionPeriod : Ticks;
+	}
+	consac::host::TickWorldOptions Options;
+	Options.agents_leave = bRoom;
+	int32 First = 0;
+	for (FKind& Kind : Kinds)
+	{
+		Kind.Offering.agents = Kind.Offering.agents < Room ? Room : Kind.Offering.agents;
+		Kind.Place = First;
+		First += Kind.Offering.agents;
+		Options.offerings.push_back(Kind.Offering);
+	}
+	consac::Result<std::unique_ptr<consac::host::TickWorld>> Made = consac::host::TickWorld::Create(std::move(Options));
+	if (!Made.ok())
+	{
+		return Made.status();
+	}
+	TheWorld = std::move(*Made);
+	Places.resize(static_cast<std::size_t>(TheWorld->places()));
+	for (UConsacAgentComponent* Agent : Agents)
+	{
+		CONSAC_RETURN_IF_ERROR(Place(*Agent));
+	}
+	return consac::Status::Ok();
+}
+
+consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
+{
+	const consac::Result<FKind> Kind = KindOf(Agent);
+	if (!Kind.ok())
+	{
+		return Kind.status();
+	}
+	for (std::size_t B = 0; B < Kinds.size(); ++B)
+	{
+		const FKind& Shared = Kinds[B];
+		if (Shared.Offering.name != Kind->Offering.name)
+		{
+			continue;
+		}
+		if (!ConsacPlugin::SameEntries(Shared.Offering.observations, Kind->Offering.observations) ||
+			!ConsacPlugin::SameEntries(Shared.Offering.actions, Kind->Offering.actions) || Shared.Offering.masks_actions != Kind->Offering.masks_actions)
+		{
+			return consac::Status(consac::StatusCode::kInvalidArgument, "the agent " + ConsacPlugin::ToUtf8(Agent.GetName()) +
+				" sees or does something else than others of behaviour '" + Shared.Offering.name + "'; give it a behaviour of its own");
+		}
+		// Where agents do not come and go, a place whose agent is gone is still joined: it is taken over.
+		consac::host::AgentId Id = consac::host::kNoAgent;
+		for (int32 Index = Shared.Place; !bRoom && Index < Shared.Place + Shared.Offering.agents && Id == consac::host::kNoAgent; ++Index)
+		{
+			Id = TheWorld->Joined(Index) && Places[static_cast<std::size_t>(Index)].Agent.Get() == nullptr ? Index : consac::host::kNoAgent;
+		}
+		if (Id == consac::host::kNoAgent)
+		{
+			const consac::Result<consac::host::AgentId> Joined = TheWorld->Join(B);
+			if (!Joined.ok())
+			{
+				return Joined.status();
+			}
+			Id = *Joined;
+		}
+		const consac::BehaviourSpec& Behaviour = TheWorld->spec().behaviours[B];
+		FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+		Taken.Agent = &Agent;
+		Taken.Row.assign(Behaviour.observation_layout.row_bytes, std::byte{0});
+		Taken.Allowed.assign(static_cast<std::size_t>(Behaviour.masks_actions ? Behaviour.action_layout.mask_bytes : 0), std::uint8_t{1});
+		Taken.bNew = true;
+		Agent.Herd = this;
+		Agent.Place = Id;
+		return consac::Status::Ok();
+	}
+	return consac::Status(consac::StatusCode::kNotFound, "no agent of behaviour '" + Kind->Offering.name + "' was there when the training began");
+}
+
+consac::Status FConsacHerd::Join(UConsacAgentComponent& Agent)
+{
+	CONSAC_RETURN_IF_ERROR(Place(Agent));
+	BeginEpisode(Agent.Place, -1);
+	return consac::Status::Ok();
+}
+
+void FConsacHerd::Leave(UConsacAgentComponent& Agent)
+{
+	if (Knows(Agent))
+	{
+		Places[static_cast<std::size_t>(Agent.Place)].Agent = nullptr;
+		if (bRoom)
+		{
+			TheWorld->Leave(Agent.Place);
+		}
+	}
+	Agent.Herd = nullptr;
+	Agent.Place = -1;
+}
+
+bool FConsacHerd::Knows(const UConsacAgentComponent& Agent) const
+{
+	return Agent.Place >= 0 && static_cast<std::size_t>(Agent.Place) < Places.size() && Places[static_cast<std::size_t>(Agent.Place)].Agent.Get() == &Agent;
+}
+
+void FConsacHerd::Record()
+{
+	for (std::size_t B = 0; B < Kinds.size(); ++B)
+	{
+		Recorders.push_back(std::make_unique<consac::host::Recorder>(*TheWorld, B));
+	}
+}
+
+consac::Status FConsacHerd::SaveRecords(const std::string& Folder) const
+{
+	for (std::size_t B = 0; B < Recorders.size(); ++B)
+	{
+		CONSAC_RETURN_IF_ERROR(Recorders[B]->Save(Folder + "/" + Kinds[B].Offering.name + ".safetensors"));
+	}
+	return consac::Status::Ok();
+}
+
+void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
+{
+	if (UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get())
+	{
+		Agent->EpisodeSteps = 0;
+		Agent->EpisodeReward = 0.0f;
+		Agent->OnEpisodeBegin.Broadcast(Agent, Seed);
+	}
+}
+
+void FConsacHerd::Observe(consac::host::AgentId Id)
+{
+	UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get();
+	if (Agent == nullptr)
+	{
+		return;
+	}
+	std::fill(Places[static_cast<std::size_t>(Id)].Allowed.begin(), Places[static_cast<std::size_t>(Id)].Allowed.end(), std::uint8_t{1});
+	for (UConsacSensorComponent* Sensor : Agent->Sensors)
+	{
+		if (IsValid(Sensor))
+		{
+			Sensor->Sense(Sensed);
+			const consac::Status Status = SetObservation(*Agent, Sensor->ObservationName, Sensed.GetData(), Sensed.Num());
+			if (!Status.ok())
+			{
+				UE_LOG(LogConsac, Error, TEXT("the sensor %s: %s"), *Sensor->GetName(), *ConsacPlugin::FromUtf8(Status.message()));
+			}
+		}
+	}
+	Agent->OnObserve.Broadcast(Agent);
+}
+
+// What was seen, as the world's row.
+void FConsacHerd::Publish(consac::host::AgentId Id)
+{
+	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	if (!TheWorld->Joined(Id))
+	{
+		return;
+	}
+	std::memcpy(TheWorld->Observation(Id), Taken.Row.data(), Taken.Row.size());
+	std::uint8_t* Mask = TheWorld->ActionMask(Id);
+	if (Mask != nullptr)
+	{
+		std::memcpy(Mask, Taken.Allowed.data(), Taken.Allowed.size());
+	}
+}
+
+consac::Status FConsacHerd::Offer()
+{
+	bActing = false;
+	for (const std::unique_ptr<consac::host::Recorder>& Recorder : Recorders)
+	{
+		Recorder->Note();
+	}
+	return TheWorld->Offer();
+}
+
+consac::Status FConsacHerd::Begin()
+{
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (TheWorld->Joined(Id) && TheWorld->Resets(Id))
+		{
+			const std::optional<std::uint64_t> Seed = TheWorld->Seed(Id);
+			BeginEpisode(Id, Seed ? static_cast<int64>(*Seed >> 1) : -1);
+		}
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		Observe(Id);
+		Publish(Id);
+	}
+	return Offer();
+}
+
+void FConsacHerd::Act(bool bByHand)
+{
+	bActing = true;
+	for (FPlace& Taken : Places)
+	{
+		Taken.bNew = false;
+		if (UConsacAgentComponent* Agent = bByHand ? Taken.Agent.Get() : nullptr)
+		{
+			Agent->OnHeuristic.Broadcast(Agent);
+		}
+		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
+		{
+			Agent->OnAction.Broadcast(Agent);
+		}
+	}
+}
+
+void FConsacHerd::SettlePlace(consac::host::AgentId Id)
+{
+	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	if (UConsacAgentComponent* Agent = Taken.bNew ? nullptr : Taken.Agent.Get())
+	{
+		++Agent->EpisodeSteps;
+		if (Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps)
+		{
+			TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
+		}
+	}
+	Observe(Id);
+	if (TheWorld->Joined(Id) && TheWorld->Ending(Id))
+	{
+		std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
+		BeginEpisode(Id, -1);
+		Observe(Id);
+	}
+	Publish(Id);
+}
+
+consac::Status FConsacHerd::Settle()
+{
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		SettlePlace(Id);
+	}
+	return Offer();
+}
+
+void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
+{
+	if (Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew)
+	{
+		TheWorld->AddReward(Agent.Place, Reward);
+		Agent.EpisodeReward += Reward;
+	}
+}
+
+void FConsacHerd::EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End)
+{
+	if (Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew)
+	{
+		TheWorld->EndEpisode(Agent.Place, End);
+	}
+}
+
+const consac::Leaf* FConsacHerd::ActionLeaf(const UConsacAgentComponent& Agent, FName Name) const
+{
+	if (!Knows(Agent))
+	{
+		return nullptr;
+	}
+	const int32 Index = ConsacPlugin::IndexIn(Of(Agent.Place).Done, Name);
+	return Index >= 0 ? &TheWorld->ActionLeaf(TheWorld->BehaviourOf(Agent.Place), static_cast<std::size_t>(Index)) : nullptr;
+}
+
+consac::Status FConsacHerd::SetObservation(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count)
+{
+	const int32 Index = Knows(Agent) ? ConsacPlugin::IndexIn(Of(Agent.Place).Seen, Name) : -1;
+	if (Index < 0)
+	{
+		return consac::Status(consac::StatusCode::kNotFound, "there is no such observation");
+	}
+	const consac::Leaf& Leaf = TheWorld->ObservationLeaf(TheWorld->BehaviourOf(Agent.Place), static_cast<std::size_t>(Index));
+	return ConsacPlugin::WriteLeaf(Leaf, Places[static_cast<std::size_t>(Agent.Place)].Row.data(), Values, Count);
+}
+
+consac::Status FConsacHerd::SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count)
+{
+	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
+	if (Leaf == nullptr || !IsActing())
+	{
+		return consac::Status(consac::StatusCode::kNotFound, "there is no such action, or none is wanted now");
+	}
+	return ConsacPlugin::WriteLeaf(*Leaf, TheWorld->Action(Agent.Place), Values, Count);
+}
+
+bool FConsacHerd::SetAllowed(const UConsacAgentComponent& Agent, FName Name, int32 Choice, bool bAllowed)
+{
+	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
+	if (Leaf == nullptr || Choice < 0 || Choice >= Leaf->mask_count)
+	{
+		return false;
+	}
+	std::vector<std::uint8_t>& Allowed = Places[static_cast<std::size_t>(Agent.Place)].Allowed;
+	const std::size_t At = static_cast<std::size_t>(Leaf->mask_offset + Choice);
+	if (At >= Allowed.size())
+	{
+		return false;
+	}
+	Allowed[At] = bAllowed ? 1 : 0;
+	return true;
+}
+
+bool FConsacHerd::GetAction(const UConsacAgentComponent& Agent, FName Name, TArray<float>& Values) const
+{
+	Values.Reset();
+	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
+	if (Leaf == nullptr || !IsActing())
+	{
+		return false;
+	}
+	ConsacPlugin::ReadLeaf(*Leaf, TheWorld->Action(Agent.Place), Values);
+	return true;
+}

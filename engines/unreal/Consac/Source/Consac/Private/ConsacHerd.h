@@ -1,0 +1,89 @@
+// Copyright CONSAC authors. MIT License.
+// All agents of a world as one TickWorld: who has which place, what each sees and does, and when.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacCoreInclude.h"
+#include "UObject/WeakObjectPtrTemplates.h"
+
+class UConsacAgentComponent;
+
+/** Game thread only. Agents may come, go and be destroyed in any event. */
+class FConsacHerd
+{
+public:
+	~FConsacHerd();
+
+	/** Gathers agents that have begun to play. The error names the agent or the entry that does not fit.
+	 *  @param Room Places of each kind of agent where they come and go; 0: as many as there are now. */
+	consac::Status Gather(const TArray<UConsacAgentComponent*>& Agents, int32 Room);
+	/** An agent more; kResourceExhausted when every place of its kind is taken. */
+	consac::Status Join(UConsacAgentComponent& Agent);
+	/** It has gone. Where agents do not come and go its place stays, empty: it sees and does nothing. */
+	void Leave(UConsacAgentComponent& Agent);
+
+	/** What a driver drives. */
+	consac::host::TickWorld& World() { return *TheWorld; }
+	/** Ticks from one decision to the next. */
+	int32 Period() const { return Ticks; }
+	/** Takes down every step from now on. */
+	void Record();
+	/** One file in a folder for each kind of agent. */
+	consac::Status SaveRecords(const std::string& Folder) const;
+
+	/** Begins the episodes that the world wants begun, and says what the agents see first. */
+	consac::Status Begin();
+	/** Hands the decision to the agents.
+	 *  @param bByHand Their own event chooses. */
+	void Act(bool bByHand);
+	/** Whether a decision is being carried out. */
+	bool IsActing() const { return bActing && TheWorld->cue() == consac::host::Cue::kAct; }
+	/** What came of the decision; to be called when its ticks have passed. */
+	consac::Status Settle();
+
+	// What agents say and ask; each is safe at any time and for any name.
+	void AddReward(UConsacAgentComponent& Agent, float Reward);
+	void EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End);
+	consac::Status SetObservation(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
+	consac::Status SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
+	bool SetAllowed(const UConsacAgentComponent& Agent, FName Name, int32 Choice, bool bAllowed);
+	bool GetAction(const UConsacAgentComponent& Agent, FName Name, TArray<float>& Values) const;
+
+private:
+	/** A kind of agent. */
+	struct FKind
+	{
+		consac::host::Offering Offering;
+		TArray<FName> Seen;   // names of the observations, the sensors' last
+		TArray<FName> Done;   // names of the actions
+		int32 Place = 0;      // the first place
+	};
+	/** A place of the world. */
+	struct FPlace
+	{
+		TWeakObjectPtr<UConsacAgentComponent> Agent;
+		std::vector<std::byte> Row;         // what it sees
+		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
+		bool bNew = true;                   // no decision was made for it yet
+	};
+
+	static consac::Result<FKind> KindOf(const UConsacAgentComponent& Agent);
+	consac::Status Place(UConsacAgentComponent& Agent);
+	const FKind& Of(consac::host::AgentId Id) const { return Kinds[TheWorld->BehaviourOf(Id)]; }
+	bool Knows(const UConsacAgentComponent& Agent) const;
+	const consac::Leaf* ActionLeaf(const UConsacAgentComponent& Agent, FName Name) const;
+	void BeginEpisode(consac::host::AgentId Id, int64 Seed);
+	void Observe(consac::host::AgentId Id);
+	void Publish(consac::host::AgentId Id);
+	void SettlePlace(consac::host::AgentId Id);
+	consac::Status Offer();
+
+	std::unique_ptr<consac::host::TickWorld> TheWorld;
+	std::vector<FKind> Kinds;
+	std::vector<FPlace> Places;
+	std::vector<std::unique_ptr<consac::host::Recorder>> Recorders;
+	TArray<float> Sensed;
+	int32 Ticks = 1;
+	bool bRoom = false;
+	bool bActing = false;
+};

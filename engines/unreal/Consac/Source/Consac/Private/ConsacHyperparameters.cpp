@@ -1,0 +1,226 @@
+// Copyright CONSAC authors. MIT License.
+// Written by tools/generate_hyperparameters.py from the program's own table; do not edit.
+
+#include "ConsacHyperparameters.h"
+
+namespace
+{
+FString ConsacTextOf(const FConsacSchedule& Schedule)
+{
+	return FString::Printf(TEXT("%s%.17g"), Schedule.bLinear ? TEXT("lin_") : TEXT(""), Schedule.Value);
+}
+
+FString ConsacTextOf(EConsacActFun Value)
+{
+	switch (Value)
+	{
+	case EConsacActFun::Tanh:
+		return TEXT("tanh");
+	case EConsacActFun::Relu:
+		return TEXT("relu");
+	case EConsacActFun::Sigmoid:
+		return TEXT("sigmoid");
+	case EConsacActFun::Elu:
+		return TEXT("elu");
+	case EConsacActFun::LeakyRelu:
+		return TEXT("leaky_relu");
+	case EConsacActFun::Silu:
+		return TEXT("silu");
+	case EConsacActFun::Softplus:
+		return TEXT("softplus");
+	case EConsacActFun::Linear:
+		return TEXT("linear");
+	}
+	return TEXT("tanh");
+}
+
+FString ConsacTextOf(EConsacAdvantageStd Value)
+{
+	switch (Value)
+	{
+	case EConsacAdvantageStd::Population:
+		return TEXT("population");
+	case EConsacAdvantageStd::Sample:
+		return TEXT("sample");
+	}
+	return TEXT("population");
+}
+
+FString ConsacTextOf(EConsacValueLoss Value)
+{
+	switch (Value)
+	{
+	case EConsacValueLoss::Sb2:
+		return TEXT("sb2");
+	case EConsacValueLoss::Sb3:
+		return TEXT("sb3");
+	}
+	return TEXT("sb2");
+}
+
+FString ConsacTextOf(EConsacOptimizer Value)
+{
+	switch (Value)
+	{
+	case EConsacOptimizer::Tensorflow:
+		return TEXT("tensorflow");
+	case EConsacOptimizer::Pytorch:
+		return TEXT("pytorch");
+	}
+	return TEXT("tensorflow");
+}
+
+FString ConsacTextOf(EConsacPolicy Value)
+{
+	switch (Value)
+	{
+	case EConsacPolicy::MlpPolicy:
+		return TEXT("MlpPolicy");
+	}
+	return TEXT("MlpPolicy");
+}
+
+FString ConsacTextOf(EConsacTruncation Value)
+{
+	switch (Value)
+	{
+	case EConsacTruncation::Bootstrap:
+		return TEXT("bootstrap");
+	case EConsacTruncation::Terminal:
+		return TEXT("terminal");
+	}
+	return TEXT("bootstrap");
+}
+}
+
+FString UConsacPpo2Hyperparameters::GetAlgorithm() const
+{
+	return TEXT("ppo2");
+}
+
+void UConsacPpo2Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddReal(Into, TEXT("ent_coef"), EntCoef);
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddReal(Into, TEXT("vf_coef"), VfCoef);
+	if (bSetMaxGradNorm)
+	{
+		AddReal(Into, TEXT("max_grad_norm"), MaxGradNorm);
+	}
+	else
+	{
+		AddText(Into, TEXT("max_grad_norm"), TEXT("none"));
+	}
+	AddReal(Into, TEXT("lam"), Lam);
+	AddInteger(Into, TEXT("nminibatches"), Nminibatches);
+	AddInteger(Into, TEXT("noptepochs"), Noptepochs);
+	AddText(Into, TEXT("cliprange"), ConsacTextOf(Cliprange));
+	if (bSetCliprangeVf)
+	{
+		AddText(Into, TEXT("cliprange_vf"), ConsacTextOf(CliprangeVf));
+	}
+	else
+	{
+		AddText(Into, TEXT("cliprange_vf"), TEXT("none"));
+	}
+	if (bSetBatchSize)
+	{
+		AddInteger(Into, TEXT("batch_size"), BatchSize);
+	}
+	else
+	{
+		AddText(Into, TEXT("batch_size"), TEXT("none"));
+	}
+	AddText(Into, TEXT("act_fun"), ConsacTextOf(ActFun));
+	if (bSetTargetKl)
+	{
+		AddReal(Into, TEXT("target_kl"), TargetKl);
+	}
+	else
+	{
+		AddText(Into, TEXT("target_kl"), TEXT("none"));
+	}
+	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
+	AddText(Into, TEXT("advantage_std"), ConsacTextOf(AdvantageStd));
+	AddText(Into, TEXT("value_loss"), ConsacTextOf(ValueLoss));
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddBoolean(Into, TEXT("ortho_init"), bOrthoInit);
+	AddReal(Into, TEXT("log_std_init"), LogStdInit);
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}
+
+FString UConsacPpoHyperparameters::GetAlgorithm() const
+{
+	return TEXT("ppo");
+}
+
+void UConsacPpoHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddInteger(Into, TEXT("batch_size"), BatchSize);
+	AddInteger(Into, TEXT("n_epochs"), NEpochs);
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddReal(Into, TEXT("gae_lambda"), GaeLambda);
+	AddText(Into, TEXT("clip_range"), ConsacTextOf(ClipRange));
+	if (bSetClipRangeVf)
+	{
+		AddText(Into, TEXT("clip_range_vf"), ConsacTextOf(ClipRangeVf));
+	}
+	else
+	{
+		AddText(Into, TEXT("clip_range_vf"), TEXT("none"));
+	}
+	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
+	AddReal(Into, TEXT("ent_coef"), EntCoef);
+	AddReal(Into, TEXT("vf_coef"), VfCoef);
+	if (bSetMaxGradNorm)
+	{
+		AddReal(Into, TEXT("max_grad_norm"), MaxGradNorm);
+	}
+	else
+	{
+		AddText(Into, TEXT("max_grad_norm"), TEXT("none"));
+	}
+	if (bSetTargetKl)
+	{
+		AddReal(Into, TEXT("target_kl"), TargetKl);
+	}
+	else
+	{
+		AddText(Into, TEXT("target_kl"), TEXT("none"));
+	}
+	if (bSetNminibatches)
+	{
+		AddInteger(Into, TEXT("nminibatches"), Nminibatches);
+	}
+	else
+	{
+		AddText(Into, TEXT("nminibatches"), TEXT("none"));
+	}
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
+	AddText(Into, TEXT("advantage_std"), ConsacTextOf(AdvantageStd));
+	AddText(Into, TEXT("value_loss"), ConsacTextOf(ValueLoss));
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddBoolean(Into, TEXT("ortho_init"), bOrthoInit);
+	AddReal(Into, TEXT("log_std_init"), LogStdInit);
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}

@@ -1,0 +1,159 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacModel.h"
+
+#include "ConsacConvert.h"
+#include "ConsacCoreInclude.h"
+#include "ConsacModelState.h"
+#include "Templates/PimplPtr.h"
+
+namespace ConsacPlugin
+{
+
+static consac::Status NoModel()
+{
+	return consac::Status(consac::StatusCode::kFailedPrecondition, "there is no model yet; Load Model gives one");
+}
+
+// Acts for so many rows; the actions are in State.Actions.
+static consac::Status ActFor(FConsacModelState& State, const TArray<float>& Values, int64 Rows, bool bDeterministic)
+{
+	const consac::Layout& Seen = State.Policy->observation_layout();
+	const std::size_t SeenBytes = Seen.row_bytes;
+	const int64 Count = CountOf(Seen);
+	if (Rows > State.Room)
+	{
+		consac::Result<consac::Policy> Larger = consac::Policy::Create(State.Policy->data(), Rows);
+		if (!Larger.ok())
+		{
+			return Larger.status();
+		}
+		State.Policy.emplace(std::move(*Larger));
+		State.Room = Rows;
+	}
+	State.Observations.assign(static_cast<std::size_t>(Rows) * SeenBytes, std::byte{0});
+	State.Actions.resize(static_cast<std::size_t>(Rows) * State.Policy->action_layout().row_bytes);
+	const consac::Layout& Layout = State.Policy->observation_layout();
+	for (int64 Row = 0; Row < Rows; ++Row)
+	{
+		CONSAC_RETURN_IF_ERROR(WriteRow(Layout, State.Observations.data() + static_cast<std::size_t>(Row) * SeenBytes, Values.GetData() + Row * Count, Count));
+	}
+	State.Policy->Act(State.Observations.data(), nullptr, Rows, bDeterministic ? consac::ActionMode::kDeterministic : consac::ActionMode::kSample,
+		State.Rng, State.Actions.data());
+	return consac::Status::Ok();
+}
+
+}
+
+UConsacModel::UConsacModel()
+	: State(MakePimpl<FConsacModelState>())
+{
+}
+
+FConsacModelState* UConsacModel::GetState() const
+{
+	return State.Get();
+}
+
+bool UConsacModel::Load(const FString& Path, FString& Error)
+{
+	consac::Result<std::vector<std::byte>> Bytes = consac::ReadFile(ConsacPlugin::ToFile(Path));
+	if (!Bytes.ok())
+	{
+		return ConsacPlugin::Explain(Bytes.status(), Error);
+	}
+	consac::Result<consac::Policy> Policy = consac::Policy::FromBytes(*Bytes, 1);
+	if (!Policy.ok())
+	{
+		return ConsacPlugin::Explain(Policy.status(), Error);
+	}
+	State->Bytes = std::move(*Bytes);
+	State->Policy.emplace(std::move(*Policy));
+	State->Room = 1;
+	return ConsacPlugin::Explain(consac::Status::Ok(), Error);
+}
+
+void UConsacModel::Predict(const TArray<float>& Observation, bool bDeterministic, EConsacResult& Result, FConsacAction& Action, FString& Error)
+{
+	Action = FConsacAction();
+	consac::Status Status = ConsacPlugin::NoModel();
+	if (State->Policy)
+	{
+		const int64 Wanted = GetObservationSize();
+		Status = Observation.Num() == Wanted ? ConsacPlugin::ActFor(*State, Observation, 1, bDeterministic)
+			: consac::Status(consac::StatusCode::kInvalidArgument, "the observation has " + std::to_string(Observation.Num()) + " numbers; the model sees " + std::to_string(Wanted));
+	}
+	if (ConsacPlugin::Answer(Status, Result, Error))
+	{
+		Action = ConsacPlugin::ToAction(State->Policy->action_layout(), State->Actions.data());
+	}
+}
+
+void UConsacModel::PredictMany(const TArray<float>& Observations, bool bDeterministic, EConsacResult& Result, TArray<float>& Actions, FString& Error)
+{
+	// A node may be given one list as its input and its output.
+	const TArray<float> Given = Observations;
+	Actions.Reset();
+	consac::Status Status = ConsacPlugin::NoModel();
+	const int64 Size = GetObservationSize();
+	const int64 Rows = Size > 0 ? Given.Num() / Size : 0;
+	if (State->Policy)
+	{
+		Status = Rows * Size == Given.Num() ? consac::Status::Ok()
+			: consac::Status(consac::StatusCode::kInvalidArgument, std::to_string(Given.Num()) + " numbers are no whole number of observations of " + std::to_string(Size));
+		if (Status.ok() && Rows > 0)
+		{
+			Status = ConsacPlugin::ActFor(*State, Given, Rows, bDeterministic);
+		}
+	}
+	if (ConsacPlugin::Answer(Status, Result, Error))
+	{
+		const consac::Layout& Layout = State->Policy->action_layout();
+		Actions.Reserve(static_cast<int32>(Rows) * GetActionSize());
+		for (int64 Row = 0; Row < Rows; ++Row)
+		{
+			for (const consac::Leaf& Leaf : Layout.leaves)
+			{
+				ConsacPlugin::ReadLeaf(Leaf, State->Actions.data() + static_cast<std::size_t>(Row) * Layout.row_bytes, Actions);
+			}
+		}
+	}
+}
+
+void UConsacModel::CheckModelSpaces(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, EConsacResult& Result, FString& Error)
+{
+	const consac::Result<consac::Space> Seen = ConsacPlugin::ToSpace(ObservationSpace);
+	const consac::Result<consac::Space> Done = ConsacPlugin::ToSpace(ActionSpace);
+	consac::Status Status = !State->Policy ? ConsacPlugin::NoModel() : !Seen.ok() ? Seen.status() : Done.status();
+	if (Status.ok())
+	{
+		Status = State->Policy->Fits(consac::BehaviourSpec::Of(State->Policy->data().behaviour, *Seen, *Done, 1));
+	}
+	ConsacPlugin::Answer(Status, Result, Error);
+}
+
+int32 UConsacModel::GetObservationSize() const
+{
+	return State->Policy ? ConsacPlugin::CountOf(State->Policy->observation_layout()) : 0;
+}
+
+int32 UConsacModel::GetActionSize() const
+{
+	return State->Policy ? ConsacPlugin::CountOf(State->Policy->action_layout()) : 0;
+}
+
+FString UConsacModel::DescribeModel() const
+{
+	if (!State->Policy)
+	{
+		return TEXT("no model");
+	}
+	const consac::PolicyData& Data = State->Policy->data();
+	return ConsacPlugin::FromUtf8(Data.behaviour + ": sees " + Data.observation_space.ToString() + ", does " + Data.action_space.ToString() + ", " +
+		std::to_string(Data.parameters.size()) + " parameters");
+}
+
+void UConsacModel::BeginDestroy()
+{
+	State->Policy.reset();
+	Super::BeginDestroy();
+}

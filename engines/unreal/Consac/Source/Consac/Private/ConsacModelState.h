@@ -1,0 +1,16 @@
+// Copyright CONSAC authors. MIT License.
+// What is behind a UConsacModel.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacCoreInclude.h"
+
+struct FConsacModelState
+{
+	std::vector<std::byte> Bytes;          // the file, for drivers that make models of their own
+	std::optional<consac::Policy> Policy;  // none until Load
+	int64 Room = 0;                        // rows that it can act for at once
+	std::vector<std::byte> Observations;
+	std::vector<std::byte> Actions;
+	consac::Rng Rng = consac::Rng(0, 0);
+};

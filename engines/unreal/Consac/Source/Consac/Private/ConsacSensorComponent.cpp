@@ -1,0 +1,37 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacSensorComponent.h"
+
+#include "ConsacAgentComponent.h"
+#include "ConsacLog.h"
+#include "GameFramework/Actor.h"
+#include "Logging/LogMacros.h"
+
+FConsacSpace UConsacSensorComponent::GetSpace() const
+{
+	return FConsacSpace();
+}
+
+void UConsacSensorComponent::Sense(TArray<float>& Values)
+{
+	Values.Reset();
+}
+
+TArray<float> UConsacSensorComponent::GetSensorValues()
+{
+	TArray<float> Values;
+	Sense(Values);
+	return Values;
+}
+
+void UConsacSensorComponent::BeginPlay()
+{
+	Super::BeginPlay();
+	AActor* Owner = GetOwner();
+	UConsacAgentComponent* Agent = Owner != nullptr ? Owner->FindComponentByClass<UConsacAgentComponent>() : nullptr;
+	if (Agent == nullptr)
+	{
+		UE_LOG(LogConsac, Error, TEXT("the sensor %s is on an actor without a Consac Agent"), *GetName());
+		return;
+	}
+	Agent->AddSensor(this);
+}

@@ -1,0 +1,143 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacTrainerProgram.h"
+
+#include "ConsacConvert.h"
+#include "ConsacCoreInclude.h"
+#include "ConsacLog.h"
+#include "HAL/PlatformProcess.h"
+#include "Interfaces/IPluginManager.h"
+#include "Logging/LogMacros.h"
+#include "Misc/Paths.h"
+#include "Templates/PimplPtr.h"
+
+struct FConsacProcess
+{
+	FProcHandle Handle;
+	FString ModelPath;
+};
+
+namespace ConsacPlugin
+{
+
+// The program that was packed with the plugin.
+static FString PackedProgram()
+{
+	const auto Plugin = IPluginManager::Get().FindPlugin(TEXT("Consac"));
+	const FString Folder = Plugin ? FPaths::ConvertRelativePathToFull(Plugin->GetBaseDir()) : FString();
+#if PLATFORM_WINDOWS
+	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Win64"), TEXT("consac.exe"));
+#else
+	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Linux"), TEXT("consac"));
+#endif
+}
+
+// An argument in quotes; false when it cannot be one.
+static bool Quoted(const FString& Argument, std::string& Line)
+{
+	const std::string Text = ToUtf8(Argument);
+	if (Text.find_first_of("\"\n\r") != std::string::npos || (!Text.empty() && Text.back() == '\\'))
+	{
+		return false;
+	}
+	Line += (Line.empty() ? "\"" : " \"") + Text + "\"";
+	return true;
+}
+
+// A name that no run has yet, so that nothing is written over.
+static FString FreeRunName(const FString& Folder, const FString& Wanted)
+{
+	FString Name = Wanted;
+	for (int32 Number = 2; FPaths::FileExists(FPaths::Combine(Folder, Name, TEXT("config.yaml"))); ++Number)
+	{
+		Name = FString::Printf(TEXT("%s-%d"), *Wanted, Number);
+	}
+	return Name;
+}
+
+}
+
+UConsacTrainerProgram::UConsacTrainerProgram()
+	: Process(MakePimpl<FConsacProcess>())
+{
+}
+
+bool UConsacTrainerProgram::Start(const FConsacProgramSettings& Settings, const TArray<FString>& MoreArguments, FString& Error)
+{
+	using consac::Status;
+	using consac::StatusCode;
+	if (IsRunning())
+	{
+		return ConsacPlugin::Explain(Status(StatusCode::kFailedPrecondition, "the trainer program is running already; Stop Trainer Program ends it"), Error);
+	}
+	const FString Program = Settings.Program.IsEmpty() ? ConsacPlugin::PackedProgram() : Settings.Program;
+	if (!FPaths::FileExists(Program))
+	{
+		return ConsacPlugin::Explain(Status(StatusCode::kNotFound, "there is no program " + ConsacPlugin::ToUtf8(Program) + "; give its path in Program"), Error);
+	}
+	const FString Runs = Settings.RunsFolder.IsEmpty() ? FPaths::Combine(FPaths::ProjectSavedDir(), TEXT("Consac")) : Settings.RunsFolder;
+	const FString Folder = FPaths::ConvertRelativePathToFull(Runs);
+	const FString Name = ConsacPlugin::FreeRunName(Folder, Settings.RunName.IsEmpty() ? FString(TEXT("unreal")) : Settings.RunName);
+	TArray<FString> Arguments;
+	Arguments.Add(TEXT("train"));
+	Arguments.Add(FString::Printf(TEXT("tcp://%s:%d"), *Settings.Host, Settings.Port));
+	Arguments.Append({ TEXT("--name"), Name, TEXT("--dir"), Folder });
+	if (!Settings.Algorithm.IsEmpty())
+	{
+		Arguments.Append({ TEXT("--algo"), Settings.Algorithm });
+	}
+	if (Settings.TotalSteps > 0)
+	{
+		Arguments.Append({ TEXT("--steps"), FString::Printf(TEXT("%lld"), Settings.TotalSteps) });
+	}
+	Arguments.Append(MoreArguments);
+	std::string Line;
+	for (const FString& Argument : Arguments)
+	{
+		if (!ConsacPlugin::Quoted(Argument, Line))
+		{
+			return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "the argument " + ConsacPlugin::ToUtf8(Argument) + " has a quote, a line break or a \\ at its end"), Error);
+		}
+	}
+	const FString All = FString::Printf(TEXT("%s %s"), *ConsacPlugin::FromUtf8(Line), *Settings.ExtraArguments);
+	Process->Handle = FPlatformProcess::CreateProc(*Program, *All, false, true, true, nullptr, 0, nullptr, nullptr);
+	Process->ModelPath = FPaths::Combine(Folder, Name, TEXT("model.consac"));
+	if (!Process->Handle.IsValid())
+	{
+		return ConsacPlugin::Explain(Status(StatusCode::kUnavailable, ConsacPlugin::ToUtf8(Program) + " could not be started"), Error);
+	}
+	UE_LOG(LogConsac, Display, TEXT("started %s %s"), *Program, *All);
+	return ConsacPlugin::Explain(Status::Ok(), Error);
+}
+
+bool UConsacTrainerProgram::IsRunning()
+{
+	return Process->Handle.IsValid() && FPlatformProcess::IsProcRunning(Process->Handle);
+}
+
+void UConsacTrainerProgram::Stop()
+{
+	if (IsRunning())
+	{
+		FPlatformProcess::TerminateProc(Process->Handle, true);
+	}
+	if (Process->Handle.IsValid())
+	{
+		FPlatformProcess::CloseProc(Process->Handle);
+	}
+	Process->Handle = FProcHandle();
+}
+
+FString UConsacTrainerProgram::GetModelPath() const
+{
+	return Process->ModelPath;
+}
+
+void UConsacTrainerProgram::BeginDestroy()
+{
+	if (Process->Handle.IsValid())
+	{
+		FPlatformProcess::CloseProc(Process->Handle);
+		Process->Handle = FProcHandle();
+	}
+	Super::BeginDestroy();
+}

@@ -1,0 +1,371 @@
+// Copyright CONSAC authors. MIT License.
+// Written by tools/generate_hyperparameters.py from the program's own table; do not edit.
+
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacHyperparametersBase.h"
+#include "ConsacHyperparameters.generated.h"
+
+/** What ActFun may be. */
+UENUM(BlueprintType)
+enum class EConsacActFun : uint8
+{
+	Tanh UMETA(DisplayName="tanh"),
+	Relu UMETA(DisplayName="relu"),
+	Sigmoid UMETA(DisplayName="sigmoid"),
+	Elu UMETA(DisplayName="elu"),
+	LeakyRelu UMETA(DisplayName="leaky_relu"),
+	Silu UMETA(DisplayName="silu"),
+	Softplus UMETA(DisplayName="softplus"),
+	Linear UMETA(DisplayName="linear")
+};
+
+/** What AdvantageStd may be. */
+UENUM(BlueprintType)
+enum class EConsacAdvantageStd : uint8
+{
+	Population UMETA(DisplayName="population"),
+	Sample UMETA(DisplayName="sample")
+};
+
+/** What ValueLoss may be. */
+UENUM(BlueprintType)
+enum class EConsacValueLoss : uint8
+{
+	Sb2 UMETA(DisplayName="sb2"),
+	Sb3 UMETA(DisplayName="sb3")
+};
+
+/** What Optimizer may be. */
+UENUM(BlueprintType)
+enum class EConsacOptimizer : uint8
+{
+	Tensorflow UMETA(DisplayName="tensorflow"),
+	Pytorch UMETA(DisplayName="pytorch")
+};
+
+/** What Policy may be. */
+UENUM(BlueprintType)
+enum class EConsacPolicy : uint8
+{
+	MlpPolicy UMETA(DisplayName="MlpPolicy")
+};
+
+/** What Truncation may be. */
+UENUM(BlueprintType)
+enum class EConsacTruncation : uint8
+{
+	Bootstrap UMETA(DisplayName="bootstrap"),
+	Terminal UMETA(DisplayName="terminal")
+};
+
+/** A number that stays, or goes down to nothing over the training. */
+USTRUCT(BlueprintType)
+struct CONSAC_API FConsacSchedule
+{
+	GENERATED_BODY()
+
+	FConsacSchedule() = default;
+	FConsacSchedule(double InValue, bool bInLinear) : Value(InValue), bLinear(bInLinear) {}
+
+	/** The value; at the start, where it goes down. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	double Value = 0.0;
+
+	/** Times the part of the training that is left: 1 at its start, 0 at its end. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bLinear = false;
+};
+
+/** Hyperparameters of ppo2: proximal policy optimisation as in Stable Baselines 2.10.2, the thesis' algorithm. */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacPpo2Hyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** Discount per step. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Steps per world and update; the rollout is n_steps times worlds. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 NSteps = 128;
+
+	/** Weight of the entropy bonus. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double EntCoef = 0.01;
+
+	/** Adam's step size. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(2.5e-4, false);
+
+	/** Weight of the value loss. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double VfCoef = 0.5;
+
+	/** Whether max_grad_norm is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetMaxGradNorm = true;
+
+	/** Global gradient norm is clipped to this. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetMaxGradNorm"))
+	double MaxGradNorm = 0.5;
+
+	/** Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Lam = 0.95;
+
+	/** Minibatches per epoch; must divide the rollout. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 Nminibatches = 4;
+
+	/** Passes over the rollout per update. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 Noptepochs = 4;
+
+	/** How far the probability ratio may move. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule Cliprange = FConsacSchedule(0.2, false);
+
+	/** Whether cliprange_vf is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetCliprangeVf = false;
+
+	/** How far the value may move; none: as cliprange, negative: no clipping. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(EditCondition="bSetCliprangeVf"))
+	FConsacSchedule CliprangeVf = FConsacSchedule(0.0, false);
+
+	/** Whether batch_size is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetBatchSize = false;
+
+	/** Rows per minibatch, instead of nminibatches. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetBatchSize"))
+	int32 BatchSize = 1;
+
+	/** Activation of hidden layers. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActFun = EConsacActFun::Tanh;
+
+	/** Whether target_kl is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetTargetKl = false;
+
+	/** Stop an update's epochs past 1.5 times this divergence. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetTargetKl"))
+	double TargetKl = 0.0;
+
+	/** Standardise advantages per minibatch. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormalizeAdvantage = true;
+
+	/** Deviation by n (SB2) or n - 1 (SB3). (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacAdvantageStd AdvantageStd = EConsacAdvantageStd::Population;
+
+	/** Half the mean of the larger of both errors, or the mean of one. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss ValueLoss = EConsacValueLoss::Sb2;
+
+	/** Whose form of Adam and of the gradient clip. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Tensorflow;
+
+	/** Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+
+	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+
+	/** Orthogonal initial weights; false: PyTorch's uniform. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bOrthoInit = true;
+
+	/** Starting log standard deviation of Box actions. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
+	double LogStdInit = 0.0;
+
+	/** Adam's epsilon. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-5;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};
+
+/** Hyperparameters of ppo: proximal policy optimisation as in Stable Baselines3. */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacPpoHyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** Adam's step size. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(3e-4, false);
+
+	/** Steps per world and update; the rollout is n_steps times worlds. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 NSteps = 2048;
+
+	/** Rows per minibatch. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 BatchSize = 64;
+
+	/** Passes over the rollout per update. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 NEpochs = 10;
+
+	/** Discount per step. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double GaeLambda = 0.95;
+
+	/** How far the probability ratio may move. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule ClipRange = FConsacSchedule(0.2, false);
+
+	/** Whether clip_range_vf is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetClipRangeVf = false;
+
+	/** How far the value may move; none: no clipping. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(EditCondition="bSetClipRangeVf"))
+	FConsacSchedule ClipRangeVf = FConsacSchedule(0.0, false);
+
+	/** Standardise advantages per minibatch. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormalizeAdvantage = true;
+
+	/** Weight of the entropy bonus. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double EntCoef = 0.0;
+
+	/** Weight of the value loss. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double VfCoef = 0.5;
+
+	/** Whether max_grad_norm is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetMaxGradNorm = true;
+
+	/** Global gradient norm is clipped to this. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetMaxGradNorm"))
+	double MaxGradNorm = 0.5;
+
+	/** Whether target_kl is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetTargetKl = false;
+
+	/** Stop an update's epochs past 1.5 times this divergence. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetTargetKl"))
+	double TargetKl = 0.0;
+
+	/** Whether nminibatches is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetNminibatches = false;
+
+	/** Minibatches per epoch, instead of batch_size. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetNminibatches"))
+	int32 Nminibatches = 1;
+
+	/** Activation of hidden layers. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Tanh;
+
+	/** Deviation by n (SB2) or n - 1 (SB3). (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacAdvantageStd AdvantageStd = EConsacAdvantageStd::Sample;
+
+	/** Half the mean of the larger of both errors, or the mean of one. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss ValueLoss = EConsacValueLoss::Sb3;
+
+	/** Whose form of Adam and of the gradient clip. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
+
+	/** Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+
+	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+
+	/** Orthogonal initial weights; false: PyTorch's uniform. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bOrthoInit = true;
+
+	/** Starting log standard deviation of Box actions. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
+	double LogStdInit = 0.0;
+
+	/** Adam's epsilon. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-5;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};

@@ -1,0 +1,58 @@
+// Copyright CONSAC authors. MIT License.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacTypes.h"
+#include "Templates/PimplPtr.h"
+#include "UObject/Object.h"
+#include "ConsacModel.generated.h"
+
+struct FConsacModelState;
+
+/** A trained model that acts in the game: no network, no other program. Load Model makes it. */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacModel : public UObject
+{
+	GENERATED_BODY()
+
+public:
+	UConsacModel();
+
+	/** The action for one observation. Fails when the observation has another number of values than the model wants.
+	 *  @param bDeterministic The best action; otherwise one drawn as the training did. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Predict", ExpandEnumAsExecs="Result"))
+	void Predict(const TArray<float>& Observation, bool bDeterministic, EConsacResult& Result, FConsacAction& Action, FString& Error);
+
+	/** The actions for many observations in one go.
+	 *  @param Observations One after the other, Get Observation Size numbers each.
+	 *  @param Actions One after the other, Get Action Size numbers each. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Predict Many", ExpandEnumAsExecs="Result"))
+	void PredictMany(const TArray<float>& Observations, bool bDeterministic, EConsacResult& Result, TArray<float>& Actions, FString& Error);
+
+	/** Fails with the first difference when the model was trained for other spaces. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Check Model Spaces", ExpandEnumAsExecs="Result"))
+	void CheckModelSpaces(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, EConsacResult& Result, FString& Error);
+
+	/** Numbers in one observation; 0 without a model. */
+	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Get Observation Size"))
+	int32 GetObservationSize() const;
+
+	/** Numbers in one action; 0 without a model. */
+	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Get Action Size"))
+	int32 GetActionSize() const;
+
+	/** The behaviour, the spaces and the network in a line. */
+	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Describe Model"))
+	FString DescribeModel() const;
+
+	/** Reads a file and lets the model test itself; false and Error when it is none, damaged, or fails its own test. */
+	bool Load(const FString& Path, FString& Error);
+
+	/** What was loaded; for the plugin's own code. */
+	FConsacModelState* GetState() const;
+
+	virtual void BeginDestroy() override;
+
+private:
+	TPimplPtr<FConsacModelState> State;
+};

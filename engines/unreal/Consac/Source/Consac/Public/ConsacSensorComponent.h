@@ -1,0 +1,31 @@
+// Copyright CONSAC authors. MIT License.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "Components/SceneComponent.h"
+#include "ConsacTypes.h"
+#include "ConsacSensorComponent.generated.h"
+
+/** What an agent sees without a graph: put it on the actor that has a Consac Agent. */
+UCLASS(Abstract, ClassGroup=(Consac))
+class CONSAC_API UConsacSensorComponent : public USceneComponent
+{
+	GENERATED_BODY()
+
+public:
+	/** Its name among the agent's observations; unique there. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor")
+	FName ObservationName;
+
+	/** The latest numbers. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Sensor", meta=(DisplayName="Get Sensor Values"))
+	TArray<float> GetSensorValues();
+
+	/** What it can see. */
+	virtual FConsacSpace GetSpace() const;
+
+	/** Looks: writes as many numbers as its space has. */
+	virtual void Sense(TArray<float>& Values);
+
+	virtual void BeginPlay() override;
+};

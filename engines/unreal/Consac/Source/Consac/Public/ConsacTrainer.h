@@ -1,0 +1,221 @@
+// Copyright CONSAC authors. MIT License.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacTrainerProgram.h"
+#include "ConsacTypes.h"
+#include "GameFramework/Actor.h"
+#include "Templates/PimplPtr.h"
+#include "UObject/ObjectPtr.h"
+#include "ConsacTrainer.generated.h"
+
+class UConsacAgentComponent;
+class UConsacHyperparameters;
+class UConsacModel;
+struct FConsacTrainerState;
+
+/** Who decides what the agents do. */
+UENUM(BlueprintType)
+enum class EConsacMode : uint8
+{
+	/** A trainer in another program, which connects to Host and Port. */
+	Serve,
+	/** This game learns by itself, on a thread of its own. */
+	Train UMETA(DisplayName="Train Inside"),
+	/** Trained models. */
+	Act,
+	/** A person, or rules: the agents' event On Heuristic. */
+	ByHand
+};
+
+/** What agents do while this game learns from what they did. */
+UENUM(BlueprintType)
+enum class EConsacWhileLearning : uint8
+{
+	/** Nothing: every step is learned from. */
+	Wait,
+	/** They go on by the latest model; these steps are not learned from. */
+	GoOn
+};
+
+/** The model of one kind of agent. */
+USTRUCT(BlueprintType)
+struct CONSAC_API FConsacBehaviourModel
+{
+	GENERATED_BODY()
+
+	/** The agents' Behaviour. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
+	FString Behaviour = TEXT("default");
+
+	/** A .consac file; a relative path is one below Saved/Consac of the project. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
+	FString Path;
+
+	/** A model that was loaded already, instead of Path. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
+	TObjectPtr<UConsacModel> Model;
+};
+
+DECLARE_DYNAMIC_MULTICAST_DELEGATE(FConsacTrainerEvent);
+DECLARE_DYNAMIC_MULTICAST_DELEGATE_OneParam(FConsacTrainerErrorEvent, const FString&, Error);
+
+/** Gathers all agents of its world and drives them together. One in a world. */
+UCLASS(BlueprintType, Blueprintable, ClassGroup=(Consac), meta=(DisplayName="Consac Trainer"))
+class CONSAC_API AConsacTrainer : public AActor
+{
+	GENERATED_BODY()
+
+public:
+	AConsacTrainer();
+
+	/** Who decides. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
+	EConsacMode Mode = EConsacMode::Serve;
+
+	/** Begins with the game; otherwise Start Training begins. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
+	bool bAutoStart = true;
+
+	/** Steps of single agents to train for; 0 in Serve: until the trainer has enough. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
+	int64 TotalSteps = 100000;
+
+	/** Of the world's and the learner's random numbers. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
+	int64 Seed = 0;
+
+	/** Agents of each kind that may be there at once, where they come and go; 0: all are there from the start. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
+	int32 RoomForAgents = 0;
+
+	/** Serve: the address to listen on; 127.0.0.1 for trainers on this computer only. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
+	FString Host = TEXT("127.0.0.1");
+
+	/** Serve: the port; 0 for any that is free. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve", meta=(ClampMin="0", ClampMax="65535"))
+	int32 Port = 5005;
+
+	/** Serve: the model that the trainer is to use or to make. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
+	FString ModelName;
+
+	/** Serve: what a trainer must show; needed to listen beyond this computer. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
+	FString Token;
+
+	/** Serve: the program that the button Start Trainer Program starts. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
+	FConsacProgramSettings Program;
+
+	/** Train Inside, and the program: how to learn; none: the defaults. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
+	TObjectPtr<UConsacHyperparameters> Hyperparameters;
+
+	/** Train Inside: what agents do meanwhile. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
+	EConsacWhileLearning WhileLearning = EConsacWhileLearning::GoOn;
+
+	/** Train Inside: where the models are saved at the end, one for each kind of agent; empty: nowhere. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
+	FString SaveFolder;
+
+	/** Act: a model for each kind of agent. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Act", meta=(TitleProperty="Behaviour"))
+	TArray<FConsacBehaviourModel> Models;
+
+	/** Act: the best action; otherwise one drawn as the training did. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Act")
+	bool bDeterministic = true;
+
+	/** Each tick waits for the decision that it needs, so that none passes without. The game stands still meanwhile;
+	 *  without this only an unattended game (-unattended) waits. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
+	bool bLockStep = false;
+
+	/** Longest wait of one tick, in seconds. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.001", ClampMax="60"))
+	float MaxWaitSeconds = 1.0f;
+
+	/** Most decisions within one tick. Above 1 only for worlds whose actions are complete when On Action returns. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="1"))
+	int32 MaxStepsPerTick = 1;
+
+	/** Every tick is the same length of game time, and as many follow each other as the computer can. All settings that
+	 *  this changes are put back at the end. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
+	bool bFixedStep = false;
+
+	/** Length of such a tick, in seconds. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.0001", ClampMax="1", EditCondition="bFixedStep"))
+	float FixedStepSeconds = 0.016667f;
+
+	/** Seconds between two lines in the log that say how it stands; 0: none. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0"))
+	float LogSeconds = 10.0f;
+
+	/** Where demonstrations are saved at the end, one file for each kind of agent; empty: they are not recorded. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Recording")
+	FString RecordFolder;
+
+	/** The training has come to its end. */
+	UPROPERTY(BlueprintAssignable, Category="Consac|Trainer")
+	FConsacTrainerEvent OnTrainingCompleted;
+
+	/** Something went wrong. It goes on where it can. */
+	UPROPERTY(BlueprintAssignable, Category="Consac|Trainer")
+	FConsacTrainerErrorEvent OnTrainerError;
+
+	/** Gathers the agents and begins. Fails when it has begun, when there are no agents, or when something does not fit. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Start Training", ExpandEnumAsExecs="Result"))
+	void StartTraining(EConsacResult& Result, FString& Error);
+
+	/** Ends it, saves what is to be saved, and puts every setting back. Ending what has ended does nothing. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Stop Training"))
+	void StopTraining();
+
+	/** Writes the model as it is now. Fails where this game does not learn. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Save Model", ExpandEnumAsExecs="Result"))
+	void SaveModel(const FString& Behaviour, const FString& Path, EConsacResult& Result, FString& Error);
+
+	/** How it stands. */
+	UFUNCTION(BlueprintCallable, BlueprintPure=false, Category="Consac|Trainer", meta=(DisplayName="Get Trainer Progress"))
+	FConsacProgress GetTrainerProgress() const;
+
+	/** Whether it has begun and not ended. */
+	UFUNCTION(BlueprintPure, Category="Consac|Trainer", meta=(DisplayName="Is Training"))
+	bool IsTraining() const;
+
+	/** The port that is open; 0 when none is. */
+	UFUNCTION(BlueprintPure, Category="Consac|Trainer", meta=(DisplayName="Get Trainer Port"))
+	int32 GetTrainerPort() const;
+
+	/** Starts the program consac, to train this world: a button in the editor, a node in a graph. */
+	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Start Trainer Program For This"))
+	void StartProgram();
+
+	/** Ends the program that the button started. */
+	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Stop Trainer Program For This"))
+	void StopProgram();
+
+	virtual void BeginPlay() override;
+	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
+	virtual void Tick(float DeltaSeconds) override;
+	virtual void BeginDestroy() override;
+
+	/** An agent began to play while the world runs. */
+	void AgentCame(UConsacAgentComponent* Agent);
+
+private:
+	void Report(const FString& Error);
+	void Advance();
+	bool DoStep();
+	void Complete();
+	void Show();
+
+	UPROPERTY(Transient)
+	TObjectPtr<UConsacTrainerProgram> RunningProgram;
+
+	TPimplPtr<FConsacTrainerState> State;
+};

@@ -1,0 +1,25 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacSampleGameMode.h"
+
+#include "ConsacChase.h"
+#include "ConsacRoad.h"
+#include "Engine/World.h"
+#include "Misc/CommandLine.h"
+#include "Misc/Parse.h"
+
+void AConsacSampleGameMode::BeginPlay()
+{
+	Super::BeginPlay();
+	FString Sample;
+	FParse::Value(FCommandLine::Get(), TEXT("ConsacSample="), Sample);
+	const FVector Origin(0.0, 0.0, 0.0);
+	const FRotator Straight(0.0, 0.0, 0.0);
+	if (Sample == FString(TEXT("chase")))
+	{
+		GetWorld()->SpawnActor<AConsacChase>(Origin, Straight);
+	}
+	else
+	{
+		GetWorld()->SpawnActor<AConsacRoad>(Origin, Straight);
+	}
+}
