@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""Writes what Unreal's header tool would: a <Name>.generated.h for every reflected header of a plugin, and one source that
+takes the address of every UFUNCTION, so that one without a definition does not link, and registers every subsystem.
+
+  generate.py PLUGIN_FOLDER OUTPUT_FOLDER
+"""
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "tools"))
+from unreal_lint.model import Plugin  # noqa: E402
+
+EVENTS = ("BlueprintNativeEvent", "BlueprintImplementableEvent")
+
+
+def class_body(type_) -> list[str]:
+    """What GENERATED_BODY stands for in a UCLASS; access is private after it, as in Unreal."""
+    own = any(member.name == type_.name for member in type_.members)
+    base = type_.bases[0]
+    return ["public:", f"using Super = {base};", f"using ThisClass = {type_.name};",
+            f"{type_.name}(const {type_.name}&) = delete;", f"{type_.name}& operator=(const {type_.name}&) = delete;",
+            *([] if own else [f"{type_.name}() = default;"]),
+            f'static UClass* StaticClass() {{ static UClass made("{type_.name}", {base}::StaticClass()); return &made; }}',
+            "friend struct ShimAddresses;", "virtual UClass* ShimClass() const override { return StaticClass(); }", "private:"]
+
+
+def generated_header(file) -> str:
+    file_id = "SHIM_" + re.sub(r"\W", "_", file.name).upper()
+    lines = ["#pragma once", "#undef CURRENT_FILE_ID", f"#define CURRENT_FILE_ID {file_id}"]
+    for type_ in file.types:
+        for token in type_.body:
+            if token.kind == "word" and token.text == "GENERATED_BODY":
+                body = class_body(type_) if type_.kind == "UCLASS" else []
+                lines.append(f"#define {file_id}_{token.line}_GENERATED_BODY " + " ".join(body))
+    return "\n".join(lines) + "\n"
+
+
+def bases(plugin: Plugin, type_):
+    while type_.bases:
+        yield type_.bases[0]
+        if type_.bases[0] not in plugin.by_name:
+            return
+        type_ = plugin.by_name[type_.bases[0]]
+
+
+def source_of(plugin: Plugin) -> str:
+    includes, lines = set(), []
+    for file, type_ in plugin.types:
+        if type_.kind != "UCLASS":
+            continue
+        for member in type_.members:
+            if member.kind != "UFUNCTION":
+                continue
+            if member.has(*EVENTS):
+                raise SystemExit(f"{file.path}:{member.line}: the shim has no events that Blueprint implements; use a delegate")
+            includes.add(file.name)
+            lines.append(f"Addressed(&{type_.name}::{member.name});")
+        if "UGameInstanceSubsystem" in bases(plugin, type_):
+            includes.add(file.name)
+            lines.append(f"Shim::AddSubsystem([]() -> UGameInstanceSubsystem* {{ return new {type_.name}(); }});")
+    body = "\n".join(f"    {line}" for line in lines)
+    return "\n".join([f'#include "{name}"' for name in sorted(includes)]) + f"""
+#include "Subsystems/GameInstanceSubsystem.h"
+
+/// A friend of every reflected class.
+struct ShimAddresses {{
+  template <class T>
+  static void Addressed(T function) {{
+    [[maybe_unused]] static volatile T kept = function;
+  }}
+  static bool Take() {{
+{body}
+    return true;
+  }}
+}};
+bool ShimGenerated() {{
+  static const bool done = ShimAddresses::Take();
+  return done;
+}}
+"""
+
+
+def main() -> None:
+    plugin, out = Plugin(pathlib.Path(sys.argv[1])), pathlib.Path(sys.argv[2])
+    out.mkdir(parents=True, exist_ok=True)
+    files = {"generated.cpp": source_of(plugin)}
+    for file in plugin.written:
+        if file.is_header and any(type_.kind for type_ in file.types):
+            files[file.name.removesuffix(".h") + ".generated.h"] = generated_header(file)
+    for name, text in files.items():
+        path = out / name
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+#pragma once
+#include "Shim/Play.h"
+#include "UObject/Object.h"
+
+class AActor;
+
+enum ELevelTick { ShimAllTicks };
+enum ETickingGroup { TG_PrePhysics, TG_PostPhysics };
+struct FActorComponentTickFunction {
+  ETickingGroup TickGroup = TG_PrePhysics;
+  bool bCanEverTick = false;
+};
+
+class UActorComponent : public UObject {
+  SHIM_CLASS(UActorComponent, UObject)
+  virtual void BeginPlay() {}
+  virtual void EndPlay(const EEndPlayReason::Type reason) { static_cast<void>(reason); }
+  virtual void TickComponent(float seconds, ELevelTick type, FActorComponentTickFunction* function) {
+    static_cast<void>(seconds), static_cast<void>(type), static_cast<void>(function);
+  }
+  void RegisterComponent();
+  AActor* GetOwner() const;
+  UWorld* GetWorld() const override;
+  FActorComponentTickFunction PrimaryComponentTick;
+
+  /// For the shim.
+  bool shim_begun_ = false;
+};

@@ -1,0 +1,21 @@
+#pragma once
+#include "Components/ActorComponent.h"
+
+/// Looks along X, as turned by its yaw alone.
+class USceneComponent : public UActorComponent {
+  SHIM_CLASS(USceneComponent, UActorComponent)
+  void SetupAttachment(USceneComponent* parent) { shim_parent_ = parent; }
+  void SetRelativeLocationAndRotation(const FVector& location, const FQuat& rotation) {
+    shim_location_ = location;
+    shim_rotation_ = rotation;
+  }
+  void SetRelativeScale3D(const FVector& scale) { shim_scale_ = scale; }
+  FVector GetComponentLocation() const;
+  FVector GetForwardVector() const;
+  FVector GetRightVector() const;
+
+  /// For the shim.
+  USceneComponent* shim_parent_ = nullptr;
+  FVector shim_location_, shim_scale_{1.0, 1.0, 1.0};
+  FQuat shim_rotation_;
+};

@@ -1,0 +1,6 @@
+#pragma once
+#include "UObject/Object.h"
+
+class UDeveloperSettings : public UObject {
+  SHIM_CLASS(UDeveloperSettings, UObject)
+};

@@ -1,0 +1,2 @@
+#pragma once
+enum ECollisionChannel { ECC_Visibility };

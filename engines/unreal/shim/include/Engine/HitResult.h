@@ -1,0 +1,4 @@
+#pragma once
+struct FHitResult {
+  float Time = 1.0f;
+};

@@ -1,0 +1,39 @@
+#pragma once
+#include "Engine/EngineTypes.h"
+#include "Shim/Play.h"
+#include "UObject/UObjectGlobals.h"
+
+class AActor;
+class UGameInstance;
+struct FCollisionQueryParams;
+struct FHitResult;
+
+/// The world of a running game.
+class UWorld : public UObject {
+  SHIM_CLASS(UWorld, UObject)
+  UGameInstance* GetGameInstance() const { return shim_game_; }
+  double GetTimeSeconds() const { return shim_seconds_; }
+  bool LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end, ECollisionChannel channel,
+                                const FCollisionQueryParams& parameters) const;
+  template <class T>
+  T* SpawnActor(const FVector& location, const FRotator& rotation) {
+    static_cast<void>(rotation);
+    T* made = NewObject<T>(this);
+    Shim::Enter(*this, *made, location);
+    return made;
+  }
+  UWorld* GetWorld() const override { return const_cast<UWorld*>(this); }
+
+  /// For the shim and tests.
+  UGameInstance* shim_game_ = nullptr;
+  double shim_seconds_ = 0.0;
+  bool shim_begun_ = false;
+  std::vector<AActor*> shim_actors_;
+  std::function<bool(FHitResult&, const FVector&, const FVector&)> shim_trace_;
+};
+
+class FWorldDelegates {
+ public:
+  static inline TMulticastDelegate<void(UWorld*, int, float)> OnWorldTickStart;
+  static inline TMulticastDelegate<void(UWorld*, int, float)> OnWorldPostActorTick;
+};

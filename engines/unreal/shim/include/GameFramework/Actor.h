@@ -1,0 +1,46 @@
+#pragma once
+#include "Components/SceneComponent.h"
+#include "UObject/ObjectPtr.h"
+
+class AActor : public UObject {
+  SHIM_CLASS(AActor, UObject)
+  virtual void EndPlay(const EEndPlayReason::Type reason) { static_cast<void>(reason); }
+  virtual void Tick(float seconds) { static_cast<void>(seconds); }
+  UWorld* GetWorld() const override;
+  FVector GetActorLocation() const { return shim_location_; }
+  FQuat GetActorQuat() const { return shim_rotation_; }
+  bool SetActorLocation(const FVector& location) {
+    shim_location_ = location;
+    return true;
+  }
+  bool SetRootComponent(USceneComponent* root) {
+    RootComponent = root;
+    return true;
+  }
+  void AddInstanceComponent(UActorComponent* component) { static_cast<void>(component); }
+  template <class T>
+  T* FindComponentByClass() const {
+    for (UActorComponent* component : shim_components_) {
+      if (component->ShimClass()->ShimIsA(T::StaticClass())) return static_cast<T*>(component);
+    }
+    return nullptr;
+  }
+  FActorComponentTickFunction PrimaryActorTick;
+
+  /// For the shim.
+  void ShimAddSubobject(UObject* object) override {
+    if (object->ShimClass()->ShimIsA(UActorComponent::StaticClass())) {
+      shim_components_.push_back(static_cast<UActorComponent*>(object));
+    }
+  }
+  UWorld* shim_world_ = nullptr;
+  std::vector<UActorComponent*> shim_components_;
+  FVector shim_location_;
+  FQuat shim_rotation_;
+  bool shim_begun_ = false;
+
+ protected:
+  friend void Shim::BeginPlay(AActor&);
+  virtual void BeginPlay() {}
+  TObjectPtr<USceneComponent> RootComponent;
+};

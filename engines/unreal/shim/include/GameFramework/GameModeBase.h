@@ -1,0 +1,6 @@
+#pragma once
+#include "GameFramework/Actor.h"
+
+class AGameModeBase : public AActor {
+  SHIM_CLASS(AGameModeBase, AActor)
+};

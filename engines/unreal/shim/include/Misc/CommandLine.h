@@ -1,0 +1,6 @@
+#pragma once
+#include "CoreMinimal.h"
+
+struct FCommandLine {
+  static const TCHAR* Get() { return TEXT(""); }
+};

@@ -1,0 +1,6 @@
+#pragma once
+#include "CoreMinimal.h"
+
+struct FParse {
+  static bool Value(const TCHAR* stream, const TCHAR* match, FString& value);
+};

@@ -1,0 +1,83 @@
+#pragma once
+// Delegates: lists of calls that may change while they are called, as Unreal's.
+
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "Shim/Macros.h"
+
+class UObject;
+
+namespace Shim {
+/// Becomes null when the object goes.
+std::shared_ptr<UObject*> TokenOf(const UObject* object);
+}  // namespace Shim
+
+class FDelegateHandle {
+ public:
+  FDelegateHandle() = default;
+  explicit FDelegateHandle(int shim_number) : shim_number_(shim_number) {}
+  friend bool operator==(const FDelegateHandle&, const FDelegateHandle&) = default;
+
+ private:
+  int shim_number_ = 0;
+};
+
+template <class Signature>
+class TMulticastDelegate;
+
+/// Calls bound to objects; an object that is gone is passed over.
+template <class... P>
+class TMulticastDelegate<void(P...)> {
+ public:
+  template <class C, class O>
+  FDelegateHandle AddUObject(O* object, void (C::*function)(P...)) {
+    return ShimBind(object, [object, function](P... values) { (object->*function)(values...); });
+  }
+  void Remove(FDelegateHandle handle) {
+    std::erase_if(calls_, [&](const Call& call) { return call.handle == handle; });
+  }
+  bool IsBound() const { return !calls_.empty(); }
+  void Broadcast(P... values) const {
+    const std::vector<Call> calls = calls_;
+    for (const Call& call : calls) {
+      if (call.token == nullptr || *call.token != nullptr) call.call(values...);
+    }
+  }
+  /// For tests and the shim: any function, for as long as `object` lives (null: for ever).
+  FDelegateHandle ShimBind(const UObject* object, std::function<void(P...)> call) {
+    calls_.push_back({FDelegateHandle(++count_), object != nullptr ? Shim::TokenOf(object) : nullptr, std::move(call)});
+    return calls_.back().handle;
+  }
+
+ private:
+  struct Call {
+    FDelegateHandle handle;
+    std::shared_ptr<UObject*> token;
+    std::function<void(P...)> call;
+  };
+  std::vector<Call> calls_;
+  int count_ = 0;
+};
+
+#define AddDynamic(object, function) AddUObject(object, function)
+#define DECLARE_DYNAMIC_MULTICAST_DELEGATE(name) \
+  class name : public TMulticastDelegate<void()> {}
+#define DECLARE_DYNAMIC_MULTICAST_DELEGATE_OneParam(name, T1, n1) \
+  class name : public TMulticastDelegate<void(T1)> {}
+#define DECLARE_DYNAMIC_MULTICAST_DELEGATE_TwoParams(name, T1, n1, T2, n2) \
+  class name : public TMulticastDelegate<void(T1, T2)> {}
+#define DECLARE_DYNAMIC_MULTICAST_DELEGATE_ThreeParams(name, T1, n1, T2, n2, T3, n3) \
+  class name : public TMulticastDelegate<void(T1, T2, T3)> {}
+#define DECLARE_DYNAMIC_MULTICAST_DELEGATE_FourParams(name, T1, n1, T2, n2, T3, n3, T4, n4) \
+  class name : public TMulticastDelegate<void(T1, T2, T3, T4)> {}
+#define DECLARE_DYNAMIC_DELEGATE(name) \
+  class name {}
+#define DECLARE_DYNAMIC_DELEGATE_OneParam(name, T1, n1) \
+  class name {}
+#define DECLARE_DYNAMIC_DELEGATE_TwoParams(name, T1, n1, T2, n2) \
+  class name {}
+#define DECLARE_DYNAMIC_DELEGATE_ThreeParams(name, T1, n1, T2, n2, T3, n3) \
+  class name {}

@@ -1,0 +1,20 @@
+#pragma once
+// What an actor goes through.
+
+#include "CoreMinimal.h"
+
+class AActor;
+class UWorld;
+
+namespace Shim {
+/// It is in the world; begins to play if the world does.
+void Enter(UWorld& world, AActor& actor, const FVector& location);
+/// One after another: components, then the actor. Twice does nothing.
+void BeginPlay(AActor& actor);
+/// It leaves the world and is dead; its memory stays until Collect.
+void Destroy(AActor& actor);
+}  // namespace Shim
+
+namespace EEndPlayReason {
+enum Type { Destroyed, EndPlayInEditor };
+}

@@ -1,0 +1,24 @@
+#pragma once
+#include <memory>
+
+/// Hidden state whose type is complete only where it is made.
+template <class T>
+class TPimplPtr {
+ public:
+  TPimplPtr() = default;
+  T* Get() const { return state_.get(); }
+  T* operator->() const { return state_.get(); }
+  T& operator*() const { return *state_; }
+
+ private:
+  template <class U>
+  friend TPimplPtr<U> MakePimpl();
+  std::shared_ptr<T> state_;  // keeps the right destructor, as Unreal's does
+};
+
+template <class T>
+TPimplPtr<T> MakePimpl() {
+  TPimplPtr<T> made;
+  made.state_ = std::make_shared<T>();
+  return made;
+}

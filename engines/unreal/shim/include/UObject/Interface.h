@@ -1,0 +1,6 @@
+#pragma once
+#include "UObject/Object.h"
+
+class UInterface : public UObject {
+  SHIM_CLASS(UInterface, UObject)
+};

@@ -1,0 +1,19 @@
+#pragma once
+#include <type_traits>
+
+#include "UObject/Object.h"
+
+/// Becomes null when its object goes.
+template <class T>
+class TWeakObjectPtr {
+ public:
+  TWeakObjectPtr() = default;
+  TWeakObjectPtr(std::nullptr_t) {}
+  TWeakObjectPtr(T* object) : shim_token_(object != nullptr ? Shim::TokenOf(object) : nullptr) {}
+  bool IsValid() const { return shim_token_ != nullptr && *shim_token_ != nullptr && !(*shim_token_)->ShimDead(); }
+  T* Get() const { return IsValid() ? static_cast<T*>(*shim_token_) : nullptr; }
+  T* operator->() const { return Get(); }
+
+ private:
+  std::shared_ptr<UObject*> shim_token_;
+};

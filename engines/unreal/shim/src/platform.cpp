@@ -1,0 +1,225 @@
+// The rest of the engine: frames, settings, files, programs, modules, tests.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <map>
+
+#include "Components/SceneCaptureComponent2D.h"
+#include "Containers/Ticker.h"
+#include "HAL/IConsoleManager.h"
+#include "HAL/PlatformProcess.h"
+#include "Interfaces/IPluginManager.h"
+#include "Kismet/KismetRenderingLibrary.h"
+#include "Misc/AutomationTest.h"
+#include "Misc/Parse.h"
+#include "Misc/Paths.h"
+#include "Modules/ModuleManager.h"
+#include "PhysicsEngine/PhysicsSettings.h"
+#include "Stats/Stats.h"
+#include "UObject/UObjectGlobals.h"
+
+FTSTicker& FTSTicker::GetCoreTicker() {
+  static FTSTicker ticker;
+  return ticker;
+}
+
+FTSTicker::FDelegateHandle FTSTicker::AddTicker(const FTickerDelegate& delegate, float) {
+  shim_calls_.push_back(std::make_shared<FTickerDelegate>(delegate));
+  return shim_calls_.back();
+}
+
+void FTSTicker::RemoveTicker(FDelegateHandle handle) {
+  std::erase(GetCoreTicker().shim_calls_, handle.lock());
+}
+
+void FTSTicker::ShimTick(float seconds) {
+  const std::vector<std::shared_ptr<FTickerDelegate>> calls = shim_calls_;
+  for (const std::shared_ptr<FTickerDelegate>& call : calls) {
+    if (*call->shim_token_ == nullptr || !call->shim_call_(seconds)) std::erase(shim_calls_, call);
+  }
+}
+
+IConsoleManager& IConsoleManager::Get() {
+  static IConsoleManager manager;
+  return manager;
+}
+
+IConsoleVariable* IConsoleManager::FindConsoleVariable(const TCHAR* name) {
+  return std::u16string_view(name) == u"t.MaxFPS" ? &shim_max_fps_ : nullptr;
+}
+
+UPhysicsSettings* UPhysicsSettings::Get() {
+  static UPhysicsSettings settings;
+  return &settings;
+}
+
+FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* parameters, bool, bool, bool, uint32*, int32,
+                                         const TCHAR*, void*, void*) {
+  // Arguments in quotes or parted by spaces, as the engine takes its one line apart.
+  std::vector<std::string> words{Shim::Narrow(url)};
+  std::string word;
+  bool quoted = false, any = false;
+  for (const char c : Shim::Narrow(parameters) + " ") {
+    if (c == '"') {
+      quoted = !quoted;
+      any = true;
+    } else if (c == ' ' && !quoted) {
+      if (any || !word.empty()) words.push_back(word);
+      word.clear();
+      any = false;
+    } else {
+      word += c;
+    }
+  }
+  std::vector<char*> argv;
+  for (std::string& text : words) argv.push_back(text.data());
+  argv.push_back(nullptr);
+  FProcHandle handle;
+  handle.shim_child_ = fork();
+  if (handle.shim_child_ == 0) {
+    std::freopen("/dev/null", "w", stdout);
+    std::freopen("/dev/null", "w", stderr);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  return handle;
+}
+
+bool FPlatformProcess::IsProcRunning(FProcHandle& handle) {
+  return handle.shim_child_ > 0 && waitpid(handle.shim_child_, nullptr, WNOHANG) == 0;
+}
+
+void FPlatformProcess::TerminateProc(FProcHandle& handle, bool) {
+  if (handle.shim_child_ <= 0) return;
+  kill(handle.shim_child_, SIGKILL);
+  waitpid(handle.shim_child_, nullptr, 0);
+}
+
+void FPlatformProcess::CloseProc(FProcHandle& handle) {
+  handle.shim_child_ = 0;
+}
+
+static std::string& ShimProject() {
+  static std::string folder = ".";
+  return folder;
+}
+
+void FPaths::ShimSetProject(const std::string& folder) {
+  ShimProject() = folder;
+}
+FString FPaths::ProjectSavedDir() {
+  return FString(Shim::Wide(ShimProject() + "/Saved/").c_str());
+}
+FString FPaths::ProjectContentDir() {
+  return FString(Shim::Wide(ShimProject() + "/Content/").c_str());
+}
+
+FString FPaths::ConvertRelativePathToFull(const FString& path) {
+  std::error_code error;
+  return FString(Shim::Wide(std::filesystem::absolute(Shim::Narrow(*path), error).string()).c_str());
+}
+
+bool FPaths::FileExists(const FString& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(Shim::Narrow(*path), error);
+}
+
+void FPaths::ShimAdd(std::u16string& whole, const FString& part) {
+  if (!whole.empty() && whole.back() != u'/') whole += u'/';
+  whole += *part;
+}
+
+bool FParse::Value(const TCHAR* stream, const TCHAR* match, FString& value) {
+  const std::u16string_view all(stream);
+  const std::size_t at = all.find(match);
+  if (at == std::u16string_view::npos) return false;
+  const std::size_t from = at + std::u16string_view(match).size();
+  value = FString(std::u16string(all.substr(from, all.find(u' ', from) - from)).c_str());
+  return true;
+}
+
+IPluginManager& IPluginManager::Get() {
+  class Plugin final : public IPlugin {
+   public:
+    const FString& GetBaseDir() const override { return folder_; }
+
+   private:
+    FString folder_ = FString(Shim::Wide(ShimProject() + "/Plugins/Consac").c_str());
+  };
+  class Manager final : public IPluginManager {
+   public:
+    std::shared_ptr<IPlugin> FindPlugin(const FString& name) override {
+      return name == FString(TEXT("Consac")) ? std::make_shared<Plugin>() : nullptr;
+    }
+  };
+  static Manager manager;
+  return manager;
+}
+
+UTextureRenderTarget2D* UKismetRenderingLibrary::CreateRenderTarget2D(UObject* context, int32 width, int32 height,
+                                                                      ETextureRenderTargetFormat format) {
+  check(context != nullptr && format == RTF_RGBA8);
+  UTextureRenderTarget2D* target = NewObject<UTextureRenderTarget2D>(context);
+  target->shim_width_ = width;
+  target->shim_height_ = height;
+  return target;
+}
+
+bool UKismetRenderingLibrary::ReadRenderTarget(UObject* context, UTextureRenderTarget2D* target,
+                                               TArray<FColor>& samples) {
+  check(context != nullptr && target != nullptr);
+  samples = target->shim_pixels_;
+  return !samples.IsEmpty();
+}
+
+void USceneCaptureComponent2D::CaptureScene() {
+  // A picture in which every point differs: red counts columns, green counts rows.
+  UTextureRenderTarget2D& target = *TextureTarget;
+  target.shim_pixels_.Reset();
+  for (int32 row = 0; row < target.shim_height_; ++row) {
+    for (int32 column = 0; column < target.shim_width_; ++column) {
+      FColor colour;
+      colour.R = static_cast<uint8>(column);
+      colour.G = static_cast<uint8>(row);
+      target.shim_pixels_.Add(colour);
+    }
+  }
+}
+
+FAutomationTestBase::FAutomationTestBase(const char* shim_name) : shim_name_(shim_name) {
+  ShimAll().push_back(this);
+}
+
+std::vector<FAutomationTestBase*>& FAutomationTestBase::ShimAll() {
+  static std::vector<FAutomationTestBase*> all;
+  return all;
+}
+
+namespace Shim {
+
+static std::vector<IModuleInterface*>& Modules() {
+  static std::vector<IModuleInterface*> modules;
+  return modules;
+}
+
+int AddModule(const char*, IModuleInterface& module) {
+  Modules().push_back(&module);
+  return 0;
+}
+
+void StartModules() {
+  for (IModuleInterface* module : Modules()) module->StartupModule();
+}
+
+void StopModules() {
+  for (IModuleInterface* module : Modules()) module->ShutdownModule();
+}
+
+float& ShownStat(const TCHAR* name) {
+  static std::map<std::u16string, float> shown;
+  return shown[name];
+}
+
+}  // namespace Shim

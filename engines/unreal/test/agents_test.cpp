@@ -1,0 +1,398 @@
+// Many agents under one Consac Trainer: every mode, agents that come and go, events that stop everything, fixed steps.
+#include <cmath>
+#include <limits>
+
+#include "ConsacChase.h"
+#include "ConsacHyperparametersBase.h"
+#include "ConsacRoad.h"
+#include "ConsacSubsystem.h"
+#include "HAL/IConsoleManager.h"
+#include "Misc/App.h"
+#include "PhysicsEngine/PhysicsSettings.h"
+#include "Stats/Stats.h"
+#include "graphs.h"
+
+namespace consac::testing {
+namespace {
+
+using Agents = std::vector<std::unique_ptr<RoadAgent>>;
+
+Agents Spawn(Shim::Game& game, int count) {
+  Agents agents;
+  for (int k = 0; k < count; ++k)
+    agents.push_back(std::make_unique<RoadAgent>(game, static_cast<std::uint64_t>(k) + 1));
+  return agents;
+}
+
+/// A trainer that begins at the first tick, and the errors that it told.
+AConsacTrainer* SpawnTrainer(Shim::Game& game, EConsacMode mode, std::vector<std::string>* errors) {
+  AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
+  trainer->Mode = mode;
+  trainer->Port = 0;
+  trainer->LogSeconds = 0.001f;
+  trainer->OnTrainerError.ShimBind(nullptr, [errors](const FString& error) { errors->push_back(Text(error)); });
+  return trainer;
+}
+
+double TotalReward(const Agents& agents) {
+  double sum = 0.0;
+  for (const auto& agent : agents) sum += agent->reward;
+  return sum;
+}
+
+/// Reward of a step, over so many ticks from now.
+double RewardOfTicks(Shim::Game& game, const Agents& agents, int ticks) {
+  const double reward = TotalReward(agents);
+  long steps = 0;
+  for (const auto& agent : agents) steps -= agent->steps;
+  for (int k = 0; k < ticks; ++k) game.Tick();
+  for (const auto& agent : agents) steps += agent->steps;
+  return steps == 0 ? 0.0 : (TotalReward(agents) - reward) / static_cast<double>(steps);
+}
+
+class RoadHyperparameters final : public UConsacHyperparameters {
+  SHIM_CLASS(RoadHyperparameters, UConsacHyperparameters)
+  FString GetAlgorithm() const override { return TEXT("ppo2"); }
+  void Collect(TArray<FConsacHyperparameter>& into) const override {
+    AddReal(into, TEXT("learning_rate"), 1e-3);
+    AddInteger(into, TEXT("n_steps"), 64);
+    AddText(into, TEXT("net_arch"), net);
+  }
+  FString net = TEXT("[32, 32]");
+};
+
+TEST(Agents, ByHandTheirOwnRulesDecide) {
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 4);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  for (int k = 0; k < 500; ++k) game.Tick();
+  EXPECT_EQ(errors, std::vector<std::string>());
+  EXPECT_TRUE(trainer->IsTraining());
+  EXPECT_GE(agents[0]->steps, 498);
+  EXPECT_GT(TotalReward(agents), 0.95 * 4 * 498);
+  EXPECT_EQ(trainer->GetTrainerProgress().Steps, 4 * (agents[0]->steps - 1));
+}
+
+TEST(Agents, TrainInsideLearnsTheRoadAndSavesAModelThatActs) {
+  const ScratchFolder scratch("unreal_inside");
+  for (const EConsacWhileLearning pace : {EConsacWhileLearning::Wait, EConsacWhileLearning::GoOn}) {
+    Shim::Game game;
+    std::vector<std::string> errors;
+    Agents agents = Spawn(game, 8);
+    AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
+    trainer->TotalSteps = 60000;
+    trainer->WhileLearning = pace;
+    trainer->SaveFolder = Text(scratch.path());
+    trainer->bLockStep = pace == EConsacWhileLearning::Wait;
+    trainer->MaxStepsPerTick = 100;
+    trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+    int completed = 0;
+    trainer->OnTrainingCompleted.ShimBind(nullptr, [&completed] { ++completed; });
+    ASSERT_TRUE(TickUntil(
+        100.0, [&] { game.Tick(); }, [&] { return completed > 0 || !errors.empty(); }));
+    EXPECT_EQ(errors, std::vector<std::string>());
+    EXPECT_GT(trainer->GetTrainerProgress().Updates, 0);
+    // Afterwards the agents go on by what was learned.
+    EXPECT_GT(RewardOfTicks(game, agents, 50), 0.9);
+    auto policy = Policy::Load(scratch.path() + "/default.consac", 1);
+    ASSERT_TRUE(policy.ok()) << policy.status().message();
+    EXPECT_GT(RoadAccuracy(*policy), 0.9);
+    EXPECT_EQ(completed, 1);
+  }
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 3);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Act, &errors);
+  FConsacBehaviourModel model;
+  model.Path = Text(scratch.path() + "/default.consac");
+  trainer->Models.Add(model);
+  EXPECT_GT(RewardOfTicks(game, agents, 500), 0.9);
+  EXPECT_EQ(errors, std::vector<std::string>());
+}
+
+TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {
+  const ScratchFolder scratch("unreal_serve");
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 8);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Serve, &errors);
+  trainer->TotalSteps = 40000;
+  trainer->MaxStepsPerTick = 100;
+  trainer->bLockStep = true;
+  trainer->MaxWaitSeconds = 0.05f;
+  game.Tick();
+  ASSERT_GT(trainer->GetTrainerPort(), 0);
+  // The button takes host, port and hyperparameters from the trainer.
+  trainer->Port = trainer->GetTrainerPort();
+  trainer->Program.Program = Text(CONSAC_PROGRAM);
+  trainer->Program.RunsFolder = Text(scratch.path());
+  trainer->Program.RunName = TEXT("herd");
+  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  trainer->StartProgram();
+  int completed = 0;
+  trainer->OnTrainingCompleted.ShimBind(nullptr, [&completed] { ++completed; });
+  ASSERT_TRUE(TickUntil(
+      100.0, [&] { game.Tick(); }, [&] { return completed > 0 || !errors.empty(); }));
+  EXPECT_EQ(errors, std::vector<std::string>());
+  EXPECT_EQ(trainer->GetTrainerProgress().Steps, 40000);
+  EXPECT_GT(Shim::ShownStat(TEXT("Milliseconds of a step")), 0.0f);
+  EXPECT_GT(
+      Shim::ShownStat(TEXT("Mean reward of an episode")) + static_cast<float>(trainer->GetTrainerProgress().Episodes),
+      0.0f);
+  trainer->StopProgram();
+  auto policy = Policy::Load(scratch.path() + "/herd/model.consac", 1);
+  ASSERT_TRUE(policy.ok()) << policy.status().message();
+  EXPECT_GT(RoadAccuracy(*policy), 0.9);
+}
+
+TEST(Agents, DecisionPeriodAndEpisodeLengthAreKept) {
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 2);
+  agents[0]->agent->DecisionPeriod = 3;
+  agents[0]->agent->MaxEpisodeSteps = 10;
+  SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  for (int k = 0; k < 301; ++k) game.Tick();
+  EXPECT_EQ(agents[0]->steps, 101);
+  EXPECT_EQ(agents[1]->steps, 101);
+  EXPECT_EQ(agents[0]->seeds.size(), 11U);  // the first, and one after every ten decisions
+  EXPECT_EQ(agents[1]->seeds.size(), 1U);
+  EXPECT_EQ(agents[1]->agent->GetEpisodeSteps(), 100);
+}
+
+TEST(Agents, MisfitsAreNamed) {
+  Shim::Game game;
+  std::vector<std::string> errors;
+  const auto trouble = [&](const std::function<void(AConsacTrainer&, Agents&)>& spoil) {
+    Shim::Game own;
+    std::vector<std::string> told;
+    Agents agents = Spawn(own, 2);
+    AConsacTrainer* trainer = SpawnTrainer(own, EConsacMode::ByHand, &told);
+    spoil(*trainer, agents);
+    for (int k = 0; k < 5; ++k) own.Tick();
+    return told.empty() ? std::string() : told.front();
+  };
+  EXPECT_EQ(trouble([](AConsacTrainer&, Agents&) {}), "");
+  EXPECT_NE(trouble([](AConsacTrainer&, Agents& agents) {
+              agents[1]->agent->Actions[0].Space.Size = 4;
+            }).find("behaviour 'default'"),
+            std::string::npos);
+  EXPECT_NE(
+      trouble([](AConsacTrainer&, Agents& agents) { agents[0]->agent->Actions[0].Name = NAME_None; }).find("name"),
+      std::string::npos);
+  EXPECT_NE(
+      trouble([](AConsacTrainer&, Agents& agents) { agents[0]->agent->Observations[0].Space.Size = 0; }).find("places"),
+      std::string::npos);
+  EXPECT_NE(trouble([](AConsacTrainer& trainer, Agents&) { trainer.Mode = EConsacMode::Act; }).find("model"),
+            std::string::npos);
+  EXPECT_NE(trouble([](AConsacTrainer& trainer, Agents&) {
+              trainer.Mode = EConsacMode::Train;
+              RoadHyperparameters* wrong = NewObject<RoadHyperparameters>(&trainer);
+              wrong->net = TEXT("[no, numbers]");
+              trainer.Hyperparameters = wrong;
+            }).find("net_arch"),
+            std::string::npos);
+}
+
+TEST(Agents, TheyComeAndGoAndTheirPlacesAreTakenOver) {
+  for (const int room : {0, 6}) {
+    Shim::Game game;
+    std::vector<std::string> errors;
+    Agents agents = Spawn(game, 4);
+    AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+    trainer->RoomForAgents = room;
+    Rng rng(3, 0);
+    for (int k = 0; k < 2000; ++k) {
+      if (rng.Below(20) == 0 && !agents.empty()) {
+        const std::size_t which = static_cast<std::size_t>(rng.Below(static_cast<std::uint32_t>(agents.size())));
+        Shim::Destroy(*agents[which]->actor);
+        agents.erase(agents.begin() + static_cast<std::ptrdiff_t>(which));
+      }
+      if (rng.Below(20) == 0 && agents.size() < 4)
+        agents.push_back(std::make_unique<RoadAgent>(game, static_cast<std::uint64_t>(k)));
+      game.Tick();
+      if (k % 500 == 0) Shim::Collect();
+    }
+    EXPECT_EQ(errors, std::vector<std::string>()) << "room " << room;
+    EXPECT_TRUE(trainer->IsTraining());
+  }
+}
+
+TEST(Agents, AnEventMayStopTheTrainingOrDestroyAnyone) {
+  for (const int what : {0, 1, 2, 3}) {
+    for (const int when : {0, 1, 2}) {
+      Shim::Game game;
+      std::vector<std::string> errors;
+      Agents agents = Spawn(game, 3);
+      AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+      int calls = 0;
+      const auto strike = [&] {
+        if (++calls != 5) return;
+        if (what == 0) trainer->StopTraining();
+        if (what == 1) Shim::Destroy(*trainer);
+        if (what == 2) Shim::Destroy(*agents[0]->actor);
+        if (what == 3) Shim::Destroy(*agents[2]->actor);
+      };
+      UConsacAgentComponent* agent = agents[1]->agent;
+      if (when == 0) agent->OnObserve.ShimBind(nullptr, [&](UConsacAgentComponent*) { strike(); });
+      if (when == 1) agent->OnAction.ShimBind(nullptr, [&](UConsacAgentComponent*) { strike(); });
+      if (when == 2) agent->OnHeuristic.ShimBind(nullptr, [&](UConsacAgentComponent*) { strike(); });
+      for (int k = 0; k < 30; ++k) game.Tick();
+      EXPECT_GE(calls, 5);
+      EXPECT_EQ(trainer->IsTraining(), what >= 2) << what << ", " << when;
+      EXPECT_EQ(errors, std::vector<std::string>());
+    }
+  }
+}
+
+TEST(Agents, FixedStepsArePutBackHoweverItEnds) {
+  IConsoleVariable* limit = IConsoleManager::Get().FindConsoleVariable(TEXT("t.MaxFPS"));
+  limit->Set(72.0f);
+  UPhysicsSettings* physics = UPhysicsSettings::Get();
+  physics->MaxPhysicsDeltaTime = 0.02f;
+  physics->bSubstepping = true;
+  FApp::SetUseFixedTimeStep(false);
+  FApp::SetFixedDeltaTime(0.25);
+  const auto untouched = [&] {
+    return !FApp::UseFixedTimeStep() && FApp::GetFixedDeltaTime() == 0.25 && limit->GetFloat() == 72.0f &&
+           physics->MaxPhysicsDeltaTime == 0.02f && physics->bSubstepping;
+  };
+  for (const int end : {0, 1, 2}) {
+    Shim::Game game;
+    std::vector<std::string> errors;
+    Agents agents = Spawn(game, 1);
+    AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+    trainer->bFixedStep = true;
+    trainer->FixedStepSeconds = 0.05f;
+    EXPECT_TRUE(untouched());
+    game.Tick();
+    EXPECT_TRUE(FApp::UseFixedTimeStep());
+    EXPECT_FLOAT_EQ(static_cast<float>(FApp::GetFixedDeltaTime()), 0.05f);
+    EXPECT_EQ(limit->GetFloat(), 0.0f);
+    EXPECT_EQ(physics->MaxPhysicsDeltaTime, 0.05f);
+    EXPECT_FALSE(physics->bSubstepping);
+    if (end == 0) trainer->StopTraining();
+    if (end == 1) Shim::Destroy(*trainer);
+    if (end < 2) {
+      EXPECT_TRUE(untouched());
+    }
+  }
+  EXPECT_TRUE(untouched());
+}
+
+TEST(Agents, DemonstrationsAreRecorded) {
+  const ScratchFolder scratch("unreal_record");
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 2);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  trainer->RecordFolder = Text(scratch.path());
+  for (int k = 0; k < 101; ++k) game.Tick();
+  trainer->StopTraining();
+  EXPECT_EQ(errors, std::vector<std::string>());
+  const auto bytes = ReadFile(scratch.path() + "/default.safetensors");
+  ASSERT_TRUE(bytes.ok()) << bytes.status().message();
+  // Two agents' hundred steps of two floats each, at the least.
+  EXPECT_GT(bytes->size(), 2U * 100U * 2U * sizeof(float));
+}
+
+TEST(Agents, TwoTrainersOneAgentNoneAreSaid) {
+  Shim::Game game;
+  std::vector<std::string> errors, second_errors;
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  game.Tick();
+  ASSERT_EQ(errors.size(), 1U) << "no agents, said once";
+  Agents agents = Spawn(game, 1);
+  AConsacTrainer* second = SpawnTrainer(game, EConsacMode::ByHand, &second_errors);
+  EConsacResult result = EConsacResult::Success;
+  FString error;
+  second->StartTraining(result, error);
+  EXPECT_EQ(result, EConsacResult::Failed);
+  trainer->StartTraining(result, error);
+  EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  trainer->StartTraining(result, error);
+  EXPECT_EQ(result, EConsacResult::Failed);
+  UConsacSubsystem* subsystem = UConsacSubsystem::Of(trainer);
+  ASSERT_NE(subsystem, nullptr);
+  EXPECT_EQ(subsystem->GetTrainer(), trainer);
+  EXPECT_EQ(subsystem->GetAgents().Num(), 1);
+}
+
+TEST(Agents, ForbiddenChoicesAreNotMade) {
+  const ScratchFolder scratch("unreal_masks");
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 2);
+  int forbidden = 0;
+  for (auto& agent : agents) {
+    agent->agent->bForbidsChoices = true;
+    agent->agent->OnObserve.ShimBind(nullptr, [](UConsacAgentComponent* which) {
+      EXPECT_TRUE(which->SetChoiceAllowed(TEXT("walk"), 1, false));
+      EXPECT_FALSE(which->SetChoiceAllowed(TEXT("walk"), 3, false));
+      EXPECT_FALSE(which->SetChoiceAllowed(TEXT("fly"), 1, false));
+    });
+    agent->agent->OnAction.ShimBind(nullptr, [&forbidden](UConsacAgentComponent* which) {
+      forbidden += which->GetActionChoice(TEXT("walk")) == 1 ? 1 : 0;
+    });
+  }
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
+  trainer->TotalSteps = 100000;
+  for (int k = 0; k < 300; ++k) game.Tick();
+  EXPECT_EQ(errors, std::vector<std::string>());
+  EXPECT_GT(agents[0]->steps, 200);
+  EXPECT_EQ(forbidden, 0);
+}
+
+TEST(Samples, TheRoadPlaysByItself) {
+  Shim::Game game;
+  AConsacRoad* road = game.SpawnWith<AConsacRoad>([](AConsacRoad& made) {
+    made.Port = 0;
+    made.StepsPerTick = 1000;
+  });
+  game.Tick();
+  EXPECT_GT(road->Environment->GetTrainingPort(), 0);
+  const ScratchFolder scratch("unreal_road");
+  FConsacProgramSettings settings;
+  settings.Program = Text(CONSAC_PROGRAM);
+  settings.Port = road->Environment->GetTrainingPort();
+  settings.RunsFolder = Text(scratch.path());
+  FString error;
+  UConsacTrainerProgram* program = NewObject<UConsacTrainerProgram>();
+  ASSERT_TRUE(program->Start(settings, {}, error)) << Text(error);
+  ASSERT_TRUE(TickUntil(
+      100.0, [&] { game.Tick(); }, [&] { return road->Environment->IsTrainingCompleted(); }));
+  EXPECT_GT(road->GetCoinsCollected(), 500);
+  const FString model = program->GetModelPath();
+  ASSERT_TRUE(TickUntil(
+      30.0, [] { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }, [&] { return !program->IsRunning(); }));
+  AConsacRoad* walker = game.SpawnWith<AConsacRoad>([&](AConsacRoad& made) { made.ModelPath = model; });
+  for (int k = 0; k < 2000; ++k) game.Tick();
+  EXPECT_GT(walker->GetCoinsCollected(), 80);
+}
+
+TEST(Samples, TheChaseIsLearnedInside) {
+  Shim::Game game;
+  AConsacChase* chase = game.Spawn<AConsacChase>();
+  chase->Trainer->Mode = EConsacMode::Train;
+  chase->Trainer->TotalSteps = 200000;
+  chase->Trainer->WhileLearning = EConsacWhileLearning::Wait;
+  chase->Trainer->bLockStep = true;
+  std::vector<std::string> errors;
+  chase->Trainer->OnTrainerError.ShimBind(nullptr, [&errors](const FString& error) { errors.push_back(Text(error)); });
+  const auto catches_of = [&](int ticks) {
+    const int before = chase->GetCatches();
+    for (int k = 0; k < ticks; ++k) game.Tick();
+    return chase->GetCatches() - before;
+  };
+  const int first = catches_of(1000);
+  ASSERT_TRUE(TickUntil(
+      100.0, [&] { game.Tick(); },
+      [&] { return chase->Trainer->GetTrainerProgress().Steps >= 200000 || !errors.empty(); }));
+  const int last = catches_of(1000);
+  EXPECT_EQ(errors, std::vector<std::string>());
+  EXPECT_GT(last, 3 * first) << first;
+}
+
+}  // namespace
+}  // namespace consac::testing
