@@ -1,5 +1,5 @@
 # A thin face over tools/setup.sh, the CMake presets and CTest.
-.PHONY: run build test test-slow bench fuzz embed sanitizers format clean
+.PHONY: run build test test-slow bench fuzz embed sanitizers unreal-plugin format clean
 JOBS ?= $(shell nproc)
 
 ## Set up, build, and the main job: train over TCP on the road world, save, act with the model.
@@ -11,9 +11,10 @@ build:
 	cmake --preset release -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING
 	cmake --build --preset release -j $(JOBS)
 
-## Set up, build, all tests.
+## Set up, build, all tests; those in a real engine where it can be fetched.
 test:
 	tools/setup.sh test
+	-tools/setup.sh godot
 	tools/test.sh dev
 
 ## Long learning proofs and soaks; writes the tables under bench/results.
@@ -46,6 +47,11 @@ sanitizers:
 	tools/setup.sh test
 	tools/test.sh asan
 	tools/test.sh tsan
+
+## The Unreal plugin, one zip for each engine version, in build/unreal.
+unreal-plugin:
+	tools/setup.sh unreal
+	tools/package_unreal.py
 
 format:
 	git ls-files '*.h' '*.cpp' | xargs clang-format -i

@@ -35,6 +35,10 @@ cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_PROGRAM=OFF -DCONSA
 cmake --build build/windows -j "$(nproc)"
 echo "windows: core, learn, engines/host and the worlds compile with their tests"
 
+cmake -S . -B build/windows-staged "${toolchain[@]}" -DCONSAC_EMBED=ON -DCONSAC_BUILD_TESTS=OFF
+cmake --build build/windows-staged -j "$(nproc)" --target consac_staged
+echo "windows: what is staged into the Unreal plugin compiles, and links with nothing missing"
+
 if ! command -v wine >/dev/null; then
   echo "windows: no wine here, so the tests do not run"
   exit 0

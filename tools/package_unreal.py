@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Packs the Unreal plugin: one zip of sources for each engine version, ready to be put into a project's Plugins folder.
+
+  tools/package_unreal.py [--out build/unreal] [--program build/release/cli/consac] [--engines 5.3 5.4 5.5 5.6]
+
+In each zip: the plugin with core and learn staged into it, the graphs, the documents, all licences, the program where it is
+built, and MANIFEST.sha256. The same inputs give the same bytes.
+"""
+import argparse
+import hashlib
+import pathlib
+import re
+import subprocess
+import sys
+import zipfile
+
+from unreal_lint.build import strict
+from unreal_stage.layout import FOLDERS, plan, version_of
+from unreal_stage.third_party import Missing
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PLUGIN = "engines/unreal/Consac"
+ENGINES = ("5.3", "5.4", "5.5", "5.6")
+LEFT_OUT = tuple(folder + "/" for folder in FOLDERS) + ("Binaries/", "Intermediate/", "Saved/", "Programs/", ".clang-format")
+DOCUMENTS = ("docs/unreal.md", "docs/unreal-nodes.md", "docs/unreal-rules.md")
+PROGRAM = "Programs/Linux/consac"  # where the node Start Trainer Program looks
+MANIFEST = "MANIFEST.sha256"
+README = """CONSAC {version} for Unreal Engine {engine}: reinforcement learning for Blueprints.
+
+Put this folder into the folder Plugins of a C++ project (make one of both where there is none), open the project, and let
+it compile. Then read Docs/unreal.md.
+
+Not compiled against Unreal by its authors: see "How far this is tested" in Docs/unreal.md.
+"""
+
+
+def plugin_files(root: pathlib.Path) -> dict[str, bytes]:
+    """The plugin as it is committed, without what is staged or built."""
+    folder = root / PLUGIN
+    names = [path.relative_to(folder).as_posix() for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {name: (folder / name).read_bytes() for name in names if not name.startswith(LEFT_OUT)}
+
+
+def documents(root: pathlib.Path) -> dict[str, bytes]:
+    paths = [root / name for name in DOCUMENTS] + sorted((root / "docs/images").glob("unreal-*.svg"))
+    return {"Docs/" + path.relative_to(root / "docs").as_posix(): path.read_bytes() for path in paths}
+
+
+def needs(program: pathlib.Path) -> list[str]:
+    """The shared libraries that a program asks for."""
+    asked = subprocess.run(["readelf", "-d", program], capture_output=True, text=True, check=True).stdout
+    return re.findall(r"NEEDED.*\[(.+)\]", asked)
+
+
+def program_files(program: pathlib.Path | None) -> dict[str, bytes]:
+    if program is None:
+        return {}
+    text = "The trainer, started by the node Start Trainer Program. It needs these libraries of the system:\n"
+    return {PROGRAM: program.read_bytes(), "Programs/Linux/README.txt": (text + "\n".join(needs(program)) + "\n").encode()}
+
+
+def stamped(descriptor: bytes, engine: str) -> bytes:
+    """The descriptor with its engine version, which the repository leaves out."""
+    text, count = re.subn(r'(\n\s*"VersionName": "[^"]*",)', rf'\1\n  "EngineVersion": "{engine}.0",', descriptor.decode(), count=1)
+    if count != 1:
+        raise Missing("Consac.uplugin has no VersionName to put EngineVersion behind")
+    strict(text)
+    return text.encode()
+
+
+def contents(root: pathlib.Path, staged: dict[str, bytes], engine: str, program: pathlib.Path | None) -> dict[str, bytes]:
+    """path in the plugin -> bytes of one package."""
+    files = plugin_files(root) | staged | documents(root) | program_files(program)
+    files["LICENSE"] = (root / "LICENSE").read_bytes()
+    files["README.txt"] = README.format(version=version_of(root), engine=engine).encode()
+    files["Consac.uplugin"] = stamped(files["Consac.uplugin"], engine)
+    filters = files["Config/FilterPlugin.ini"].decode().rstrip("\n")
+    extra = ["/LICENSE", "/README.txt", f"/{MANIFEST}", "/Docs/...", "/graphs/..."] + (["/Programs/..."] if program else [])
+    files["Config/FilterPlugin.ini"] = "\n".join([filters, *extra, ""]).encode()
+    files[MANIFEST] = "".join(f"{hashlib.sha256(files[n]).hexdigest()}  {n}\n" for n in sorted(files)).encode()
+    return files
+
+
+def pack(files: dict[str, bytes], path: pathlib.Path) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo("Consac/" + name, (1980, 1, 1, 0, 0, 0))
+            entry.external_attr = (0o755 if name == PROGRAM else 0o644) << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, files[name])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Packs the Unreal plugin, one zip for each engine version.")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/unreal", help="where the zips go")
+    parser.add_argument("--program", type=pathlib.Path, help="the program consac; build/release/cli/consac where that is built")
+    parser.add_argument("--engines", nargs="+", default=list(ENGINES), help="engine versions")
+    parser.add_argument("--system", type=pathlib.Path, default=pathlib.Path("/usr/include"), help="where the libraries' headers are")
+    options = parser.parse_args()
+    built = ROOT / "build/release/cli/consac"
+    program = options.program or (built if built.is_file() else None)
+    if program is not None and not program.is_file():
+        parser.error(f"no program '{program}'; build it, or leave --program out")
+    try:
+        staged = plan(ROOT, options.system)
+        options.out.mkdir(parents=True, exist_ok=True)
+        for engine in options.engines:
+            path = options.out / f"Consac-{version_of(ROOT)}-UE{engine}.zip"
+            files = contents(ROOT, staged, engine, program)
+            pack(files, path)
+            print(f"{path}: {len(files)} files, {path.stat().st_size / 1e6:.1f} MB{'' if program else ', without the program (not built)'}")
+    except Missing as error:
+        print(f"package_unreal: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

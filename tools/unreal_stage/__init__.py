@@ -1,0 +1,1 @@
+"""Puts the engine-neutral parts into the Unreal plugin. Used by tools/stage_unreal.py."""
