@@ -1,0 +1,41 @@
+"""The engine for the tests of this folder: skipped where a person has not fetched it, a failure in CI."""
+import os
+import shutil
+import subprocess
+
+import pytest
+
+from engine import Godot, cache
+
+
+def missing(reason):
+    if os.environ.get("CI") or os.environ.get("CONSAC_REQUIRE_GODOT") == "1":
+        pytest.fail(f"no engine, and one is required here: {reason}")
+    pytest.skip(reason)
+
+
+@pytest.fixture(scope="session")
+def imported(tmp_path_factory):
+    folder, reason = cache()
+    if folder is None:
+        missing(reason)
+    return Godot(folder, tmp_path_factory.mktemp("godot"))
+
+
+@pytest.fixture
+def godot(imported):
+    yield imported
+    imported.stop()
+
+
+@pytest.fixture
+def display(godot):
+    """A display that draws into memory, for the engine started within."""
+    if shutil.which("Xvfb") is None:
+        missing("no Xvfb here: run tools/setup.sh godot")
+    server = subprocess.Popen(["Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"],
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    godot.environment["DISPLAY"] = ":" + server.stdout.readline().strip()
+    yield
+    server.terminate()
+    server.wait()

@@ -1,0 +1,337 @@
+"""The native extension in the real engine: protocol 2, models that act, training inside, many agents, misuse."""
+import json
+import os
+import pathlib
+import re
+import signal
+import struct
+import subprocess
+import sys
+
+import pytest
+
+from engine import ROOT
+
+NATIVE = pathlib.Path(__file__).parent / "native"
+# The settings for CartPole that CONSAC's own built-in world suggests, with longer rollouts.
+CART_POLE = {"n_steps": "128", "gamma": "0.98", "noptepochs": "10", "learning_rate": "lin_1e-3", "ent_coef": "0"}
+# example: actions to train for, settings, the least that the engine's last line must show: "step" or "episode" and how much
+TASKS = {
+    "road": (20000, {}, ("step", 0.9)),
+    "cart_pole": (60000, CART_POLE, ("episode", 400.0)),
+    "rolling_ball": (15000, {}, ("episode", 2.0)),  # 1 for the target, and the metres that it came nearer
+}
+ENDED = (r"training completed: (\d+) steps in .* \((\d+) steps/s\), mean reward of the last \d+ steps (-?[\d.]+), "
+         r"of the last (\d+) episodes (-?[\d.]+|nan)")
+
+
+@pytest.fixture(autouse=True)
+def built():
+    if not list((ROOT / "engines/godot/addons/consac/bin").glob("libconsac.*")):
+        reason = "the extension is not built: ninja -C build/release consac_godot"
+        if os.environ.get("CI") or os.environ.get("CONSAC_REQUIRE_GODOT") == "1":
+            pytest.fail(reason)
+        pytest.skip(reason)
+
+
+def serve(godot, example, *arguments, **options):
+    """An example that waits for a trainer, served by the extension."""
+    return godot.scene(example, "protocol=auto", *arguments, **options)
+
+
+def play(godot, example, *arguments, program=None, flags=()):
+    """An example in one of the modes without a trainer."""
+    command = [program] if program else [godot.folder / "godot", "--path", godot.project]
+    scene = [] if program else [f"res://examples/{example}/{example}.tscn"]
+    return godot.start(*command, "--headless", *flags, *scene, "--", *(f"--consac-{argument}" for argument in arguments))
+
+
+def script(godot, name, *arguments):
+    """A script of native/, run by the engine in the project."""
+    copy = godot.project / name
+    copy.write_text((NATIVE / name).read_text())
+    return godot.start(godot.folder / "godot", "--headless", "--path", godot.project, "--script", f"res://{name}", "--", *arguments)
+
+
+def train(godot, ports, folder, name, steps=None, settings=None):
+    arguments = ["--steps", steps] if steps else []
+    for key, value in (settings or {}).items():
+        arguments += ["--set", f"{key}={value}"]
+    return godot.consac("train", *(f"tcp://127.0.0.1:{port}" for port in ports), "--name", name, "--no-table", "--no-progress",
+                        "--json", *arguments, cwd=folder)
+
+
+def summary(trainer):
+    code, output = trainer.finish()
+    assert code == 0, output
+    return json.loads(output.splitlines()[-1])
+
+
+def check_learned(example, engine):
+    steps, _, (unit, least) = TASKS[example]
+    said = engine.wait_for(ENDED, 120)
+    print(f"{example}: {said.group(0)}")
+    assert int(said.group(1)) >= steps * 0.99
+    assert float(said.group(3 if unit == "step" else 5)) > least
+
+
+def tensors(path):
+    """The tensors of a safetensors file: name -> (type, shape, bytes)."""
+    data = pathlib.Path(path).read_bytes()
+    length = struct.unpack("<Q", data[:8])[0]
+    header = json.loads(data[8:8 + length])
+    rest = data[8 + length:]
+    return {name: (row["dtype"], row["shape"], rest[slice(*row["data_offsets"])])
+            for name, row in header.items() if name != "__metadata__"}
+
+
+@pytest.fixture(scope="session")
+def models(tmp_path_factory):
+    """example -> a model that `consac train` has learned over protocol 2; the first test that wants one trains it."""
+    return tmp_path_factory.mktemp("models"), {}
+
+
+def learned(godot, models, example):
+    folder, done = models
+    if example not in done:
+        steps, settings, _ = TASKS[example]
+        engine, port = serve(godot, example, f"steps={steps}", "sessions=1", "quit=1")
+        trainer = train(godot, [port], folder, example, settings=settings)
+        assert summary(trainer)["steps"] == steps
+        check_learned(example, engine)
+        code, output = engine.finish()
+        assert code == 0 and "ERROR" not in output, output
+        done[example] = folder / "runs" / example / "model.consac"
+    return done[example]
+
+
+@pytest.mark.parametrize("example", TASKS)
+def test_consac_train_learns_over_protocol_2(godot, models, example):
+    assert learned(godot, models, example).exists()
+
+
+def test_an_engine_is_killed_and_rejoins(godot, tmp_path):
+    first, port = serve(godot, "road", "steps=10000000")
+    _, other_port = serve(godot, "road", "steps=10000000")
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", f"tcp://127.0.0.1:{other_port}", "--name", "rejoin", "--steps",
+                           "100000000", "--log-interval", "1", "--no-progress", cwd=tmp_path)
+    trainer.wait_for("total_timesteps")
+    first.kill()
+    trainer.wait_for("an engine is lost")
+    serve(godot, "road", "steps=10000000", f"port={port}")
+    trainer.wait_for("an engine is back")
+    trainer.process.send_signal(signal.SIGINT)  # how long the rest takes is no matter of this test
+    code, output = trainer.finish()
+    assert code == 130 and (tmp_path / "runs/rejoin/model.consac").exists(), output
+
+
+def test_a_model_of_text_protocol_1_acts_in_the_extension(godot, tmp_path):
+    """It was learned from nothing but GDScript, and its observations have no names."""
+    engine, port = godot.scene("road", "steps=10000", "sessions=1", "quit=1")
+    assert summary(train(godot, [port], tmp_path, "text"))["steps"] == 10000
+    assert engine.finish()[0] == 0
+    acted = recorded(godot, "road", tmp_path / "acted", "mode=act", f"model={tmp_path}/runs/text/model.consac", "fast=0",
+                     flags=["--fixed-fps", "60", "--quit-after", "1500"])
+    rewards = struct.unpack(f"<{acted['rewards'][1][0]}f", acted["rewards"][2])
+    assert len(rewards) > 200 and sum(rewards) > 0.8 * len(rewards)
+
+
+def recorded(godot, example, path, *arguments, **options):
+    program = play(godot, example, f"record={path}", *arguments, **options)
+    code, output = program.finish()
+    assert code == 0 and "ERROR" not in output, output
+    return tensors(path)
+
+
+def first_rows(all_tensors, rows):
+    """The first rows of observations and actions, as bytes."""
+    out = {}
+    for name, (dtype, shape, data) in all_tensors.items():
+        if name.split("/")[0] in ("observations", "actions"):
+            assert shape[0] >= rows, (name, shape)
+            out[name] = (dtype, data[:len(data) // shape[0] * rows])
+    return out
+
+
+@pytest.mark.parametrize("example, place", [("road", "editor"), ("rolling_ball", "editor"), ("rolling_ball", "exported game")])
+def test_the_model_acts_as_consac_eval_does_bit_for_bit(godot, models, tmp_path, example, place):
+    """From the same seed the same observations lead to the same actions, which lead to the same observations."""
+    rows = 200
+    model = learned(godot, models, example)
+    engine, port = serve(godot, example, "sessions=1", "quit=1", f"record={tmp_path / 'judged'}")
+    judge = godot.consac("eval", model, f"tcp://127.0.0.1:{port}", "--episodes", "40" if example != "road" else "1",
+                         "--max-episode-steps", "300", "--seed", "5", cwd=tmp_path)
+    code, output = judge.finish()
+    assert code == 0, output
+    assert engine.finish()[0] == 0
+    program = None
+    if place == "exported game":
+        code, output = godot.start(ROOT / "tools/godot_export.sh", example, tmp_path / "games").finish()
+        assert code == 0, output
+        program = tmp_path / "games" / example
+    acted = recorded(godot, example, tmp_path / "acted", "mode=act", f"model={model}", "seed=5", "fast=0", program=program,
+                     flags=["--fixed-fps", "60", "--quit-after", "1800"])
+    assert first_rows(acted, rows) == first_rows(tensors(tmp_path / "judged"), rows)
+
+
+@pytest.mark.parametrize("example, meanwhile", [*((example, "wait") for example in TASKS), ("road", "act")])
+def test_training_inside_the_engine(godot, tmp_path, example, meanwhile):
+    """The same return as with the program `consac`, without it."""
+    steps, settings, _ = TASKS[example]
+    model = tmp_path / "inside.consac"
+    engine = play(godot, example, "mode=train", f"steps={steps}", "sessions=1", "quit=1", f"model={model}",
+                  "set=" + ",".join(f"{key}:{value}" for key, value in settings.items()),
+                  f"act-while-learning={int(meanwhile == 'act')}")
+    if meanwhile == "wait":
+        check_learned(example, engine)
+    else:  # steps that the model acted during learning count for nothing; their number depends on the clock
+        assert int(engine.wait_for(ENDED, 120).group(1)) >= steps
+    assert engine.finish()[0] == 0
+    assert model.stat().st_size > 1000
+
+
+def test_several_behaviours_and_many_agents_learn_inside(godot, tmp_path):
+    engine = play(godot, "chase", "mode=train", "steps=20000", "sessions=1", "quit=1", f"model={tmp_path}/{{behaviour}}.consac")
+    engine.wait_for(ENDED, 120)
+    assert engine.finish()[0] == 0
+    assert {path.name for path in tmp_path.glob("*.consac")} == {"chaser.consac", "runner.consac"}
+
+
+def test_what_does_not_fit_is_one_line(godot, models, tmp_path):
+    def refused(example, *arguments):
+        code, output = play(godot, example, *arguments, "quit=1").finish()
+        assert code == 1 and "SCRIPT ERROR" not in output, output
+        return output.splitlines()[-1]
+
+    (tmp_path / "broken.consac").write_bytes(b"x" * 100)
+    model = learned(godot, models, "road")
+    assert "there is no file 'res://none.consac'" in refused("road", "mode=act", "model=res://none.consac")
+    assert "broken.consac" in refused("road", "mode=act", f"model={tmp_path}/broken.consac")
+    assert "observation" in refused("rolling_ball", "mode=act", f"model={model}")
+    assert "did you mean 'gamma'" in refused("road", "mode=train", "set=gama:0.9")
+    _, port = serve(godot, "road")
+    assert str(port) in refused("road", f"port={port}")
+
+
+def test_misuse_of_the_classes_harms_nothing(godot, models):
+    """2,000 sequences of 40 random calls; most of them wrong."""
+    program = script(godot, "misuse.gd", "1", "2000", str(learned(godot, models, "road")))
+    said = program.wait_for(r"misuse: 2000 sequences, (\d+) calls, (\d+) offers, cues \[(\d+), (\d+), (\d+), (\d+), (\d+)\]", 300)
+    calls, offers, *cues = map(int, said.groups())
+    assert calls == 80000 and offers > 1000 and all(cues)  # not all of it was refused
+    program.wait_for(r"afterwards: \[(1.0, ){7}1.0\]")
+    assert program.finish()[0] == 0
+
+
+def test_the_classes_by_themselves(godot, models):
+    """What the scenes do not show; classes.gd prints one line a check."""
+    program = script(godot, "classes.gd", str(learned(godot, models, "road")))
+    code, output = program.finish()
+    failed = [line for line in output.splitlines() if re.match("FAIL|SCRIPT ERROR", line)]
+    assert code == 0 and not failed and output.count("\nok ") >= 20, output
+
+
+def wire_rate(godot, *crowd):
+    """Agent steps a second of a crowd that a trainer drives which learns nothing."""
+    engine = script(godot, "crowd.gd", crowd[0], "serve", crowd[1], "30")
+    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    client = subprocess.run([sys.executable, NATIVE / "client.py", port, "2"], capture_output=True, text=True, timeout=60,
+                            env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+    assert client.returncode == 0, client.stderr
+    engine.kill()
+    return int(client.stdout)
+
+
+def test_64_agents_in_one_scene(godot):
+    """20 times the agent steps a second of one agent, a tick of the engine for every step."""
+    one, many = wire_rate(godot, "1", "fixed"), wire_rate(godot, "64", "fixed")
+    print(f"agent steps/s over protocol 2: 1 agent {one}, 64 agents {many}")
+    assert many > 20 * one
+
+
+def test_loop_mode_of_the_extension_is_much_faster_than_frames(godot):
+    frames, loop = wire_rate(godot, "1", "frame"), wire_rate(godot, "1", "loop")
+    print(f"steps/s over protocol 2: frame-bound {frames}, loop mode {loop}")
+    assert loop > 10 * frames
+
+
+SCENE = """[gd_scene format=3]
+[ext_resource type="Script" path="res://addons/consac/consac_sync.gd" id="1"]
+[ext_resource type="Script" path="res://NAME.gd" id="2"]
+[node name="World" type="Node"]
+[node name="ConsacSync" type="Node" parent="."]
+script = ExtResource("1")
+[node name="Agent" type="Node" parent="."]
+script = ExtResource("2")
+"""
+ONE_NUMBER = """extends ConsacAgent
+
+var place := 0.0
+
+
+func _init() -> void:
+	observations = [ConsacEntry.box(&"place", 1)]
+	actions = [ConsacEntry.box(&"move", 1)]
+
+
+func reset(_episode_seed: int) -> void:
+	place = rng.randf()
+
+
+func observe(into: Dictionary) -> void:
+	into[&"place"] = WHAT
+"""
+
+
+def world(godot, name, source):
+    """A scene of one agent with this script: the command that plays it."""
+    (godot.project / f"{name}.gd").write_text(source)
+    (godot.project / f"{name}.tscn").write_text(SCENE.replace("NAME", name))
+    return [godot.folder / "godot", "--headless", "--path", godot.project, f"res://{name}.tscn"]
+
+
+def test_pictures_and_a_person_are_recorded_as_they_were(godot, tmp_path):
+    command = world(godot, "pictures", (NATIVE / "pictures.gd").read_text())
+    program = godot.start(*command, "--fixed-fps", "60", "--quit-after", "60", "--", "--consac-mode=by_hand",
+                          f"--consac-record={tmp_path}/played")
+    code, output = program.finish()
+    assert code == 0 and "ERROR" not in output, output
+    played = tensors(tmp_path / "played")
+    dtype, (steps, *shape), pixels = played["observations/eye"]
+    assert (dtype, shape) == ("U8", [2, 3, 1]) and steps >= 9
+    # An episode's last observation and the next one's first are both seen, but only the second one is acted upon.
+    seen = [number for number in range(1, 2 * steps) if number % 4 != 0][:steps]
+    assert struct.unpack(f"<{steps}f", played["observations/number"][2]) == tuple(seen)
+    assert list(pixels) == [number % 40 + i for number in seen for i in range(6)]
+    assert struct.unpack(f"<{2 * steps}f", played["actions/push"][2]) == (0.25, -0.5) * steps
+    assert list(struct.unpack(f"<{steps}i", played["actions/jump"][2])) == [step % 3 for step in range(steps)]
+    assert list(played["truncated"][2]) == [step % 3 == 2 for step in range(steps)]
+
+
+def test_an_environment_is_reset_in_the_midst_of_a_session(godot):
+    """As Gymnasium means it: a seed gives the same episodes again."""
+    command = world(godot, "seeded", ONE_NUMBER.replace("WHAT", "place"))
+    engine = godot.start(*command, "--", "--consac-port=0", "--consac-loop=1")
+    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    client = f"""if True:
+        import consac, json
+        env = consac.make("tcp://127.0.0.1:{port}")
+        def episode(seed):
+            first, _ = env.reset(seed=seed)
+            for _ in range(3):
+                last = env.step(env.action_space.low)[0]
+            return float(first[0]), float(last[0])
+        print(json.dumps([episode(3), episode(4), episode(3), episode(None) != episode(None)]))
+        env.close()"""
+    done = subprocess.run([sys.executable, "-c", client], capture_output=True, text=True, timeout=60,
+                          env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+    assert done.returncode == 0, done.stderr
+    first, other, again, differ = json.loads(done.stdout)
+    assert first == again != other and differ
+
+
+def test_a_world_that_goes_wrong_ends_its_training_and_not_the_engine(godot):
+    command = world(godot, "wrong", ONE_NUMBER.replace("WHAT", "NAN if steps == 2 else 0.0"))
+    engine = godot.start(*command, "--", "--consac-mode=train", "--consac-loop=1", "--consac-sessions=1", "--consac-quit=1")
+    code, output = engine.finish()
+    assert code == 1 and "SCRIPT ERROR" not in output and "sees NaN" in output, output

@@ -1,0 +1,210 @@
+extends SceneTree
+## Checks of the add-on's scripts, run by test_wire.py inside the engine: "ok" or "FAIL" a line.
+
+var _failed := 0
+
+
+func _initialize() -> void:
+	_run.call_deferred()
+
+
+func _run() -> void:
+	_entries()
+	_agents()
+	_framer()
+	_speed()
+	_transform_sensor()
+	await _ray_sensors()
+	print("%d failed" % _failed)
+	quit(1 if _failed > 0 else 0)
+
+
+func _check(what: String, value: Variant, expected: Variant) -> void:
+	var right: bool = value == expected
+	_failed += 0 if right else 1
+	print("ok %s" % what if right else "FAIL %s: %s, expected %s" % [what, value, expected])
+
+
+func _holds(what: String, text: String, part: String) -> void:
+	_check("%s: %s" % [what, text], text.contains(part), true)
+
+
+func _entries() -> void:
+	_check("a box is right", ConsacEntry.box(&"a", 3).fault(), "")
+	_check("a box has its numbers", ConsacEntry.box(&"a", 3).numbers(), 3)
+	_holds("low above high", ConsacEntry.box(&"a", 1, 2.0, 1.0).fault(), "low 2.0 above high 1.0")
+	_holds("no name", ConsacEntry.box(&"", 1).fault(), "no name")
+	_holds("no choice", ConsacEntry.discrete(&"a", 0).fault(), "0 choices")
+
+
+func _agents() -> void:
+	var agent := _Speaker.new()
+	agent.name = "Speaker"
+	_holds("no entries", agent.prepare(), "no observation entries")
+	agent.observations = [ConsacEntry.box(&"a", 1), ConsacEntry.box(&"a", 2)]
+	_holds("one name twice", agent.prepare(), "two entries are named 'a'")
+	agent.observations = [ConsacEntry.box(&"a", 1), ConsacEntry.box(&"b", 2), ConsacEntry.discrete(&"c", 3)]
+	agent.actions = [ConsacEntry.box(&"turn", 1), ConsacEntry.box(&"move", 2), ConsacEntry.discrete(&"jump", 2)]
+	_check("prepared", agent.prepare(), "")
+	agent.says = {&"a": 1.5, &"b": Vector2(2, 3), &"c": 2}
+	_check("observed", agent.look(), "")
+	_check("in a row", agent.row, PackedFloat32Array([1.5, 2, 3, 2]))
+	var cases := [
+		[&"a", null, "nothing for entry 'a'"],
+		[&"b", [1.0], "1 numbers for entry 'b', expected 2"],
+		[&"b", "text", "a String for entry 'b'"],
+		[&"c", 3, "3.0 for entry 'c', expected 0 to 2"],
+	]
+	for bad: Array in cases:
+		agent.says[bad[0]] = bad[1]
+		_holds("bad observation", agent.look(), bad[2])
+		agent.says = {&"a": 1.5, &"b": Vector2(2, 3), &"c": 2}
+	agent.says[&"b"] = Vector2(2, NAN)
+	_check("not finite, but of the right kind", agent.look(), "")
+	_holds("not finite", agent.blame_for(agent.row), "observe() gave nan for entry 'b'")
+	agent.action_row = PackedFloat32Array([0.5, 0.25, -1, 1])
+	agent.hand_over()
+	_check("acts", agent.heard, {&"turn": 0.5, &"move": PackedFloat32Array([0.25, -1]), &"jump": 1})
+	agent.add_reward(INF)
+	_holds("bad reward", agent.account(), "the reward is inf")
+	agent.start_episode(3)
+	agent.max_steps = 2
+	agent.account()
+	_check("not yet over", agent.truncated, false)
+	agent.account()
+	_check("cut off", agent.truncated and not agent.terminated, true)
+	agent.free()
+
+
+## The cases that every receiver of text protocol 1 must get right, in pieces of every size.
+func _framer() -> void:
+	var path := ""
+	for argument in OS.get_cmdline_user_args():
+		if argument.begins_with("--transcripts="):
+			path = argument.trim_prefix("--transcripts=")
+	var cases: Array = JSON.parse_string(FileAccess.get_file_as_string(path))
+	for case: Dictionary in cases:
+		if case["expect"] != "action":
+			continue
+		for piece: int in [1, 2, 3, 1000]:
+			var messages := _frame(case["chunks"], piece, case.get("single_character", false))
+			_check("%s, %d bytes at a time" % [case["name"], piece], messages, case["messages"])
+
+
+func _frame(chunks: Array, piece: int, single_character: bool) -> Array:
+	var framer := ConsacTextFramer.new()
+	framer.single_character = single_character
+	var messages := []
+	var now := 0
+	for chunk: String in chunks:
+		if chunk == "quiet":
+			now += 1000000
+			_drain(framer, now, messages)
+			continue
+		var bytes := chunk.to_utf8_buffer()
+		for at in range(0, bytes.size(), piece):
+			framer.feed(bytes.slice(at, at + piece), now)
+			_drain(framer, now, messages)
+	return messages
+
+
+func _drain(framer: ConsacTextFramer, now: int, messages: Array) -> void:
+	while true:
+		var message := framer.next(now)
+		if message.is_empty():
+			return
+		messages.append(message.get_string_from_ascii())
+
+
+func _speed() -> void:
+	var before := _settings()
+	var speed := ConsacSpeed.new()
+	speed.change(true)
+	_check("a tick is as long as before", Engine.time_scale / Engine.physics_ticks_per_second, before[2] / before[1])
+	_check("it goes faster", _settings() != before, true)
+	speed.change(true)
+	speed.restore()
+	_check("all settings are back", _settings(), before)
+	speed.restore()
+	_check("and stay", _settings(), before)
+
+
+func _settings() -> Array:
+	return [Engine.max_fps, Engine.physics_ticks_per_second, Engine.time_scale, Engine.max_physics_steps_per_frame,
+			Engine.physics_jitter_fix, OS.low_processor_usage_mode, OS.low_processor_usage_mode_sleep_usec]
+
+
+func _transform_sensor() -> void:
+	var from := Node3D.new()
+	var to := RigidBody3D.new()
+	root.add_child(from)
+	root.add_child(to)
+	from.position = Vector3(1, 0, 0)
+	from.rotation.y = PI / 2.0  # looks along -x
+	to.position = Vector3(-4, 0, 0)
+	to.linear_velocity = Vector3(-2, 0, 0)
+	var sensor := ConsacTransformSensor.new()
+	sensor.observer = from
+	sensor.subject = to
+	_check("six numbers", sensor.entries()[0].size, 6)
+	var seen := _rounded(sensor)
+	_check("straight ahead, half as far as can be seen, going away", seen, [0.0, 0.0, -0.5, 0.0, 0.0, -0.2])
+	sensor.turned = false
+	_check("in the world's axes", _rounded(sensor), [-0.5, 0.0, 0.0, -0.2, 0.0, 0.0])
+	for node: Node in [sensor, from, to]:
+		node.free()
+
+
+func _ray_sensors() -> void:
+	var wall := StaticBody3D.new()
+	var shape := CollisionShape3D.new()
+	shape.shape = BoxShape3D.new()
+	wall.add_child(shape)
+	wall.position = Vector3(0, 0, -5.5)  # its near side at 5
+	wall.add_to_group(&"wall")
+	var eye := Node3D.new()
+	var sensor_3d := ConsacRaySensor3D.new()
+	sensor_3d.body = eye
+	var wall_2d := StaticBody2D.new()
+	var shape_2d := CollisionShape2D.new()
+	shape_2d.shape = RectangleShape2D.new()
+	shape_2d.shape.size = Vector2(1, 1)
+	wall_2d.add_child(shape_2d)
+	wall_2d.position = Vector2(5.5, 0)
+	wall_2d.add_to_group(&"coin")
+	var eye_2d := Node2D.new()
+	var sensor_2d := ConsacRaySensor2D.new()
+	sensor_2d.body = eye_2d
+	for node: Node in [wall, eye, wall_2d, eye_2d]:
+		root.add_child(node)
+	await physics_frame
+	await physics_frame
+	for sensor: ConsacRaySensor in [sensor_3d, sensor_2d]:
+		sensor.count = 3
+		sensor.classes = [&"coin", &"wall"]
+		_check("three numbers a ray", sensor.entries()[0].size, 9)
+	_check("a wall ahead in 3D", _rounded(sensor_3d), [1.0, 0.0, 0.0, 0.5, 0.0, 1.0, 1.0, 0.0, 0.0])
+	_check("a coin ahead in 2D", _rounded(sensor_2d), [1.0, 0.0, 0.0, 0.5, 1.0, 0.0, 1.0, 0.0, 0.0])
+	for node: Node in [sensor_3d, sensor_2d, wall, eye, wall_2d, eye_2d]:
+		node.free()
+
+
+func _rounded(sensor: ConsacSensor) -> Array:
+	var into := {}
+	sensor.sense(into)
+	var numbers := []
+	for number: float in into[sensor.entry_name]:
+		numbers.append(snappedf(number, 0.001) + 0.0)
+	return numbers
+
+
+class _Speaker:
+	extends ConsacAgent
+	var says := {}
+	var heard := {}
+
+	func observe(into: Dictionary) -> void:
+		into.merge(says, true)
+
+	func act(chosen: Dictionary) -> void:
+		heard = chosen.duplicate()
