@@ -281,6 +281,32 @@ TEST(Agents, FixedStepsArePutBackHoweverItEnds) {
   EXPECT_TRUE(untouched());
 }
 
+TEST(Agents, FixedStepsOfTwoGamesAreKeptUntilTheLastEnds) {
+  UPhysicsSettings* physics = UPhysicsSettings::Get();
+  physics->MaxPhysicsDeltaTime = 0.02f;
+  FApp::SetUseFixedTimeStep(false);
+  FApp::SetFixedDeltaTime(0.25);
+  Shim::Game game, other_game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 1), others = Spawn(other_game, 1);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  AConsacTrainer* other = SpawnTrainer(other_game, EConsacMode::ByHand, &errors);
+  trainer->bFixedStep = other->bFixedStep = true;
+  trainer->FixedStepSeconds = 0.05f;
+  other->FixedStepSeconds = 0.1f;
+  game.Tick();
+  other_game.Tick();
+  trainer->StopTraining();
+  EXPECT_TRUE(FApp::UseFixedTimeStep());
+  EXPECT_EQ(FApp::GetFixedDeltaTime(), static_cast<double>(0.1f));
+  EXPECT_EQ(physics->MaxPhysicsDeltaTime, 0.1f);
+  other->StopTraining();
+  EXPECT_FALSE(FApp::UseFixedTimeStep());
+  EXPECT_EQ(FApp::GetFixedDeltaTime(), 0.25);
+  EXPECT_EQ(physics->MaxPhysicsDeltaTime, 0.02f);
+  EXPECT_EQ(errors, std::vector<std::string>());
+}
+
 TEST(Agents, DemonstrationsAreRecorded) {
   const ScratchFolder scratch("unreal_record");
   Shim::Game game;

@@ -94,7 +94,8 @@ class Sequence {
     FConsacSpace space;
     space.Kind = static_cast<EConsacSpaceKind>(Pick(5));  // one beyond the last
     space.Size = Pick(3) == 0 ? Whole() : static_cast<int32>(Pick(5));
-    if (space.Size > 100000) space.Size = std::numeric_limits<int32>::max();  // refused, not allocated
+    // Refused, not allocated; now and then the largest that is not.
+    if (space.Size > 100000) space.Size = Pick(100) == 0 ? 1 << 24 : Pick(2) == 0 ? 2000000000 : (1 << 24) + 1;
     for (std::uint32_t k = Pick(4); k > 0; --k) space.Low.Add(Number());
     for (std::uint32_t k = Pick(4); k > 0; --k) space.High.Add(Number());
     for (std::uint32_t k = Pick(4); k > 0; --k) space.Choices.Add(static_cast<int32>(Pick(5)) - 1);
@@ -317,6 +318,8 @@ class Sequence {
         trainer_->TotalSteps = Pick(4) == 0 ? Whole() : 50;
         trainer_->MaxStepsPerTick = Whole() % 5;
         trainer_->FixedStepSeconds = Number();
+        static const int32 kRooms[] = {0, 0, 1, 6, -1, 1000, 100000000, 2000000000};
+        trainer_->RoomForAgents = kRooms[Pick(8)];
         trainer_->bFixedStep = Pick(2) == 0;
         if (Pick(2) == 0) trainer_->StopTraining();
         if (Pick(2) == 0) trainer_->StartTraining(result_, error_), checks_ = true;
@@ -327,6 +330,7 @@ class Sequence {
   }
 
   void GameNode(std::uint32_t what) {
+    game_->world().shim_paused_ = Pick(8) == 0;
     if (what == 36 && Pick(8) == 0) {
       Restart();
     } else if (what == 37 && Pick(8) == 0) {

@@ -260,6 +260,33 @@ TEST(Program, WhatCannotBeStartedIsSaid) {
   EXPECT_NE(Text(error).find("quote"), std::string::npos) << Text(error);
 }
 
+TEST(Program, ATokenIsNotLoggedAndAnEndedProgramsHandleIsClosed) {
+  const ScratchFolder scratch("unreal_token");
+  FConsacProgramSettings settings;
+  settings.Program = Text(CONSAC_PROGRAM);
+  settings.RunsFolder = Text(scratch.path());
+  settings.RunName = TEXT("secretive");
+  settings.ExtraArguments = TEXT("--no-such-option");  // ends at once
+  UConsacTrainerProgram* program = NewObject<UConsacTrainerProgram>();
+  const int before = FPlatformProcess::shim_open_;
+  Shim::ForgetLog();
+  FString error;
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_TRUE(program->Start(settings, {TEXT("--token"), TEXT("open-sesame")}, error)) << Text(error);
+    ASSERT_TRUE(TickUntil(
+        30.0, [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); },
+        [&] { return !program->IsRunning(); }));
+  }
+  EXPECT_EQ(FPlatformProcess::shim_open_, before + 1);
+  EXPECT_FALSE(program->Start(settings, {TEXT("--token"), TEXT("open-sesame\"")}, error));
+  EXPECT_EQ(Text(error).find("sesame"), std::string::npos) << Text(error);
+  program->Stop();
+  EXPECT_EQ(FPlatformProcess::shim_open_, before);
+  ASSERT_EQ(Shim::Log().size(), 4U);
+  for (const std::string& line : Shim::Log()) EXPECT_EQ(line.find("sesame"), std::string::npos) << line;
+  EXPECT_NE(Shim::Log()[0].find("secretive"), std::string::npos) << Shim::Log()[0];
+}
+
 TEST(Samples, TheGameModeSpawnsTheRoad) {
   Shim::Game game;
   const std::size_t before = game.world().shim_actors_.size();

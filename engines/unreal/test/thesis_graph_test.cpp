@@ -9,13 +9,13 @@ namespace {
 constexpr int kSteps = 40000;
 
 /// Start Trainer Program for what listens on `port`.
-UConsacTrainerProgram* StartProgram(int port, const std::string& runs) {
+UConsacTrainerProgram* StartProgram(int port, const std::string& runs, const std::string& more = "") {
   FConsacProgramSettings settings;
   settings.Program = Text(CONSAC_PROGRAM);
   settings.Port = port;
   settings.RunName = TEXT("walker");
   settings.RunsFolder = Text(runs);
-  settings.ExtraArguments = TEXT("--no-tensorboard --no-progress");
+  settings.ExtraArguments = Text("--no-tensorboard --no-progress" + more);
   EConsacResult result = EConsacResult::Failed;
   UConsacTrainerProgram* program = nullptr;
   FString error;
@@ -68,8 +68,12 @@ TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
   const ScratchFolder scratch("unreal_thesis");
   Shim::Game game;
   RoadGraph graph(game);
+  // As it is drawn: On Training Completed -> Close Training.
   int completed = 0;
-  graph.environment().OnTrainingCompleted.ShimBind(nullptr, [&completed] { ++completed; });
+  graph.environment().OnTrainingCompleted.ShimBind(nullptr, [&] {
+    ++completed;
+    graph.environment().CloseTraining();
+  });
   ASSERT_EQ(graph.Setup(kSteps, 0), EConsacResult::Success) << Text(graph.error);
   EXPECT_EQ(graph.Tick(), EConsacConnection::Waiting) << Text(graph.error);
   ASSERT_GT(graph.environment().GetTrainingPort(), 0);
@@ -94,7 +98,17 @@ TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
   EXPECT_EQ(graph.environment().GetTrainingProgress().Steps, kSteps);
   ASSERT_TRUE(TickUntil(
       30.0, [] { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }, [&] { return !program->IsRunning(); }));
-  graph.environment().CloseTraining();
+  // Tick goes on; the port stays closed, so that no other trainer begins anew.
+  for (int tick = 0; tick < 100; ++tick) {
+    ASSERT_EQ(graph.Tick(), EConsacConnection::Completed) << Text(graph.error);
+    ASSERT_EQ(graph.Train(), EConsacTraining::Completed) << Text(graph.error);
+    ASSERT_EQ(graph.environment().GetTrainingPort(), 0);
+  }
+  EXPECT_EQ(completed, 1);
+  ASSERT_EQ(graph.Setup(kSteps, 0), EConsacResult::Success);
+  EXPECT_FALSE(graph.environment().IsTrainingCompleted());
+  EXPECT_EQ(graph.Tick(), EConsacConnection::Waiting) << Text(graph.error);
+  EXPECT_GT(graph.environment().GetTrainingPort(), 0);
 
   const FString path = program->GetModelPath();
   UConsacModel* model = LoadModel(path);
@@ -159,6 +173,72 @@ TEST(ThesisGraph, PlayIsStoppedInTheMiddleAndStartedAgainAtOnceOnTheSamePort) {
   RoadGraph graph(game);
   ASSERT_EQ(graph.Setup(1, port), EConsacResult::Success);
   EXPECT_EQ(graph.Tick(), EConsacConnection::Waiting) << Text(graph.error);
+}
+
+TEST(ThesisGraph, APortThatCannotBeOpenedIsSaidByThePin) {
+  Shim::Game game;
+  RoadGraph first(game), second(game);
+  ASSERT_EQ(first.Setup(100, 0), EConsacResult::Success);
+  EXPECT_EQ(first.Tick(), EConsacConnection::Waiting) << Text(first.error);
+  const int port = first.environment().GetTrainingPort();
+  ASSERT_EQ(second.Setup(100, port), EConsacResult::Success);
+  EXPECT_EQ(second.Tick(), EConsacConnection::Failed);
+  EXPECT_NE(Text(second.error).find(std::to_string(port)), std::string::npos) << Text(second.error);
+  // An address that lets other computers in wants a token, which this component does not have.
+  EConsacResult result = EConsacResult::Failed;
+  second.environment().SetupEnvironment(RoadSeen(), RoadDone(), 100, FString(), result, second.error, TEXT("0.0.0.0"),
+                                        0);
+  EXPECT_EQ(second.Tick(), EConsacConnection::Failed);
+  EXPECT_NE(Text(second.error).find("token"), std::string::npos) << Text(second.error);
+  EXPECT_EQ(second.environment().GetTrainingPort(), 0);
+}
+
+/// A trainer gives up after a second of silence; the game is paused for longer.
+void PauseIsToldTo(Shim::Game& game, UConsacTrainerProgram& program, const std::function<long()>& steps,
+                   const std::function<void()>& play) {
+  ASSERT_TRUE(TickUntil(60.0, play, [&] { return steps() > 100; }));
+  game.world().shim_paused_ = true;
+  game.Tick();
+  const long before = steps();
+  EXPECT_FALSE(TickUntil(
+      2.5,
+      [&] {
+        game.Tick();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      },
+      [&] { return !program.IsRunning() || steps() != before; }));
+  game.world().shim_paused_ = false;
+  game.Tick();
+  EXPECT_TRUE(TickUntil(20.0, play, [&] { return steps() > before + 100 || !program.IsRunning(); }));
+  EXPECT_TRUE(program.IsRunning());
+  program.Stop();
+}
+
+TEST(ThesisGraph, ATrainerWaitsWhileTheGameIsPaused) {
+  const ScratchFolder scratch("unreal_pause");
+  Shim::Game game;
+  RoadGraph graph(game);
+  ASSERT_EQ(graph.Setup(1000000, 0), EConsacResult::Success);
+  (void)graph.Tick();
+  UConsacTrainerProgram* program =
+      StartProgram(graph.environment().GetTrainingPort(), scratch.path(), " --deadline 1");
+  PauseIsToldTo(game, *program, [&] { return graph.steps; }, [&] {
+    (void)graph.Tick();
+    game.Tick();
+  });
+}
+
+TEST(ThesisGraph, ATrainerOfManyAgentsWaitsToo) {
+  const ScratchFolder scratch("unreal_pause_many");
+  Shim::Game game;
+  RoadAgent agent(game, 1);
+  AConsacTrainer* trainer = game.SpawnWith<AConsacTrainer>([](AConsacTrainer& made) {
+    made.Port = 0;
+    made.TotalSteps = 1000000;
+  });
+  game.Tick();
+  UConsacTrainerProgram* program = StartProgram(trainer->GetTrainerPort(), scratch.path(), " --deadline 1");
+  PauseIsToldTo(game, *program, [&] { return agent.steps; }, [&] { game.Tick(); });
 }
 
 TEST(ThesisGraph, TheFirstNodesInTheWrongOrderSayWhatIsMissing) {

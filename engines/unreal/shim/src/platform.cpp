@@ -84,6 +84,7 @@ FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* paramete
     execv(argv[0], argv.data());
     _exit(127);
   }
+  ++shim_open_;
   return handle;
 }
 
@@ -98,6 +99,7 @@ void FPlatformProcess::TerminateProc(FProcHandle& handle, bool) {
 }
 
 void FPlatformProcess::CloseProc(FProcHandle& handle) {
+  shim_open_ -= handle.IsValid() ? 1 : 0;
   handle.shim_child_ = 0;
 }
 

@@ -118,6 +118,14 @@ void Destroy(AActor& actor) {
   std::erase(actor.shim_world_->shim_actors_, &actor);
 }
 
+void Destroy(UActorComponent& component) {
+  if (component.ShimDead()) return;
+  if (component.shim_begun_) component.EndPlay(EEndPlayReason::Destroyed);
+  component.shim_begun_ = false;
+  component.ShimKill();
+  std::erase(component.GetOwner()->shim_components_, &component);
+}
+
 Game::Game() : game_(NewObject<UGameInstance>()), world_(NewObject<UWorld>(game_)) {
   check(ShimGenerated());
   FSubsystemCollectionBase collection;
@@ -144,16 +152,15 @@ Game::~Game() {
 }
 
 void Game::Tick(float seconds) {
-  world_->shim_seconds_ += static_cast<double>(seconds);
+  if (!world_->shim_paused_) world_->shim_seconds_ += static_cast<double>(seconds);
   const std::vector<AActor*> actors = world_->shim_actors_;
   for (const ETickingGroup group : {TG_PrePhysics, TG_PostPhysics}) {
     for (AActor* actor : actors) {
-      if (!actor->ShimDead() && actor->PrimaryActorTick.bCanEverTick && actor->PrimaryActorTick.TickGroup == group)
-        actor->Tick(seconds);
+      if (!actor->ShimDead() && actor->PrimaryActorTick.ShimTicks(group, world_->shim_paused_)) actor->Tick(seconds);
       const std::vector<UActorComponent*> components = actor->shim_components_;
       for (UActorComponent* component : components) {
         FActorComponentTickFunction& tick = component->PrimaryComponentTick;
-        if (!component->ShimDead() && tick.bCanEverTick && tick.TickGroup == group)
+        if (!component->ShimDead() && tick.ShimTicks(group, world_->shim_paused_))
           component->TickComponent(seconds, ShimAllTicks, &tick);
       }
     }

@@ -9,6 +9,11 @@ enum ETickingGroup { TG_PrePhysics, TG_PostPhysics };
 struct FActorComponentTickFunction {
   ETickingGroup TickGroup = TG_PrePhysics;
   bool bCanEverTick = false;
+  bool bTickEvenWhenPaused = false;
+  /// For the shim: whether it ticks now.
+  bool ShimTicks(ETickingGroup group, bool paused) const {
+    return bCanEverTick && TickGroup == group && (!paused || bTickEvenWhenPaused);
+  }
 };
 
 class UActorComponent : public UObject {

@@ -13,6 +13,7 @@ class UWorld : public UObject {
   SHIM_CLASS(UWorld, UObject)
   UGameInstance* GetGameInstance() const { return shim_game_; }
   double GetTimeSeconds() const { return shim_seconds_; }
+  bool IsPaused() const { return shim_paused_; }
   bool LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end, ECollisionChannel channel,
                                 const FCollisionQueryParams& parameters) const;
   template <class T>
@@ -28,6 +29,7 @@ class UWorld : public UObject {
   UGameInstance* shim_game_ = nullptr;
   double shim_seconds_ = 0.0;
   bool shim_begun_ = false;
+  bool shim_paused_ = false;
   std::vector<AActor*> shim_actors_;
   std::function<bool(FHitResult&, const FVector&, const FVector&)> shim_trace_;
 };

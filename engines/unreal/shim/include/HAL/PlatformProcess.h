@@ -16,4 +16,6 @@ struct FPlatformProcess {
   static bool IsProcRunning(FProcHandle& handle);
   static void TerminateProc(FProcHandle& handle, bool kill_tree = false);
   static void CloseProc(FProcHandle& handle);
+  /// For tests: handles that were not closed.
+  static inline int shim_open_ = 0;
 };

@@ -4,6 +4,7 @@
 #include "CoreMinimal.h"
 
 class AActor;
+class UActorComponent;
 class UWorld;
 
 namespace Shim {
@@ -13,6 +14,8 @@ void Enter(UWorld& world, AActor& actor, const FVector& location);
 void BeginPlay(AActor& actor);
 /// It leaves the world and is dead; its memory stays until Collect.
 void Destroy(AActor& actor);
+/// The same for one of its components.
+void Destroy(UActorComponent& component);
 }  // namespace Shim
 
 namespace EEndPlayReason {

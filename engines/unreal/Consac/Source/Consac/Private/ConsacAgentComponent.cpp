@@ -123,6 +123,11 @@ void UConsacAgentComponent::AddSensor(UConsacSensorComponent* Sensor)
 	Sensors.AddUnique(Sensor);
 }
 
+void UConsacAgentComponent::RemoveSensor(UConsacSensorComponent* Sensor)
+{
+	Sensors.Remove(Sensor);
+}
+
 const TArray<TObjectPtr<UConsacSensorComponent>>& UConsacAgentComponent::GetSensors() const
 {
 	return Sensors;

@@ -30,7 +30,8 @@ std::string ToFolder(const FString& Path)
 {
 	const std::string Folder = ToFile(Path);
 	std::error_code Ignored; // writing to it says what is wrong
-	std::filesystem::create_directories(Folder, Ignored);
+	// As char8_t: a path made of char is read in the code page of Windows, not as UTF-8.
+	std::filesystem::create_directories(std::filesystem::path(std::u8string(Folder.begin(), Folder.end())), Ignored);
 	return Folder;
 }
 

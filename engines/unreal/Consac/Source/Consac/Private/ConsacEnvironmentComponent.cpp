@@ -6,6 +6,7 @@
 #include "ConsacModel.h"
 #include "ConsacModelState.h"
 #include "ConsacStats.h"
+#include "Engine/World.h"
 #include "Templates/PimplPtr.h"
 
 // What the next call of Training brings.
@@ -25,10 +26,16 @@ struct FConsacEnvironmentState
 	consac::host::AgentId Agent = consac::host::kNoAgent;
 	EConsacExpected Expected = EConsacExpected::Nothing;
 	bool bConnected = false;  // the driver has asked for something
-	bool bCompleted = false;
+	bool bCompleted = false;  // until Setup Environment or Model Connection
+	bool bPaused = false;     // the driver was told so
+	FConsacProgress Last;     // of what has ended
 
 	void DropDriver()
 	{
+		if (Driver)
+		{
+			Last = ConsacPlugin::ToProgress(Driver->progress());
+		}
 		Driver.reset();
 		if (World)
 		{
@@ -36,7 +43,7 @@ struct FConsacEnvironmentState
 		}
 		Expected = EConsacExpected::Nothing;
 		bConnected = false;
-		bCompleted = false;
+		bPaused = false;
 	}
 
 	const consac::BehaviourSpec& Behaviour() const { return World->spec().behaviours[0]; }
@@ -102,12 +109,17 @@ static consac::Status HandOver(FConsacEnvironmentState& State, const TArray<floa
 UConsacEnvironmentComponent::UConsacEnvironmentComponent()
 	: State(MakePimpl<FConsacEnvironmentState>())
 {
+	// Only to tell the trainer that the game is paused, or goes on: a graph's own tick stands still then.
+	PrimaryComponentTick.bCanEverTick = true;
+	PrimaryComponentTick.bTickEvenWhenPaused = true;
 }
 
 void UConsacEnvironmentComponent::SetupEnvironment(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, int64 TrainingLength,
 	const FString& ModelName, EConsacResult& Result, FString& Error, const FString& Host, int32 Port)
 {
 	CloseTraining();
+	State->bCompleted = false;
+	State->Last = FConsacProgress();
 	State->World.reset();
 	consac::Result<consac::Space> Seen = ConsacPlugin::ToSpace(ObservationSpace);
 	consac::Result<consac::Space> Done = ConsacPlugin::ToSpace(ActionSpace);
@@ -154,7 +166,7 @@ void UConsacEnvironmentComponent::TrainingConnection(EConsacConnection& Connecti
 		ConsacPlugin::Explain(ConsacPlugin::NotSetUp(), Error);
 		return;
 	}
-	if (!State->Driver)
+	if (!State->Driver && !State->bCompleted)
 	{
 		consac::Result<std::unique_ptr<consac::host::Driver>> Driver = consac::host::Serve(*State->World, State->Options);
 		if (!ConsacPlugin::Explain(Driver.status(), Error))
@@ -167,11 +179,14 @@ void UConsacEnvironmentComponent::TrainingConnection(EConsacConnection& Connecti
 	{
 		return;
 	}
-	if (State->Driver->finished())
+	if (State->bCompleted || State->Driver->finished())
 	{
+		// First the pin: On Training Completed may close everything.
+		Connection = EConsacConnection::Completed;
 		Complete();
+		return;
 	}
-	Connection = State->bCompleted ? EConsacConnection::Completed : State->bConnected ? EConsacConnection::Connected : EConsacConnection::Waiting;
+	Connection = State->bConnected ? EConsacConnection::Connected : EConsacConnection::Waiting;
 }
 
 void UConsacEnvironmentComponent::Train(const TArray<float>& Observation, float Reward, bool bDone, EConsacTraining& Training, FConsacAction& Action, FString& Error)
@@ -180,7 +195,7 @@ void UConsacEnvironmentComponent::Train(const TArray<float>& Observation, float 
 	Training = EConsacTraining::Failed;
 	bool bEnding = false;
 	consac::Status Status = State->World ? consac::Status::Ok() : ConsacPlugin::NotSetUp();
-	if (Status.ok() && !State->Driver)
+	if (Status.ok() && !State->Driver && !State->bCompleted)
 	{
 		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "nobody is connected; call Training Connection or Model Connection first");
 	}
@@ -239,6 +254,7 @@ void UConsacEnvironmentComponent::ModelConnection(UConsacModel* Model, EConsacRe
 	if (Status.ok())
 	{
 		State->DropDriver();
+		State->bCompleted = false;
 		consac::Result<std::unique_ptr<consac::host::Driver>> Driver =
 			consac::host::Act(*State->World, std::span(&Model->GetState()->Bytes, 1), consac::host::ActOptions());
 		Status = Driver.status();
@@ -267,12 +283,27 @@ void UConsacEnvironmentComponent::Complete()
 
 FConsacProgress UConsacEnvironmentComponent::GetTrainingProgress() const
 {
-	return State->Driver ? ConsacPlugin::ToProgress(State->Driver->progress()) : FConsacProgress();
+	return State->Driver ? ConsacPlugin::ToProgress(State->Driver->progress()) : State->Last;
 }
 
 int32 UConsacEnvironmentComponent::GetTrainingPort() const
 {
 	return State->Driver ? State->Driver->port() : 0;
+}
+
+void UConsacEnvironmentComponent::TickComponent(float DeltaTime, ELevelTick TickType, FActorComponentTickFunction* ThisTickFunction)
+{
+	const UWorld* World = GetWorld();
+	const bool bPaused = World != nullptr && World->IsPaused();
+	if (State->Driver && State->bPaused != bPaused)
+	{
+		State->bPaused = bPaused;
+		State->Driver->SetPaused(bPaused);
+	}
+	if (!bPaused)
+	{
+		Super::TickComponent(DeltaTime, TickType, ThisTickFunction);
+	}
 }
 
 void UConsacEnvironmentComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)

@@ -73,7 +73,10 @@ consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentCompone
 	}
 	for (const UConsacSensorComponent* Sensor : Agent.Sensors)
 	{
-		Status = Status.ok() ? ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetSpace(), Kind.Offering.observations, Kind.Seen) : Status;
+		if (Status.ok() && IsValid(Sensor))
+		{
+			Status = ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetSpace(), Kind.Offering.observations, Kind.Seen);
+		}
 	}
 	for (const FConsacEntry& Entry : Agent.Actions)
 	{
@@ -108,12 +111,9 @@ consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents,
 	}
 	consac::host::TickWorldOptions Options;
 	Options.agents_leave = bRoom;
-	int32 First = 0;
 	for (FKind& Kind : Kinds)
 	{
 		Kind.Offering.agents = Kind.Offering.agents < Room ? Room : Kind.Offering.agents;
-		Kind.Place = First;
-		First += Kind.Offering.agents;
 		Options.offerings.push_back(Kind.Offering);
 	}
 	consac::Result<std::unique_ptr<consac::host::TickWorld>> Made = consac::host::TickWorld::Create(std::move(Options));
@@ -122,6 +122,12 @@ consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents,
 		return Made.status();
 	}
 	TheWorld = std::move(*Made);
+	int32 First = 0; // no sum before the world has said that so many places can be
+	for (FKind& Kind : Kinds)
+	{
+		Kind.Place = First;
+		First += Kind.Offering.agents;
+	}
 	Places.resize(static_cast<std::size_t>(TheWorld->places()));
 	for (UConsacAgentComponent* Agent : Agents)
 	{
@@ -156,7 +162,8 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 		{
 			Id = TheWorld->Joined(Index) && Places[static_cast<std::size_t>(Index)].Agent.Get() == nullptr ? Index : consac::host::kNoAgent;
 		}
-		if (Id == consac::host::kNoAgent)
+		const bool bTakesOver = Id != consac::host::kNoAgent;
+		if (!bTakesOver)
 		{
 			const consac::Result<consac::host::AgentId> Joined = TheWorld->Join(B);
 			if (!Joined.ok())
@@ -167,10 +174,13 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 		}
 		const consac::BehaviourSpec& Behaviour = TheWorld->spec().behaviours[B];
 		FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+		// The place has gone on without an agent: the newcomer begins an episode of its own.
+		Taken.bGone = bTakesOver;
 		Taken.Agent = &Agent;
 		Taken.Row.assign(Behaviour.observation_layout.row_bytes, std::byte{0});
 		Taken.Allowed.assign(static_cast<std::size_t>(Behaviour.masks_actions ? Behaviour.action_layout.mask_bytes : 0), std::uint8_t{1});
 		Taken.bNew = true;
+		Taken.bShown = false;
 		Agent.Herd = this;
 		Agent.Place = Id;
 		return consac::Status::Ok();
@@ -189,7 +199,9 @@ void FConsacHerd::Leave(UConsacAgentComponent& Agent)
 {
 	if (Knows(Agent))
 	{
-		Places[static_cast<std::size_t>(Agent.Place)].Agent = nullptr;
+		FPlace& Left = Places[static_cast<std::size_t>(Agent.Place)];
+		Left.Agent = nullptr;
+		Left.bGone = !bRoom;
 		if (bRoom)
 		{
 			TheWorld->Leave(Agent.Place);
@@ -239,8 +251,10 @@ void FConsacHerd::Observe(consac::host::AgentId Id)
 		return;
 	}
 	std::fill(Places[static_cast<std::size_t>(Id)].Allowed.begin(), Places[static_cast<std::size_t>(Id)].Allowed.end(), std::uint8_t{1});
-	for (UConsacSensorComponent* Sensor : Agent->Sensors)
+	// By number: what a sensor does may take another one away.
+	for (int32 Index = 0; Index < Agent->Sensors.Num(); ++Index)
 	{
+		UConsacSensorComponent* Sensor = Agent->Sensors[Index];
 		if (IsValid(Sensor))
 		{
 			Sensor->Sense(Sensed);
@@ -257,11 +271,12 @@ void FConsacHerd::Observe(consac::host::AgentId Id)
 // What was seen, as the world's row.
 void FConsacHerd::Publish(consac::host::AgentId Id)
 {
-	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
 	if (!TheWorld->Joined(Id))
 	{
 		return;
 	}
+	Taken.bShown = true;
 	std::memcpy(TheWorld->Observation(Id), Taken.Row.data(), Taken.Row.size());
 	std::uint8_t* Mask = TheWorld->ActionMask(Id);
 	if (Mask != nullptr)
@@ -272,7 +287,7 @@ void FConsacHerd::Publish(consac::host::AgentId Id)
 
 consac::Status FConsacHerd::Offer()
 {
-	bActing = false;
+	bActing = bJudged = false;
 	for (const std::unique_ptr<consac::host::Recorder>& Recorder : Recorders)
 	{
 		Recorder->Note();
@@ -284,16 +299,20 @@ consac::Status FConsacHerd::Begin()
 {
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
-		if (TheWorld->Joined(Id) && TheWorld->Resets(Id))
+		if (TheWorld->Resets(Id))
 		{
+			Places[static_cast<std::size_t>(Id)].bGone = false;
 			const std::optional<std::uint64_t> Seed = TheWorld->Seed(Id);
 			BeginEpisode(Id, Seed ? static_cast<int64>(*Seed >> 1) : -1);
 		}
 	}
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
-		Observe(Id);
-		Publish(Id);
+		if (TheWorld->Resets(Id)) // the others are in the middle of an episode, and nobody asked what they see
+		{
+			Observe(Id);
+			Publish(Id);
+		}
 	}
 	return Offer();
 }
@@ -303,6 +322,10 @@ void FConsacHerd::Act(bool bByHand)
 	bActing = true;
 	for (FPlace& Taken : Places)
 	{
+		if (!Taken.bShown) // it came after this decision was asked for
+		{
+			continue;
+		}
 		Taken.bNew = false;
 		if (UConsacAgentComponent* Agent = bByHand ? Taken.Agent.Get() : nullptr)
 		{
@@ -315,9 +338,10 @@ void FConsacHerd::Act(bool bByHand)
 	}
 }
 
-void FConsacHerd::SettlePlace(consac::host::AgentId Id)
+// Whether time is up for its agent, and what it sees.
+void FConsacHerd::Judge(consac::host::AgentId Id)
 {
-	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
 	if (UConsacAgentComponent* Agent = Taken.bNew ? nullptr : Taken.Agent.Get())
 	{
 		++Agent->EpisodeSteps;
@@ -327,20 +351,56 @@ void FConsacHerd::SettlePlace(consac::host::AgentId Id)
 		}
 	}
 	Observe(Id);
-	if (TheWorld->Joined(Id) && TheWorld->Ending(Id))
+}
+
+// From an episode that ends to the next one.
+void FConsacHerd::Turn(consac::host::AgentId Id)
+{
+	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	if (Taken.bGone)
 	{
-		std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
-		BeginEpisode(Id, -1);
-		Observe(Id);
+		Taken.bGone = false;
+		TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
 	}
-	Publish(Id);
+	Taken.bBegins = TheWorld->Joined(Id) && TheWorld->Ending(Id);
+	if (!Taken.bBegins)
+	{
+		return;
+	}
+	if (Taken.bNew || Taken.Agent.Get() == nullptr)
+	{
+		// The episode was that of one who has gone and cannot look again: it ends with what was offered last. The
+		// newcomer, if there is one, has begun when it came.
+		std::memcpy(TheWorld->FinalObservation(Id), TheWorld->Observation(Id), Taken.Row.size());
+		return;
+	}
+	std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
+	BeginEpisode(Id, -1);
 }
 
 consac::Status FConsacHerd::Settle()
 {
+	// All together, so that nobody's last observation shows another one at its new start.
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
-		SettlePlace(Id);
+		Judge(Id);
+	}
+	bJudged = true;
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		Turn(Id);
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (Places[static_cast<std::size_t>(Id)].bBegins)
+		{
+			Observe(Id);
+		}
+		Publish(Id);
+	}
+	for (FPlace& Taken : Places)
+	{
+		Taken.bBegins = false;
 	}
 	return Offer();
 }
@@ -356,7 +416,7 @@ void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
 
 void FConsacHerd::EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End)
 {
-	if (Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew)
+	if (Knows(Agent) && IsActing() && !bJudged && !Places[static_cast<std::size_t>(Agent.Place)].bNew)
 	{
 		TheWorld->EndEpisode(Agent.Place, End);
 	}

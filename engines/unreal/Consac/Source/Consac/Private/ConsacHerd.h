@@ -65,6 +65,9 @@ private:
 		std::vector<std::byte> Row;         // what it sees
 		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
 		bool bNew = true;                   // no decision was made for it yet
+		bool bShown = false;                // what it sees was offered: a decision can be made for it
+		bool bGone = false;                 // an agent left it, or took it over: the episode of before has yet to be ended
+		bool bBegins = false;               // its episode ends with this step, and its last observation is written
 	};
 
 	static consac::Result<FKind> KindOf(const UConsacAgentComponent& Agent);
@@ -75,7 +78,8 @@ private:
 	void BeginEpisode(consac::host::AgentId Id, int64 Seed);
 	void Observe(consac::host::AgentId Id);
 	void Publish(consac::host::AgentId Id);
-	void SettlePlace(consac::host::AgentId Id);
+	void Judge(consac::host::AgentId Id);
+	void Turn(consac::host::AgentId Id);
 	consac::Status Offer();
 
 	std::unique_ptr<consac::host::TickWorld> TheWorld;
@@ -86,4 +90,5 @@ private:
 	int32 Ticks = 1;
 	bool bRoom = false;
 	bool bActing = false;
+	bool bJudged = false;  // which episodes end with this step is settled
 };

@@ -35,3 +35,13 @@ void UConsacSensorComponent::BeginPlay()
 	}
 	Agent->AddSensor(this);
 }
+
+void UConsacSensorComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
+{
+	const AActor* Owner = GetOwner();
+	if (UConsacAgentComponent* Agent = Owner != nullptr ? Owner->FindComponentByClass<UConsacAgentComponent>() : nullptr)
+	{
+		Agent->RemoveSensor(this);
+	}
+	Super::EndPlay(EndPlayReason);
+}

@@ -4,7 +4,8 @@
 
 #include "CoreMinimal.h"
 
-/** While it lives, every tick is `StepSeconds` of game time and nothing waits for the clock. */
+/** While it lives, every tick is `StepSeconds` of game time and nothing waits for the clock. Of several at once, in
+ *  several games of one process, the latest says how long a tick is, and the last to go puts everything back. */
 class FConsacStepGuard
 {
 public:
@@ -12,11 +13,4 @@ public:
 	~FConsacStepGuard();
 	FConsacStepGuard(const FConsacStepGuard&) = delete;
 	FConsacStepGuard& operator=(const FConsacStepGuard&) = delete;
-
-private:
-	bool bUsedFixedStep = false;
-	double FixedSeconds = 0.0;
-	float MaxFramesPerSecond = 0.0f;
-	float MaxPhysicsSeconds = 0.0f;
-	bool bSubstepped = false;
 };

@@ -31,6 +31,7 @@ struct FConsacTrainerState
 	bool bCompleted = false;
 	bool bBusy = false;          // agents' events are under way
 	bool bStopWanted = false;    // one of them has called Stop Training
+	bool bPaused = false;        // the driver was told so
 	std::vector<TWeakObjectPtr<UConsacAgentComponent>> Newcomers;
 	double LoggedAt = 0.0;
 	FConsacProgress Last;        // of what has ended
@@ -46,6 +47,7 @@ struct FConsacTrainerState
 		Guard.reset();
 		Newcomers.clear();
 		bStopWanted = false;
+		bPaused = false;
 	}
 };
 
@@ -155,6 +157,7 @@ AConsacTrainer::AConsacTrainer()
 	: State(MakePimpl<FConsacTrainerState>())
 {
 	PrimaryActorTick.bCanEverTick = true;
+	PrimaryActorTick.bTickEvenWhenPaused = true; // to tell the trainer so
 }
 
 void AConsacTrainer::Report(const FString& Error)
@@ -304,6 +307,16 @@ void AConsacTrainer::EndPlay(const EEndPlayReason::Type EndPlayReason)
 
 void AConsacTrainer::Tick(float DeltaSeconds)
 {
+	const bool bPaused = GetWorld() != nullptr && GetWorld()->IsPaused();
+	if (State->Driver && State->bPaused != bPaused)
+	{
+		State->bPaused = bPaused;
+		State->Driver->SetPaused(bPaused);
+	}
+	if (bPaused)
+	{
+		return;
+	}
 	Super::Tick(DeltaSeconds);
 	if (!State->bStarted && bAutoStart && State->bOwnsTheWorld)
 	{

@@ -91,21 +91,26 @@ bool UConsacTrainerProgram::Start(const FConsacProgramSettings& Settings, const 
 	}
 	Arguments.Append(MoreArguments);
 	std::string Line;
-	for (const FString& Argument : Arguments)
+	for (int32 Index = 0; Index < Arguments.Num(); ++Index)
 	{
-		if (!ConsacPlugin::Quoted(Argument, Line))
+		if (!ConsacPlugin::Quoted(Arguments[Index], Line))
 		{
-			return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "the argument " + ConsacPlugin::ToUtf8(Argument) + " has a quote, a line break or a \\ at its end"), Error);
+			// An access token is nobody's to read in a log.
+			const bool bSecret = Index > 0 && Arguments[Index - 1] == FString(TEXT("--token"));
+			const std::string Shown = bSecret ? "after --token" : ConsacPlugin::ToUtf8(Arguments[Index]);
+			return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "the argument " + Shown + " has a quote, a line break or a \\ at its end"), Error);
 		}
 	}
 	const FString All = FString::Printf(TEXT("%s %s"), *ConsacPlugin::FromUtf8(Line), *Settings.ExtraArguments);
+	Stop(); // closes the handle of one that has ended by itself
 	Process->Handle = FPlatformProcess::CreateProc(*Program, *All, false, true, true, nullptr, 0, nullptr, nullptr);
 	Process->ModelPath = FPaths::Combine(Folder, Name, TEXT("model.consac"));
 	if (!Process->Handle.IsValid())
 	{
 		return ConsacPlugin::Explain(Status(StatusCode::kUnavailable, ConsacPlugin::ToUtf8(Program) + " could not be started"), Error);
 	}
-	UE_LOG(LogConsac, Display, TEXT("started %s %s"), *Program, *All);
+	// Not the arguments: an access token may be among them.
+	UE_LOG(LogConsac, Display, TEXT("started %s; its run is %s"), *Program, *Name);
 	return ConsacPlugin::Explain(Status::Ok(), Error);
 }
 

@@ -123,6 +123,9 @@ public:
 	/** A sensor of the same actor; it becomes an observation of its name. */
 	void AddSensor(UConsacSensorComponent* Sensor);
 
+	/** It ends; unknown ones are passed over. */
+	void RemoveSensor(UConsacSensorComponent* Sensor);
+
 	/** Every sensor, in the order in which they began to play. */
 	const TArray<TObjectPtr<UConsacSensorComponent>>& GetSensors() const;
 

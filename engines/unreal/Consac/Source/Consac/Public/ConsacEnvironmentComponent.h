@@ -58,7 +58,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Environment", meta=(DisplayName="Model Connection", ExpandEnumAsExecs="Result"))
 	void ModelConnection(UConsacModel* Model, EConsacResult& Result, FString& Error);
 
-	/** Ends what is under way and closes the port; Training Connection begins anew. Stopping the game does the same. */
+	/** Ends what is under way and closes the port; Training Connection begins anew. What is completed stays so until Setup
+	 *  Environment or Model Connection. Stopping the game does the same. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Environment", meta=(DisplayName="Close Training"))
 	void CloseTraining();
 
@@ -70,6 +71,7 @@ public:
 	UFUNCTION(BlueprintPure, Category="Consac|Environment", meta=(DisplayName="Get Training Port"))
 	int32 GetTrainingPort() const;
 
+	virtual void TickComponent(float DeltaTime, ELevelTick TickType, FActorComponentTickFunction* ThisTickFunction) override;
 	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
 	virtual void BeginDestroy() override;
 

@@ -28,4 +28,5 @@ public:
 	virtual void Sense(TArray<float>& Values);
 
 	virtual void BeginPlay() override;
+	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
 };

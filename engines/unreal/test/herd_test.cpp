@@ -1,0 +1,232 @@
+// What a learner gets of agents that end, die, come back and are reset alone: the rows themselves.
+#include <cstring>
+
+#include "ConsacHerd.h"
+#include "ConsacRaySensorComponent.h"
+#include "consac/env/buffer.h"
+#include "graphs.h"
+
+namespace consac::testing {
+namespace {
+
+constexpr float kStart = 100.0f;
+
+/// An agent whose one number a test sets; a new episode sets it to kStart.
+struct Seer {
+  explicit Seer(Shim::Game& game) : actor(NewObject<AConsacTestActor>(&game.world())) {
+    agent = NewObject<UConsacAgentComponent>(actor);
+    actor->ShimAddSubobject(agent);
+    FConsacEntry seen, done;
+    seen.Name = TEXT("number");
+    seen.Space = UConsacBlueprintLibrary::MakeBoxSpace(1, -1000.0f, 1000.0f);
+    done.Name = TEXT("walk");
+    done.Space = RoadDone();
+    agent->Observations.Add(seen);
+    agent->Actions.Add(done);
+    agent->OnEpisodeBegin.ShimBind(agent, [this](UConsacAgentComponent*, int64) {
+      ++begun;
+      value = kStart;
+    });
+    agent->OnObserve.ShimBind(agent, [this](UConsacAgentComponent* which) {
+      ++observed;
+      const float number = sees ? sees() : value;
+      EXPECT_TRUE(which->SetObservationNumbers(TEXT("number"), {number}));
+    });
+    agent->OnAction.ShimBind(agent, [this](UConsacAgentComponent* which) {
+      ++acted;
+      which->AddReward(1.0f);
+    });
+    Shim::Enter(game.world(), *actor, FVector());
+  }
+
+  AActor* actor;
+  UConsacAgentComponent* agent;
+  std::function<float()> sees;  // instead of `value`
+  float value = 0.0f;
+  int begun = 0, observed = 0, acted = 0;
+};
+
+/// A herd and a driver that asks by hand.
+class HerdTest : public ::testing::Test {
+ protected:
+  Seer& Add() { return *seers_.emplace_back(std::make_unique<Seer>(game_)); }
+
+  /// All seers so far, and their first observations.
+  void Gather(int room) {
+    TArray<UConsacAgentComponent*> agents;
+    for (const auto& seer : seers_) agents.Add(seer->agent);
+    const Status status = herd_.Gather(agents, room);
+    ASSERT_TRUE(status.ok()) << status.message();
+    buffer_.emplace(world().spec().behaviours[0]);
+    world().Reset(7, std::span(&batch(), 1));
+    ASSERT_TRUE(herd_.Begin().ok());
+  }
+  void Ask() {
+    buffer_->Advance();
+    world().Step(std::span(&batch(), 1));
+    herd_.Act(false);
+  }
+  void Settle() {
+    const Status status = herd_.Settle();
+    ASSERT_TRUE(status.ok()) << status.message();
+  }
+
+  host::TickWorld& world() { return herd_.World(); }
+  Batch& batch() { return buffer_->batch(); }
+  static float At(const std::byte* rows, int place) {
+    float value;
+    std::memcpy(&value, rows + static_cast<std::size_t>(place) * sizeof(float), sizeof(value));
+    return value;
+  }
+  float Final(int place) { return At(batch().final_observations, place); }
+  float Next(int place) { return At(batch().next_observations, place); }
+
+  Shim::Game game_;
+  std::vector<std::unique_ptr<Seer>> seers_;
+  FConsacHerd herd_;
+  std::optional<BatchBuffer> buffer_;
+};
+
+TEST_F(HerdTest, NobodysLastObservationShowsAnotherOneAtItsNewStart) {
+  Seer& first = Add();
+  Seer& second = Add();
+  Gather(0);
+  second.sees = [&] { return first.value; };
+  first.sees = [&] { return second.value; };
+  Ask();
+  first.value = 1.0f;
+  second.value = 2.0f;
+  first.agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+  second.agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+  Settle();
+  EXPECT_EQ(Final(0), 2.0f);
+  EXPECT_EQ(Final(1), 1.0f) << "the first was at its new start already";
+  // And nobody's first observation shows another one at its end.
+  EXPECT_EQ(Next(0), kStart);
+  EXPECT_EQ(Next(1), kStart);
+}
+
+TEST_F(HerdTest, WhoeverLeavesEndsItsEpisodeAndANewcomerBeginsItsOwn) {
+  Seer& first = Add();
+  Seer& second = Add();
+  Gather(0);
+  first.value = 5.0f;
+  Ask();
+  Settle();
+  Ask();
+  first.value = 6.0f;
+  Shim::Destroy(*first.actor);
+  Settle();
+  EXPECT_EQ(batch().truncated[0], 1);
+  EXPECT_EQ(batch().rewards[0], 1.0f);
+  EXPECT_EQ(Final(0), 5.0f) << "it was seen last when it was offered last";
+  EXPECT_EQ(batch().truncated[1], 0);
+  Ask();
+  Settle();
+  EXPECT_EQ(batch().truncated[0], 0) << "once";
+  Seer& newcomer = Add();
+  Ask();
+  ASSERT_TRUE(herd_.Join(*newcomer.agent).ok());
+  newcomer.agent->AddReward(50.0f);
+  Settle();
+  EXPECT_EQ(batch().truncated[0], 1);
+  EXPECT_EQ(batch().rewards[0], 0.0f);
+  EXPECT_EQ(Final(0), 5.0f);
+  EXPECT_EQ(Next(0), kStart);
+  EXPECT_EQ(newcomer.begun, 1);
+  Ask();
+  Settle();
+  EXPECT_EQ(batch().truncated[0], 0);
+  EXPECT_EQ(batch().rewards[0], 1.0f);
+  EXPECT_EQ(newcomer.acted, 1);
+  EXPECT_EQ(second.begun, 1);
+}
+
+TEST_F(HerdTest, APlaceThatIsTakenAgainInTheSameStepKeepsBothEpisodesApart) {
+  for (const int room : {0, 1}) {
+    for (const bool says_so : {false, true}) {
+      Seer& old = Add();
+      FConsacHerd herd;
+      ASSERT_TRUE(herd.Gather({old.agent}, room).ok());
+      BatchBuffer buffer(herd.World().spec().behaviours[0]);
+      herd.World().Reset(1, std::span(&buffer.batch(), 1));
+      old.sees = [] { return 3.0f; };
+      ASSERT_TRUE(herd.Begin().ok());
+      buffer.Advance();
+      herd.World().Step(std::span(&buffer.batch(), 1));
+      herd.Act(false);
+      if (says_so) old.agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+      Shim::Destroy(*old.actor);
+      Seer& newcomer = Add();
+      ASSERT_TRUE(herd.Join(*newcomer.agent).ok());
+      ASSERT_TRUE(herd.Settle().ok());
+      EXPECT_EQ(buffer.batch().terminated[0], says_so ? 1 : 0) << "room " << room;
+      EXPECT_EQ(buffer.batch().truncated[0], says_so ? 0 : 1) << "room " << room;
+      EXPECT_EQ(buffer.batch().rewards[0], 1.0f) << "room " << room;
+      EXPECT_EQ(At(buffer.batch().final_observations, 0), 3.0f) << "room " << room << ", said " << says_so;
+      EXPECT_EQ(At(buffer.batch().next_observations, 0), kStart) << "room " << room;
+      EXPECT_EQ(newcomer.begun, 1) << "room " << room << ", said " << says_so;
+    }
+  }
+}
+
+TEST_F(HerdTest, WhoeverComesAfterTheDecisionWasAskedForDoesNotCarryItOut) {
+  for (const int room : {0, 1}) {
+    Seer& old = Add();
+    FConsacHerd herd;
+    ASSERT_TRUE(herd.Gather({old.agent}, room).ok());
+    BatchBuffer buffer(herd.World().spec().behaviours[0]);
+    herd.World().Reset(1, std::span(&buffer.batch(), 1));
+    ASSERT_TRUE(herd.Begin().ok());
+    // Between two steps, while the learner thinks.
+    Shim::Destroy(*old.actor);
+    Seer& newcomer = Add();
+    ASSERT_TRUE(herd.Join(*newcomer.agent).ok());
+    for (const int step : {0, 1}) {
+      buffer.Advance();
+      herd.World().Step(std::span(&buffer.batch(), 1));
+      herd.Act(false);
+      ASSERT_TRUE(herd.Settle().ok());
+      EXPECT_EQ(newcomer.acted, step) << "room " << room;
+      EXPECT_EQ(newcomer.agent->GetEpisodeSteps(), step) << "room " << room;
+      EXPECT_EQ(buffer.batch().truncated[0], 1 - step) << "room " << room;
+      EXPECT_EQ(At(buffer.batch().final_observations, 0), kStart);
+    }
+    EXPECT_EQ(newcomer.begun, 1);
+  }
+}
+
+TEST_F(HerdTest, AResetOfOneLeavesTheOthersAlone) {
+  Seer& first = Add();
+  Seer& second = Add();
+  Gather(0);
+  Ask();
+  Settle();
+  const int before = second.observed;
+  second.value = 77.0f;  // would be offered, though nobody has asked
+  ASSERT_TRUE(world().ResetWorld(0, 5, std::span(&batch(), 1)));
+  ASSERT_TRUE(herd_.Begin().ok());
+  EXPECT_EQ(first.begun, 2);
+  EXPECT_EQ(second.begun, 1);
+  EXPECT_EQ(second.observed, before);
+  EXPECT_EQ(At(world().Observation(1), 0), kStart);
+}
+
+TEST_F(HerdTest, ASensorThatIsGoneIsNoObservationAnyMore) {
+  AActor* actor = NewObject<AConsacTestActor>(&game_.world());
+  UConsacRaySensorComponent* rays = game_.AddComponent<UConsacRaySensorComponent>(*actor);
+  UConsacRaySensorComponent* others = game_.AddComponent<UConsacRaySensorComponent>(*actor);
+  rays->ObservationName = TEXT("ahead");
+  others->ObservationName = TEXT("behind");
+  RoadAgent agent(game_, 1, actor);
+  ASSERT_EQ(agent.agent->GetSensors().Num(), 2);
+  Shim::Destroy(*rays);
+  EXPECT_EQ(agent.agent->GetSensors().Num(), 1);
+  others->ShimKill();  // marked as garbage before its End Play
+  const Status status = herd_.Gather({agent.agent}, 0);
+  ASSERT_TRUE(status.ok()) << status.message();
+  EXPECT_EQ(world().spec().behaviours[0].observation_layout.leaves.size(), 1U);
+}
+
+}  // namespace
+}  // namespace consac::testing
