@@ -52,10 +52,8 @@ int Serve(const ServeFlags& flags) {
   const std::atomic<bool>& stop = StopSignal();
   const Result<const worlds::World*> world = worlds::FindWorld(flags.world);
   if (!world.ok()) return Fail("serve", world.status());
-  const bool loopback = flags.host == "localhost" || flags.host == "::1" || flags.host.starts_with("127.");
-  if (!loopback && flags.token.empty())
-    return Fail("serve", {StatusCode::kInvalidArgument,
-                          "--host " + Quote(flags.host) + " lets other machines in; that needs an access --token"});
+  const Status exposure = CheckExposure({flags.host, flags.port}, flags.token);
+  if (!exposure.ok()) return Fail("serve", {exposure.code(), "--host, --token: " + exposure.message()});
   const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);
   if (!server.ok()) return Fail("serve", server.status());

@@ -76,13 +76,15 @@ void GatheredRows::PutActions(const Batch& part, Batch& whole) const {
 
 void GatheredRows::TakeOutcome(const Batch& whole, Batch& part) const {
   TakeNext(whole, part);
-  GatherRows(whole.final_observations, chosen_, observation_bytes_, part.final_observations);
   if (part.rewards == whole.rewards) return;
   for (std::size_t i = 0; i < chosen_.size(); ++i) {
     const auto slot = static_cast<std::size_t>(chosen_[i]);
     part.rewards[i] = whole.rewards[slot];
     part.terminated[i] = whole.terminated[slot];
     part.truncated[i] = whole.truncated[slot];
+    if ((part.terminated[i] | part.truncated[i]) == 0) continue;
+    std::memcpy(part.final_observations + i * observation_bytes_, whole.final_observations + slot * observation_bytes_,
+                observation_bytes_);
   }
 }
 

@@ -102,9 +102,11 @@ class EnvServerOfEither final : public EnvServer {
     const std::size_t present = sessions_present();
     if (!waiting_.empty() || present > 1) wait_s = std::min(wait_s, kShortWait);
     Status first = Accept(present == 0 ? wait_s : 0.0);
-    for (const std::unique_ptr<Seat>& seat : seats_) {
-      if (seat->present() == nullptr) continue;
-      const Status status = PollSeat(*seat, present == 1 ? wait_s : 0.0);
+    turn_ = (turn_ + 1) % seats_.size();
+    for (std::size_t i = 0; i < seats_.size(); ++i) {
+      if (seats_[i]->present() == nullptr) continue;
+      const double patience = present == 1 ? wait_s : i == turn_ ? std::min(wait_s, kTurnWait) : 0.0;
+      const Status status = PollSeat(*seats_[i], patience);
       if (first.ok()) first = status;
     }
     return first;
@@ -388,6 +390,13 @@ class EnvServerOfEither final : public EnvServer {
 };
 
 }  // namespace
+
+Status CheckExposure(const Endpoint& endpoint, std::string_view token) {
+  const std::string_view host = endpoint.host;
+  if (host == "localhost" || host == "::1" || host.starts_with("127.") || !token.empty()) return Status::Ok();
+  return {StatusCode::kInvalidArgument,
+          "the address " + Quote(host) + " lets other machines in; that needs an access token"};
+}
 
 Result<std::unique_ptr<EnvServer>> EnvServer::Create(VectorEnv& env, std::unique_ptr<Listener> listener,
                                                      const EnvServerOptions& options) {

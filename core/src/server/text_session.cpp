@@ -218,6 +218,7 @@ class TextSession final : public ServerSession {
     if (!sendable.ok()) return Refuse(sendable);
     const std::size_t length =
         text1::EncodeObservation(behaviour_.observation_layout, row, reward, done, options_.terminator, text_);
+    last_heard_ = Now();  // from now on the trainer's silence is its own
     return Send({text_.data(), length});
   }
 

@@ -1,10 +1,12 @@
 #pragma once
 // The thread on which learners learn while the engine's own goes on. Private to host.
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace consac::host {
 

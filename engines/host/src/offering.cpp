@@ -176,7 +176,7 @@ Status TickWorld::Offer() {
         place.sum = 0.0;
       }
       place.takes_part = place.joined;
-      place.resets = false;
+      place.resets = place.fresh = place.has_final = false;
       place.going = Going::kOn;
       place.reward = 0.0f;
       place.seed.reset();

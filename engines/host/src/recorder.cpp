@@ -11,6 +11,9 @@
 namespace consac::host {
 namespace {
 
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // then it is full
+constexpr std::size_t kBytesBeside = 10;                  // reward, ends, slot
+
 template <class T>
 std::vector<std::byte> BytesOfAll(const std::vector<T>& values) {
   const auto bytes = std::as_bytes(std::span(values));
@@ -49,6 +52,10 @@ struct Recorder::State {
   std::vector<std::uint8_t> terminated, truncated;
   std::vector<std::int32_t> slots;
 
+  std::vector<std::int64_t> latest;  // [places] row of the episode under way, -1: none
+  bool full = false;
+
+  std::size_t bytes() const { return observations.size() + actions.size() + rewards.size() * kBytesBeside; }
   void Append(const Herd& herd, std::size_t i, Going going) {
     const auto append = [](std::vector<std::byte>* rows, const std::byte* row, std::size_t bytes) {
       rows->insert(rows->end(), row, row + bytes);
@@ -59,13 +66,22 @@ struct Recorder::State {
     terminated.push_back(going == Going::kTerminated ? 1 : 0);
     truncated.push_back(going == Going::kTruncated ? 1 : 0);
     slots.push_back(static_cast<std::int32_t>(i));
+    latest[i] = going == Going::kOn ? static_cast<std::int64_t>(slots.size()) - 1 : -1;
+  }
+
+  /// What the episode under way would have come to is not known.
+  void CutOff(std::size_t i) {
+    if (latest[i] >= 0) truncated[static_cast<std::size_t>(latest[i])] = 1;
+    latest[i] = -1;
   }
 };
 
-Recorder::Recorder(TickWorld& world, std::size_t b) : state_(new State{world, b, {}, {}, {}, {}, {}, {}, {}, {}}) {
+Recorder::Recorder(TickWorld& world, std::size_t b)
+    : state_(new State{world, b, {}, {}, {}, {}, {}, {}, {}, {}, {}, false}) {
   const BehaviourSpec& behaviour = world.spec().behaviours[b];
   state_->seen.resize(static_cast<std::size_t>(behaviour.slots) * behaviour.observation_layout.row_bytes);
   state_->acts.resize(static_cast<std::size_t>(behaviour.slots));
+  state_->latest.assign(state_->acts.size(), -1);
 }
 
 Recorder::~Recorder() = default;
@@ -74,15 +90,23 @@ void Recorder::Note() {
   State& state = *state_;
   const Herd& herd = state.world.state_->herds[state.b];
   const Cue cue = state.world.cue();
-  for (std::size_t i = 0; i < herd.places.size() && cue != Cue::kWait; ++i) {
+  if (cue == Cue::kWait || state.full) return;
+  for (std::size_t i = 0; i < herd.places.size(); ++i) {
     const Place& place = herd.places[i];
+    if (cue == Cue::kReset && !place.resets) continue;
+    if (cue == Cue::kReset) state.CutOff(i);
     if (cue == Cue::kAct && place.takes_part && state.acts[i] != 0) {
       const bool out_of_time = state.world.Ending(herd.first + static_cast<AgentId>(i)) && place.going == Going::kOn;
       state.Append(herd, i, out_of_time ? Going::kTruncated : place.going);
     }
     state.acts[i] = place.joined ? 1 : 0;
+    std::memcpy(state.seen.data() + i * herd.observation_bytes, herd.seen.data() + i * herd.observation_bytes,
+                herd.observation_bytes);
   }
-  if (cue != Cue::kWait) state.seen = herd.seen;
+  if (state.bytes() < kMostBytes) return;
+  state.full = true;
+  Log(LogLevel::kWarning, "the demonstration has " + std::to_string(steps()) + " steps and " +
+                              std::to_string(kMostBytes >> 20) + " MiB; nothing is added to it from here on");
 }
 
 std::int64_t Recorder::steps() const {

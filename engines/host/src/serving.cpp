@@ -16,6 +16,7 @@ class ServingDriver final : public Driver {
   }
 
   Status Open(const ServeOptions& options) {
+    CONSAC_RETURN_IF_ERROR(CheckExposure(options.endpoint, options.server.token));
     Result<std::unique_ptr<Listener>> listener = ListenTcp(options.endpoint);
     if (!listener.ok()) return listener.status();
     Result<std::unique_ptr<EnvServer>> server = EnvServer::Create(world_, std::move(*listener), options.server);
@@ -34,7 +35,7 @@ class ServingDriver final : public Driver {
       if (still) finished_ = false;
       if (!status.ok()) return status;
       if (connected && !still) {
-        finished_ = true;
+        finished_ = server_->session_steps() >= total_steps_;
         return Status::Ok();
       }
       if (Now() >= until) break;

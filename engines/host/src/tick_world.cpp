@@ -9,6 +9,17 @@
 namespace consac::host {
 namespace {
 
+constexpr std::int32_t kMostNamed = 100'000;              // agents that share an environment have a name each
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // of all agents' rows, the driver's included
+
+/// In the world and in its driver's batches, of which there are three.
+std::size_t BytesOfPlace(const BehaviourSpec& behaviour) {
+  const std::size_t seen = behaviour.observation_layout.row_bytes, done = behaviour.action_layout.row_bytes;
+  constexpr std::size_t kRows = 11, kActions = 4, kBesides = 128;
+  return kRows * seen + kActions * done + kActions * static_cast<std::size_t>(behaviour.action_layout.mask_bytes) +
+         sizeof(Place) + kBesides;
+}
+
 Result<Space> SpaceOfEntries(const std::vector<Entry>& entries) {
   for (const Entry& entry : entries) {
     if (entry.name.empty()) return Status{StatusCode::kInvalidArgument, "has an entry without a name; name it"};
@@ -48,6 +59,10 @@ Result<BehaviourSpec> BehaviourOfOffering(const Offering& offering, bool alone) 
     return wrong("masks its actions, but none of them is a choice");
   if (alone) return behaviour;
   behaviour.agents.clear();
+  if (offering.agents > kMostNamed) {
+    return wrong("has room for " + std::to_string(offering.agents) + " agents; beside other behaviours at most " +
+                 std::to_string(kMostNamed));
+  }
   for (std::int32_t a = 0; a < offering.agents; ++a)
     behaviour.agents.push_back(offering.name + "_" + std::to_string(a));
   return behaviour;
@@ -73,6 +88,7 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
     return Status{StatusCode::kInvalidArgument, "max_episode_steps is " + std::to_string(options.max_episode_steps) +
                                                     "; give 0 for no limit, or more"};
   }
+  std::size_t bytes = 0;
   state->spec.id = std::move(options.id);
   state->spec.max_episode_steps = state->max_episode_steps = options.max_episode_steps;
   state->agents_leave = options.agents_leave;
@@ -82,6 +98,12 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
     for (const BehaviourSpec& other : state->spec.behaviours) {
       if (other.name == behaviour->name)
         return Status{StatusCode::kInvalidArgument, "two behaviours are called '" + other.name + "'; rename one"};
+    }
+    bytes += static_cast<std::size_t>(behaviour->slots) * BytesOfPlace(*behaviour);
+    if (bytes > kMostBytes) {
+      return Status{StatusCode::kResourceExhausted,
+                    "with behaviour '" + behaviour->name + "' the agents' rows take more than " +
+                        std::to_string(kMostBytes >> 20) + " MiB; offer less room or smaller observations"};
     }
     Herd& herd = state->herds.emplace_back(*behaviour);
     herd.first = static_cast<AgentId>(state->behaviour_of.size());
@@ -112,7 +134,7 @@ Result<AgentId> TickWorld::Join(std::size_t b) {
                                                       std::to_string(herd.places.size()) +
                                                       " agents, and all of them are there"};
   }
-  free->joined = true;
+  free->joined = free->fresh = true;
   free->resets = state_->cue == Cue::kReset;
   return herd.first + static_cast<AgentId>(free - herd.places.begin());
 }
@@ -120,11 +142,12 @@ Result<AgentId> TickWorld::Join(std::size_t b) {
 void TickWorld::Leave(AgentId agent) {
   if (!Joined(agent)) return;
   Place& place = state_->At(agent);
-  if (place.takes_part && place.going == Going::kOn) {
-    place.going = Going::kTruncated;
-    std::copy_n(Observation(agent), state_->HerdOf(agent).observation_bytes, FinalObservation(agent));
+  if (place.takes_part && !place.fresh) {
+    if (place.going == Going::kOn) place.going = Going::kTruncated;
+    if (!place.has_final)
+      std::copy_n(Observation(agent), state_->HerdOf(agent).observation_bytes, FinalObservation(agent));
   }
-  place.joined = place.resets = false;
+  place.joined = place.resets = place.fresh = false;
 }
 
 bool TickWorld::Joined(AgentId agent) const {
@@ -183,6 +206,7 @@ std::byte* TickWorld::Observation(AgentId agent) {
 }
 
 std::byte* TickWorld::FinalObservation(AgentId agent) {
+  state_->At(agent).has_final = true;
   return state_->HerdOf(agent).last.data() + state_->PlaceOf(agent) * state_->HerdOf(agent).observation_bytes;
 }
 
@@ -191,19 +215,23 @@ std::uint8_t* TickWorld::ActionMask(AgentId agent) {
   return herd.mask_bytes > 0 ? herd.masks.data() + state_->PlaceOf(agent) * herd.mask_bytes : nullptr;
 }
 
+/// Whether it is the agent that was there at the latest Offer.
+bool TickWorld::Acts(AgentId agent) const {
+  return Joined(agent) && state_->At(agent).takes_part && !state_->At(agent).fresh;
+}
+
 void TickWorld::AddReward(AgentId agent, float reward) {
-  if (Joined(agent) && state_->At(agent).takes_part) state_->At(agent).reward += reward;
+  if (Acts(agent)) state_->At(agent).reward += reward;
 }
 
 void TickWorld::EndEpisode(AgentId agent, EpisodeEnd end) {
-  if (!Joined(agent) || !state_->At(agent).takes_part || state_->At(agent).going != Going::kOn) return;
+  if (!Acts(agent) || state_->At(agent).going != Going::kOn) return;
   state_->At(agent).going = end == EpisodeEnd::kTerminated ? Going::kTerminated : Going::kTruncated;
 }
 
 bool TickWorld::Ending(AgentId agent) const {
-  if (!Joined(agent) || state_->cue != Cue::kAct) return false;
+  if (!Acts(agent) || state_->cue != Cue::kAct) return false;
   const Place& place = state_->At(agent);
-  if (!place.takes_part) return false;
   return place.going != Going::kOn || (state_->max_episode_steps > 0 && place.length + 1 >= state_->max_episode_steps);
 }
 

@@ -14,6 +14,8 @@ enum class Going : std::uint8_t { kOn, kTerminated, kTruncated };
 struct Place {
   bool joined = false;       // an agent is there
   bool takes_part = false;   // and was at the latest Offer: what it does counts
+  bool fresh = false;        // it came since then, perhaps to the place of one that took part
+  bool has_final = false;    // its last observation was asked for, to be written
   bool resets = false;       // kReset: it is to begin anew
   Going going = Going::kOn;  // since the latest Offer
   float reward = 0.0f;       // since the latest Offer

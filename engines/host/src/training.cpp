@@ -61,7 +61,7 @@ class TrainingDriver final : public Driver {
     return Status::Ok();
   }
 
-  bool finished() const override { return phase_ == Phase::kFinished; }
+  bool finished() const override { return phase_ == Phase::kFinished && !failed_; }
 
   Progress progress() const override {
     Progress progress;
@@ -79,7 +79,7 @@ class TrainingDriver final : public Driver {
 
   Status SaveModel(std::size_t b, const std::string& path) override {
     if (b >= pupils_.size()) return Driver::SaveModel(b, path);
-    if (phase_ == Phase::kLearning) return pupils_[b].policy->ToFile().Save(path);
+    if (phase_ == Phase::kLearning || failed_) return pupils_[b].policy->ToFile().Save(path);
     Result<Policy> now = Policy::Create(pupils_[b].learner->Snapshot(), 1);
     return now.ok() ? now->ToFile().Save(path) : now.status();
   }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <thread>
 
 #include "consac/host/recorder.h"
@@ -78,6 +79,32 @@ TEST(Training, StopsInTheMiddleOfLearning) {
   }
 }
 
+TEST(Training, ThatFailsIsNotFinishedAndKeepsTheLastGoodModel) {
+  const ScratchFolder folder("host_failed");
+  TickedEngine engine("cartpole-v1", 1, 1);
+  TrainOptions options = RoadTraining(100000);
+  options.hyperparameters = {{"learning_rate", "1e30"}};
+  auto driver = *Train(engine.world(), options);
+  Status status;
+  for (int tick = 0; tick < 100000 && status.ok(); ++tick) status = engine.Tick(*driver, 0.1);
+  EXPECT_EQ(status.code(), StatusCode::kNonFinite);
+  for (int tick = 0; tick < 10; ++tick) EXPECT_TRUE(engine.Tick(*driver, 0.0).ok()) << "said once";
+  EXPECT_FALSE(driver->finished());
+  const std::string path = folder.path() + "/good.consac";
+  ASSERT_TRUE(driver->SaveModel(0, path).ok());
+  for (const float parameter : Policy::Load(path)->data().parameters) ASSERT_TRUE(std::isfinite(parameter));
+}
+
+TEST(Serving, BeyondThisComputerNeedsAToken) {
+  TickedEngine engine("road-v0", 1, 1);
+  ServeOptions options;
+  options.endpoint = {"0.0.0.0", 0};
+  options.server.training_length = 10;
+  EXPECT_THAT(Serve(engine.world(), options).status().message(), HasSubstr("needs an access token"));
+  options.server.token = "secret";
+  EXPECT_TRUE(Serve(engine.world(), options).ok());
+}
+
 TEST(Training, SaysWhatDoesNotFit) {
   TickedEngine engine("road-v0", 1, 1);
   TrainOptions options = RoadTraining(100);
@@ -135,6 +162,25 @@ TEST(Acting, NamesWhatDiffersBetweenModelAndWorld) {
   EXPECT_THAT(Act(pole.world(), options).status().message(), HasSubstr("0 models for 1 behaviours"));
   options.models = {folder.path() + "/none.consac"};
   EXPECT_THAT(Act(pole.world(), options).status().message(), HasSubstr("none.consac"));
+}
+
+TEST(ByHand, AnEpisodeThatAResetCutsIsRecordedAsTruncated) {
+  const ScratchFolder folder("host_cut");
+  TickedEngine engine("road-v0", 1, 1);
+  Recorder recorder(engine.world(), 0);
+  engine.recorder = &recorder;
+  for (int play = 0; play < 2; ++play) {
+    auto driver = ByHand(engine.world(), 5);
+    for (int tick = 0; tick < 4; ++tick) ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+  }
+  const std::string path = folder.path() + "/cut.demonstration";
+  ASSERT_TRUE(recorder.Save(path).ok());
+  const ModelFile file = *ModelFile::Load(path);
+  const std::vector<std::byte>& cuts = file.tensors.find("truncated")->second.bytes;
+  ASSERT_EQ(cuts.size(), 4u);
+  EXPECT_EQ(cuts[0], std::byte{0});
+  EXPECT_EQ(cuts[1], std::byte{1});
+  EXPECT_EQ(cuts[3], std::byte{0});
 }
 
 TEST(ByHand, TheHostActsAndTheRecorderTakesItDown) {

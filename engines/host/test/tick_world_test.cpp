@@ -232,6 +232,36 @@ TEST(TickWorld, APlaceThatIsTakenAgainAtOnceBeginsAnEpisodeOfItsOwn) {
   EXPECT_EQ(w.Seen(0, w.batches[0].next_observations), 0.125f);
 }
 
+// The newcomer's doings are not the departed one's.
+TEST(TickWorld, ANewcomerInTheSameStepIsNotEnding) {
+  TickWorldOptions options = Walkers(1);
+  options.agents_leave = true;
+  World w(options);
+  (void)*w.world->Join(0);
+  w.world->Reset(0, w.batches);
+  w.See(0, 0.25f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  w.world->Step(w.batches);
+  w.world->EndEpisode(0, EpisodeEnd::kTerminated);
+  w.world->Leave(0);
+  (void)*w.world->Join(0);
+  EXPECT_FALSE(w.world->Ending(0));
+  w.world->AddReward(0, 5.0f);
+  w.See(0, 0.5f);
+  ASSERT_TRUE(w.world->Offer().ok());
+  EXPECT_EQ(w.batches[0].rewards[0], 0.0f);
+  EXPECT_EQ(w.batches[0].terminated[0], 1);
+  EXPECT_EQ(w.Seen(0, w.batches[0].final_observations), 0.25f) << "where it was last seen";
+}
+
+TEST(TickWorld, MoreThanMemoryHoldsIsRefused) {
+  TickWorldOptions options = Walkers(2'000'000'000);
+  EXPECT_EQ(TickWorld::Create(options).status().code(), StatusCode::kResourceExhausted);
+  options.offerings.push_back(Walker(2'000'000'000));
+  options.offerings[1].name = "hunter";
+  EXPECT_THAT(TickWorld::Create(options).status().message(), HasSubstr("at most 100000"));
+}
+
 TEST(TickWorld, ASingleWorldIsResetAlone) {
   World w(Walkers(3));
   w.JoinAll();

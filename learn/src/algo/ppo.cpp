@@ -100,6 +100,12 @@ Result<std::unique_ptr<Learner>> CreateEither(const LearnerOptions& options, con
   ppo->network.action_size = HeadSize(options.behaviour.action_layout);
   Result<nn::Network> network = nn::Network::Create(nn::ActorCritic(ppo->network));
   if (!network.ok()) return network.status();
+  constexpr std::int64_t kCopies = 8;  // gradient, Adam's moments, the initialisation in double precision, the snapshot
+  if (network->parameter_count() * kCopies * static_cast<std::int64_t>(sizeof(float)) > options.max_bytes - bytes) {
+    return Status{StatusCode::kResourceExhausted,
+                  "net_arch makes " + std::to_string(network->parameter_count()) +
+                      " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
+  }
   return std::unique_ptr<Learner>(
       std::make_unique<Ppo>(options, *ppo, std::move(*network), HyperparametersJson(values)));
 }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "consac/env/vector_env.h"
 #include "consac/protocol/text1.h"
@@ -37,6 +38,9 @@ struct EnvServerOptions {
   std::function<std::unique_ptr<VectorEnv>()> make_env;
   bool wait_after_end = false;  ///< as some hand-made engines: wait for an answer to an episode's last observation
 };
+
+/// Ok where nobody but this computer can connect, or a trainer must show a token; else says what to do.
+Status CheckExposure(const Endpoint& endpoint, std::string_view token);
 
 /// How a session stands.
 enum class SessionState : std::uint8_t { kWaiting, kConnected };

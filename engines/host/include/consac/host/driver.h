@@ -32,7 +32,8 @@ class Driver {
   /// Does what is due and gives the world its next cue when it is known; waits for that at most `wait_s` (0: never
   /// waits). An error is reported once; where it can, the driver then begins anew.
   virtual Status Poll(double wait_s) = 0;
-  /// True once a training has come to its end in order, here or at the other end of the connection.
+  /// True once a training has come to its end in order, with all of its steps, here or at the other end of the
+  /// connection; false again when a further trainer comes.
   virtual bool finished() const = 0;
   /// How things stand.
   virtual Progress progress() const = 0;
@@ -49,7 +50,8 @@ struct ServeOptions {
   Endpoint endpoint;        ///< where to listen; port 0: any free one
   EnvServerOptions server;  ///< training length or model name, protocol, token, deadlines
 };
-/// Serves the world to one trainer after another. kAlreadyExists when the port is taken.
+/// Serves the world to one trainer after another. kAlreadyExists when the port is taken, kInvalidArgument for an
+/// address beyond this computer without a token.
 Result<std::unique_ptr<Driver>> Serve(TickWorld& world, const ServeOptions& options);
 
 /// What the agents do while a model learns from what they did.

@@ -10,7 +10,7 @@
 
 namespace consac::host {
 
-/// Takes down every step of one behaviour.
+/// Takes down every step of one behaviour, up to 1 GiB of them.
 class Recorder {
  public:
   /// `world` must outlive it.

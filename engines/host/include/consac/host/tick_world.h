@@ -80,7 +80,8 @@ struct Tally {
 /// whose episodes begin and end by themselves. Several: one environment that holds all agents. One thread.
 class TickWorld final : public VectorEnv {
  public:
-  /// Checks the entries; the error names behaviour and entry.
+  /// Checks the entries; the error names behaviour and entry. kResourceExhausted where the agents' rows would take
+  /// more than 1 GiB.
   static Result<std::unique_ptr<TickWorld>> Create(TickWorldOptions options);
   ~TickWorld() override;
 
@@ -147,6 +148,7 @@ class TickWorld final : public VectorEnv {
  private:
   friend class Recorder;
   struct State;
+  bool Acts(AgentId agent) const;
   Status OfferPlace(std::size_t b, std::size_t index, std::size_t row, Batch& batch);
   void Count(struct Place& place);
   explicit TickWorld(std::unique_ptr<State> state);
