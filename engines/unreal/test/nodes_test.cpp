@@ -7,6 +7,7 @@
 #include "ConsacSampleGameMode.h"
 #include "ConsacTransformSensorComponent.h"
 #include "Engine/HitResult.h"
+#include "HAL/PlatformProcess.h"
 #include "Misc/AutomationTest.h"
 #include "Modules/ModuleManager.h"
 #include "graphs.h"

@@ -220,12 +220,13 @@ TEST(ThesisGraph, ATrainerWaitsWhileTheGameIsPaused) {
   RoadGraph graph(game);
   ASSERT_EQ(graph.Setup(1000000, 0), EConsacResult::Success);
   (void)graph.Tick();
-  UConsacTrainerProgram* program =
-      StartProgram(graph.environment().GetTrainingPort(), scratch.path(), " --deadline 1");
-  PauseIsToldTo(game, *program, [&] { return graph.steps; }, [&] {
-    (void)graph.Tick();
-    game.Tick();
-  });
+  UConsacTrainerProgram* program = StartProgram(graph.environment().GetTrainingPort(), scratch.path(), " --deadline 1");
+  PauseIsToldTo(
+      game, *program, [&] { return graph.steps; },
+      [&] {
+        (void)graph.Tick();
+        game.Tick();
+      });
 }
 
 TEST(ThesisGraph, ATrainerOfManyAgentsWaitsToo) {
@@ -238,7 +239,8 @@ TEST(ThesisGraph, ATrainerOfManyAgentsWaitsToo) {
   });
   game.Tick();
   UConsacTrainerProgram* program = StartProgram(trainer->GetTrainerPort(), scratch.path(), " --deadline 1");
-  PauseIsToldTo(game, *program, [&] { return agent.steps; }, [&] { game.Tick(); });
+  PauseIsToldTo(
+      game, *program, [&] { return agent.steps; }, [&] { game.Tick(); });
 }
 
 TEST(ThesisGraph, TheFirstNodesInTheWrongOrderSayWhatIsMissing) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "CoreMinimal.h"
+#include "Components/ActorComponent.h"
 #include "Components/SceneComponent.h"
 #include "ConsacTypes.h"
 #include "ConsacSensorComponent.generated.h"
