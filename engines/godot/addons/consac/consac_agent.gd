@@ -160,6 +160,7 @@ func next_episode(episode_seed: int) -> void:
 ## sentence, or "". Whether the numbers are finite is for the backend to see: it reads them anyway.
 func look() -> String:
 	_problem = ""
+	values.clear()  # what observe() no longer writes is missing, not as it was
 	observe(values)
 	for sensor in _sensors:
 		sensor.sense(values)
@@ -238,9 +239,10 @@ func ask_heuristic() -> String:
 	return _problem
 
 
-# The general way into a row; says what does not fit.
+# The general way into a row; says what does not fit. A picture stays where it is.
 func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Variant, source: String) -> void:
 	if entry.kind == ConsacEntry.Kind.IMAGE:
+		_check_image(entry, value, source)
 		return
 	var given := 0
 	match typeof(value):
@@ -252,8 +254,7 @@ func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Varian
 		TYPE_ARRAY, TYPE_PACKED_FLOAT32_ARRAY, TYPE_PACKED_FLOAT64_ARRAY, TYPE_PACKED_INT32_ARRAY:
 			given = value.size()
 		_:
-			var what := "nothing" if value == null else "a " + type_string(typeof(value))
-			_blame("%s gave %s for entry '%s', expected numbers" % [source, what, entry.name])
+			_blame("%s gave %s for entry '%s', expected numbers" % [source, _kind_of(value), entry.name])
 			return
 	if given != entry.numbers():
 		_blame("%s gave %d numbers for entry '%s', expected %d" % [source, given, entry.name, entry.numbers()])
@@ -263,6 +264,21 @@ func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Varian
 			into[at + i] = value[i]
 	if entry.kind == ConsacEntry.Kind.DISCRETE and not (into[at] >= 0.0 and into[at] < entry.choices):
 		_blame("%s gave %s for entry '%s', expected 0 to %d" % [source, into[at], entry.name, entry.choices - 1])
+
+
+func _check_image(entry: ConsacEntry, value: Variant, source: String) -> void:
+	var expected := entry.height * entry.width * entry.channels
+	var given := _kind_of(value)
+	if value is PackedByteArray:
+		if value.size() == expected:
+			return
+		given = "%d bytes" % value.size()
+	_blame("%s gave %s for entry '%s', expected a PackedByteArray of %d (%d x %d x %d)" % [
+			source, given, entry.name, expected, entry.height, entry.width, entry.channels])
+
+
+static func _kind_of(value: Variant) -> String:
+	return "nothing" if value == null else "a " + type_string(typeof(value))
 
 
 func _blame(what: String) -> void:
@@ -276,6 +292,8 @@ func _fault_of(entries: Array[ConsacEntry], role: String) -> String:
 	var seen := {}
 	for entry in entries:
 		var fault := "an entry is empty" if entry == null else entry.fault()
+		if fault.is_empty() and role == "action" and entry.kind == ConsacEntry.Kind.IMAGE:
+			fault = "entry '%s' is an image; an agent acts by numbers and choices" % entry.name
 		if fault.is_empty() and seen.has(entry.name):
 			fault = "two entries are named '%s'" % entry.name
 		if not fault.is_empty():

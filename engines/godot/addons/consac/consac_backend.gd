@@ -59,6 +59,12 @@ func refuse(why: String) -> void:
 	error = why
 
 
+## The game is paused, or goes on, by somebody else than [ConsacSync]; until it goes on nothing is
+## offered.
+func set_paused(_paused: bool) -> void:
+	pass
+
+
 ## Ends everything; can be called at any time, and again.
 func close() -> void:
 	pass

@@ -96,6 +96,7 @@ var _waiting := true  # for an answer of the backend; else the world moves
 var _ticks_left := 0
 var _held := false
 var _was_paused := false
+var _paused := false  # by somebody else
 var _over := 0  # sessions that are over
 var _exit_code := 0
 var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
@@ -163,6 +164,9 @@ func _physics_process(_delta: float) -> void:
 		if not is_instance_valid(agent) or not agent.is_inside_tree():
 			_finish("an agent has left the scene; agents stay as long as their ConsacSync")
 			return
+	_note_pause()
+	if _paused:
+		return
 	if not _waiting:
 		_ticks_left -= 1
 		if _ticks_left > 0:
@@ -341,6 +345,22 @@ func _finish(fault: String) -> void:
 	stop()
 	if quit_at_end:
 		get_tree().quit(_exit_code)
+
+
+# A world that the game has paused is frozen: nothing that can be learned from or recorded happens in
+# it, and whoever paused it goes on at the usual pace. What the sync holds itself is no such pause.
+func _note_pause() -> void:
+	var paused := get_tree().paused and not _held
+	if paused == _paused:
+		return
+	_paused = paused
+	backend.set_paused(paused)
+	if not (_in_session and _learns()):
+		return
+	if paused:
+		_speed.restore()
+	else:
+		_speed.change(as_fast_as_possible)
 
 
 ## Stops the world without stopping the window.

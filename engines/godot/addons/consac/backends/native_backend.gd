@@ -49,10 +49,11 @@ func begin(agents: Array[ConsacAgent]) -> String:
 
 
 func offer() -> void:
+	var fault := ""
 	for b in _herds.size():
-		_look(b)
-		_judge(b)
-	_offer()
+		fault = _first(fault, _look(b))
+		fault = _first(fault, _judge(b))
+	_offer(fault)
 
 
 func poll(wait_s: float) -> Cue:
@@ -73,6 +74,8 @@ func poll(wait_s: float) -> Cue:
 			Cue.RESET:
 				if not _begins_session():
 					_reset_some()
+					if _refused:
+						return Cue.WAIT
 					continue
 				error = ""
 				state = _world.progress().state
@@ -95,6 +98,10 @@ func seed_for(index: int) -> int:
 func refuse(why: String) -> void:
 	error = why
 	_refused = true
+
+
+func set_paused(paused: bool) -> void:
+	_world.set_paused(paused)
 
 
 func close() -> void:
@@ -221,52 +228,54 @@ func _reset_some() -> void:
 			var agent := _herds[b].agents[i]
 			var episode_seed: int = _world.seed_of(_herds[b].first + i)
 			agent.start_episode(episode_seed if episode_seed >= 0 else agent.rng.randi())
-			var wrong := agent.look()
-			fault = wrong if fault.is_empty() else fault
-		_look(b)
-	if fault.is_empty():
-		_offer()
-	else:
-		refuse(fault)
+			fault = _first(fault, agent.look())
+		fault = _first(fault, _look(b))
+	_offer(fault)
 
 
-## A world that observes what is no number is not learned from.
-func _offer() -> void:
-	var fault: String = _world.offer()
-	if not fault.is_empty():
-		refuse(fault)
+## A world that observes what is no number, or not all that it should, is not learned from.
+func _offer(fault: String) -> void:
+	var why: String = _world.offer() if fault.is_empty() else fault
+	if not why.is_empty():
+		refuse(why)
 
 
-func _look(b: int) -> void:
+## What the world does not take of what the agents saw, in one sentence, or "".
+func _look(b: int) -> String:
 	var herd := _herds[b]
+	var fault := ""
 	if herd.has_numbers:
 		if herd.agents.size() == 1:
-			_world.set_observations(b, herd.agents[0].row)
+			fault = _world.set_observations(b, herd.agents[0].row)
 		else:
 			var rows := PackedFloat32Array()
 			for agent in herd.agents:
 				rows.append_array(agent.row)
-			_world.set_observations(b, rows)
+			fault = _world.set_observations(b, rows)
 	if not herd.images.is_empty():
 		var bytes := PackedByteArray()
 		for agent in herd.agents:
 			bytes.append_array(_images_of(agent, herd))
-		_world.set_observation_bytes(b, bytes)
+		fault = _first(fault, _world.set_observation_bytes(b, bytes))
+	return fault
 
 
-func _judge(b: int) -> void:
+## Likewise of rewards and ends.
+func _judge(b: int) -> String:
 	var herd := _herds[b]
+	var fault := ""
 	for i in herd.agents.size():
 		var agent := herd.agents[i]
 		if agent.reward != 0.0:
-			_world.add_reward(herd.first + i, agent.reward)
+			fault = _first(fault, _world.add_reward(herd.first + i, agent.reward))
 		if not agent.terminated and not agent.truncated:
 			continue
-		_world.end_episode(herd.first + i, 1 if agent.terminated else 2)
+		fault = _first(fault, _world.end_episode(herd.first + i, 1 if agent.terminated else 2))
 		if herd.has_numbers:
-			_world.set_final_observation_of(herd.first + i, agent.final_row)
+			fault = _first(fault, _world.set_final_observation_of(herd.first + i, agent.final_row))
 		if herd.final_images.has(agent):
-			_world.set_final_observation_bytes_of(herd.first + i, herd.final_images[agent])
+			fault = _first(fault, _world.set_final_observation_bytes_of(herd.first + i, herd.final_images[agent]))
+	return fault
 
 
 func _hand_over() -> String:
@@ -275,9 +284,10 @@ func _hand_over() -> String:
 		if _mode == ConsacSync.Mode.BY_HAND:
 			for i in herd.agents.size():
 				var fault := herd.agents[i].ask_heuristic()
+				if fault.is_empty():
+					fault = _world.set_action_of(herd.first + i, herd.agents[i].action_row)
 				if not fault.is_empty():
 					return fault
-				_world.set_action_of(herd.first + i, herd.agents[i].action_row)
 			continue
 		var rows: PackedFloat32Array = _world.actions(b)
 		if herd.agents.size() == 1:
@@ -316,12 +326,16 @@ func _keep_final_images(_total: float, _steps: int, herd: Herd, agent: ConsacAge
 	herd.final_images[agent] = _images_of(agent, herd)
 
 
+# A picture that is missing is left out here; look() says so.
 func _images_of(agent: ConsacAgent, herd: Herd) -> PackedByteArray:
-	if herd.images.size() == 1:
-		return agent.values[herd.images[0]]
 	var bytes := PackedByteArray()
 	for image in herd.images:
-		bytes.append_array(agent.values[image])
+		var picture: Variant = agent.values.get(image)
+		if not picture is PackedByteArray:
+			continue
+		if herd.images.size() == 1:
+			return picture
+		bytes.append_array(picture)
 	return bytes
 
 
@@ -370,3 +384,7 @@ static func _merge(entries: Array[ConsacEntry]) -> Array[Dictionary]:
 static func _alike(one: ConsacAgent, other: ConsacAgent) -> bool:
 	return (_describe(one.all_observations) == _describe(other.all_observations)
 			and _describe(one.actions) == _describe(other.actions))
+
+
+static func _first(fault: String, other: String) -> String:
+	return other if fault.is_empty() else fault
