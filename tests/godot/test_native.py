@@ -385,6 +385,34 @@ def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path):
     assert trainer.finish()[0] == 0
 
 
+@pytest.mark.parametrize("who", ["serve", "train", "by_hand"])
+def test_agents_come_and_go(godot, tmp_path, who):
+    command = world(godot, "crowding", (NATIVE / "crowding.gd").read_text())
+    arguments = [f"--consac-mode={who}", "--consac-room=5", "--consac-steps=3000", "--consac-sessions=1", "--consac-quit=1"]
+    if who == "by_hand":
+        arguments += [f"--consac-record={tmp_path}/played"]
+    engine = godot.start(*command, *(["--fixed-fps", "60", "--quit-after", "200"] if who == "by_hand" else []), "--", *arguments,
+                         "--consac-port=0")
+    if who == "serve":
+        port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+        assert summary(train(godot, [port], tmp_path, "crowd", settings={"n_steps": "64"}))["steps"] >= 3000
+    code, output = engine.finish()
+    assert code == 0 and "ERROR" not in output, output
+    assert "takes no part: room_for_agents is 5, and so many of the behaviour 'default' are there" in output
+    if who == "by_hand":
+        steps = len(tensors(f"{tmp_path}/played")["rewards"][2]) // 4
+        assert steps > 600  # of about 200 ticks: several agents at nearly all times
+    else:
+        # The trainer counts the step in which an agent leaves, too; here each lives for 16.
+        assert 2600 < int(re.search(ENDED, output).group(1)) < 3100
+
+
+def test_an_agent_that_leaves_without_room_for_others_ends_it_with_one_line(godot):
+    source = ONE_NUMBER.replace("WHAT", "place") + "\n\nfunc judge() -> void:\n\tqueue_free()\n"
+    code, output = godot.start(*world(godot, "leaving", source), "--", "--consac-mode=train", "--consac-quit=1").finish()
+    assert code == 1 and "an agent has left the scene; where agents come and go, set room_for_agents" in output, output
+
+
 def test_a_world_that_goes_wrong_ends_its_training_and_not_the_engine(godot):
     command = world(godot, "wrong", ONE_NUMBER.replace("WHAT", "NAN if steps == 2 else 0.0"))
     engine = godot.start(*command, "--", "--consac-mode=train", "--consac-loop=1", "--consac-sessions=1", "--consac-quit=1")

@@ -44,6 +44,7 @@ var total_reward: float = 0.0
 var row := PackedFloat32Array()
 var final_row := PackedFloat32Array()  # the episode's last observation, where it ended
 var values := {}  # the latest observations by name; images are found here as PackedByteArray
+var final_values := {}  # likewise the episode's last ones, where it ended
 var reward: float = 0.0
 var terminated: bool = false
 var truncated: bool = false
@@ -138,7 +139,11 @@ func start_episode(episode_seed: int) -> void:
 	steps = 0
 	total_reward = 0.0
 	reset(episode_seed)
-	# What reset() itself brought about belongs to no step.
+	forget_step()  # what reset() itself brought about belongs to none
+
+
+## Called by [ConsacSync]: no reward and no end so far.
+func forget_step() -> void:
 	reward = 0.0
 	terminated = false
 	truncated = false
@@ -149,6 +154,8 @@ func start_episode(episode_seed: int) -> void:
 func next_episode(episode_seed: int) -> void:
 	episode_ended.emit(total_reward, steps)
 	final_row = row.duplicate()
+	final_values = values
+	values = {}
 	var kept := [reward, terminated, truncated]
 	start_episode(episode_seed)
 	reward = kept[0]
@@ -211,9 +218,7 @@ func account() -> String:
 
 ## Called by [ConsacSync]: gives the action in [member action_row] to [method act].
 func hand_over() -> void:
-	reward = 0.0
-	terminated = false
-	truncated = false
+	forget_step()
 	var at := 0
 	for i in _action_names.size():
 		var width := _action_widths[i]

@@ -21,6 +21,7 @@ const ARGUMENTS := {
 	"algorithm": &"algorithm",
 	"set": &"hyperparameters",  # name:value,name:value; a value may hold commas: net_arch:[64,64]
 	"act-while-learning": &"act_while_learning",
+	"room": &"room_for_agents",
 	"record": &"record_path",
 	"seed": &"world_seed",
 	"sessions": &"sessions",
