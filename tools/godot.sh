@@ -10,18 +10,29 @@
 #   godot-template            the release template: a copy named X is the game in X.pck (tools/godot_export.sh)
 #   gdextension_interface.h, extension_api.json   what a native extension is built against
 #   version                   one line
-# Exit codes: 0 ready, 2 usage, 3 not there (and, unless asked `where`, it cannot be fetched).
+# Exit codes: 0 ready, 2 usage or a folder of somebody else's, 3 not there (and, unless asked `where`, it cannot be fetched).
 set -euo pipefail
 
 cache=${CONSAC_GODOT_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/consac/godot}
-case $cache in /*) ;; *) cache=$PWD/$cache ;; esac
+cache=$(realpath -ms -- "$cache")
 fresh=$cache.new
 suites=(testing sid)
 packages=(godot godot-template-release patchelf libgl1 libegl1 libgl1-mesa-dri)  # Mesa draws without a graphics card
 
 fail() { printf 'godot: %s\n' "$*" >&2; exit 3; }
-ready() { [ -f "$cache/version" ]; }
+ready() { grep -qs '^Godot' "$cache/version"; }
 report() { printf 'godot: %s in %s\n' "$(cat "$cache/version")" "$cache"; }
+
+# Whatever is deleted here was made here: a whole fetch has `version`, one that broke off the status of a private apt.
+check_own() {
+  local folder
+  for folder in "$cache" "$fresh"; do
+    [ -e "$folder" ] && [ -n "$(ls -A "$folder")" ] || continue
+    grep -qs '^Godot' "$folder/version" || [ -f "$folder/apt/status" ] && continue
+    echo "godot: $folder holds something else; set CONSAC_GODOT_CACHE to a folder that is empty or does not exist" >&2
+    exit 2
+  done
+}
 
 # The address from which this machine takes its own release of Debian.
 mirror() {
@@ -99,6 +110,7 @@ case $command in
   *) echo "usage: tools/godot.sh [where|refresh]" >&2; exit 2 ;;
 esac
 
+check_own
 command -v apt-get >/dev/null && command -v dpkg-deb >/dev/null || fail "this is no Debian: install Godot 4 by hand"
 from=$(mirror)
 [ -n "$from" ] || fail "apt names no mirror for this machine's release of Debian"
@@ -106,6 +118,7 @@ mkdir -p "$(dirname "$cache")"
 exec 9>"$cache.lock"
 flock 9  # two sessions that start at once fetch it once
 if [ "$command" = fetch ] && ready; then report; exit; fi
+check_own  # again: all that came between is waiting
 rm -rf "$fresh"
 mkdir -p "$fresh"
 download "$from"

@@ -283,6 +283,15 @@ func observe(into: Dictionary) -> void:
 """
 
 
+PAUSES = """
+
+func judge() -> void:
+	if steps == 50 and not get_tree().paused:
+		get_tree().paused = true
+		get_tree().create_timer(3.0, true, false, true).timeout.connect(func() -> void: get_tree().paused = false)
+"""
+
+
 def world(godot, name, source):
     """A scene of one agent with this script: the command that plays it."""
     (godot.project / f"{name}.gd").write_text(source)
@@ -328,6 +337,80 @@ def test_an_environment_is_reset_in_the_midst_of_a_session(godot):
     assert done.returncode == 0, done.stderr
     first, other, again, differ = json.loads(done.stdout)
     assert first == again != other and differ
+
+
+def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_engine(godot):
+    wrong = '"text" if steps == 0 and get_node("../ConsacSync").steps > 0 else place'
+    engine = godot.start(*world(godot, "stuck", ONE_NUMBER.replace("WHAT", wrong)), "--", "--consac-port=0", "--consac-loop=1")
+    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+
+    def client(*resets):
+        lines = ["import consac", f"env = consac.make('tcp://127.0.0.1:{port}')"]
+        for seed in resets:
+            lines += [f"env.reset(seed={seed})", "env.step(env.action_space.low)"]
+        return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, timeout=20,
+                              env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+
+    assert client(3, 4).returncode != 0
+    engine.wait_for("consac: Agent: observe\\(\\) gave a String for entry 'place'")
+    again = client(3)
+    assert again.returncode == 0, again.stderr  # the next trainer is served
+    engine.kill()
+    assert "SCRIPT ERROR" not in engine.finish()[1]
+
+
+@pytest.mark.parametrize("fault, said", [
+    ("pass", "observe\\(\\) gave nothing for entry 'eye', expected a PackedByteArray of 6"),
+    ('into[&"eye"] = PackedByteArray([1, 2])', "observe\\(\\) gave 2 bytes for entry 'eye', expected a PackedByteArray of 6"),
+], ids=["missing", "too small"])
+def test_a_picture_that_goes_wrong_ends_its_training_and_not_the_engine(godot, fault, said):
+    source = (NATIVE / "pictures.gd").read_text().replace(
+        '\tinto[&"eye"] = pixels', f'\tif _drawn < 7:\n\t\tinto[&"eye"] = pixels\n\telse:\n\t\t{fault}')
+    engine = godot.start(*world(godot, "blind", source), "--", "--consac-mode=train", "--consac-loop=1",
+                         "--consac-sessions=1", "--consac-quit=1")
+    engine.wait_for("consac: Agent: " + said)
+    code, output = engine.finish()
+    assert code == 1 and "ERROR" not in output, output
+
+
+def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path):
+    """So that the trainer waits longer than its deadline."""
+    source = ONE_NUMBER.replace("WHAT", "place") + PAUSES
+    engine = godot.start(*world(godot, "pausing", source), "--", "--consac-port=0", "--consac-steps=200")
+    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "paused", "--no-table", "--no-progress", "--steps", "200",
+                           "--deadline", "1", cwd=tmp_path)
+    trainer.wait_for("is paused")
+    engine.wait_for("training completed: 200 steps")
+    assert trainer.finish()[0] == 0
+
+
+@pytest.mark.parametrize("who", ["serve", "train", "by_hand"])
+def test_agents_come_and_go(godot, tmp_path, who):
+    command = world(godot, "crowding", (NATIVE / "crowding.gd").read_text())
+    arguments = [f"--consac-mode={who}", "--consac-room=5", "--consac-steps=3000", "--consac-sessions=1", "--consac-quit=1"]
+    if who == "by_hand":
+        arguments += [f"--consac-record={tmp_path}/played"]
+    engine = godot.start(*command, *(["--fixed-fps", "60", "--quit-after", "200"] if who == "by_hand" else []), "--", *arguments,
+                         "--consac-port=0")
+    if who == "serve":
+        port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+        assert summary(train(godot, [port], tmp_path, "crowd", settings={"n_steps": "64"}))["steps"] >= 3000
+    code, output = engine.finish()
+    assert code == 0 and "ERROR" not in output, output
+    assert "takes no part: room_for_agents is 5, and so many of the behaviour 'default' are there" in output
+    if who == "by_hand":
+        steps = len(tensors(f"{tmp_path}/played")["rewards"][2]) // 4
+        assert steps > 600  # of about 200 ticks: several agents at nearly all times
+    else:
+        # The trainer counts the step in which an agent leaves, too; here each lives for 16.
+        assert 2600 < int(re.search(ENDED, output).group(1)) < 3100
+
+
+def test_an_agent_that_leaves_without_room_for_others_ends_it_with_one_line(godot):
+    source = ONE_NUMBER.replace("WHAT", "place") + "\n\nfunc judge() -> void:\n\tqueue_free()\n"
+    code, output = godot.start(*world(godot, "leaving", source), "--", "--consac-mode=train", "--consac-quit=1").finish()
+    assert code == 1 and "an agent has left the scene; where agents come and go, set room_for_agents" in output, output
 
 
 def test_a_world_that_goes_wrong_ends_its_training_and_not_the_engine(godot):

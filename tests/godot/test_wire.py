@@ -97,6 +97,16 @@ def test_a_silent_trainer_is_given_up(godot):
         assert len(trainer.begin()[0]) == 7
 
 
+def test_a_slow_world_is_no_silent_trainer(godot):
+    # A step of this world takes a second of the clock, and the trainer answers at once.
+    engine, port = godot.scene("road", "deadline=0.5", "period=60", "fast=0", "loop=0")
+    with Trainer(port) as trainer:
+        trainer.begin()
+        for _ in range(3):
+            assert trainer.step(1)[0].count("#") == 2
+        engine.wait_for("the trainer is silent for 0.5 s")
+
+
 def test_what_does_not_fit_is_refused_with_one_line(godot):
     def refused(example, *arguments):
         engine = godot.start(godot.folder / "godot", "--headless", "--path", godot.project,

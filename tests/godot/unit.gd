@@ -11,10 +11,13 @@ func _initialize() -> void:
 func _run() -> void:
 	_entries()
 	_agents()
+	_images()
+	_command_line()
 	_framer()
 	_speed()
 	_transform_sensor()
 	await _ray_sensors()
+	await _pause()
 	print("%d failed" % _failed)
 	quit(1 if _failed > 0 else 0)
 
@@ -59,6 +62,9 @@ func _agents() -> void:
 		agent.says[bad[0]] = bad[1]
 		_holds("bad observation", agent.look(), bad[2])
 		agent.says = {&"a": 1.5, &"b": Vector2(2, 3), &"c": 2}
+	agent.says.erase(&"c")
+	_holds("no longer observed", agent.look(), "nothing for entry 'c'")
+	agent.says[&"c"] = 2
 	agent.says[&"b"] = Vector2(2, NAN)
 	_check("not finite, but of the right kind", agent.look(), "")
 	_holds("not finite", agent.blame_for(agent.row), "observe() gave nan for entry 'b'")
@@ -74,6 +80,76 @@ func _agents() -> void:
 	agent.account()
 	_check("cut off", agent.truncated and not agent.terminated, true)
 	agent.free()
+
+
+func _images() -> void:
+	var agent := _Speaker.new()
+	var eye := ConsacEntry.image(&"eye", Vector2i(3, 2), 1)
+	agent.observations = [eye]
+	agent.actions = [eye]
+	_holds("an image to do", agent.prepare(), "entry 'eye' is an image; an agent acts by numbers and choices")
+	agent.actions = [ConsacEntry.discrete(&"jump", 2)]
+	_check("an image to see", agent.prepare(), "")
+	_holds("no image", agent.look(), "observe() gave nothing for entry 'eye', expected a PackedByteArray of 6 (2 x 3 x 1)")
+	agent.says = {&"eye": "text"}
+	_holds("no bytes", agent.look(), "a String for entry 'eye'")
+	agent.says = {&"eye": PackedByteArray([1, 2, 3, 4, 5])}
+	_holds("too few bytes", agent.look(), "5 bytes for entry 'eye', expected a PackedByteArray of 6")
+	agent.says = {&"eye": PackedByteArray([1, 2, 3, 4, 5, 6])}
+	_check("an image", agent.look(), "")
+	agent.free()
+
+
+func _command_line() -> void:
+	var sync := ConsacSync.new()
+	var cases := {
+		"gamma:0.9,learning_rate:lin_1e-3": {"gamma": "0.9", "learning_rate": "lin_1e-3"},
+		"net_arch:64,64,gamma:0.9": {"net_arch": "64,64", "gamma": "0.9"},
+		"net_arch:[64,{pi:[64],vf:[32,32]}],gamma:0.9": {"net_arch": "[64,{pi:[64],vf:[32,32]}]", "gamma": "0.9"},
+		"gamma:0.9,": {"gamma": "0.9"},
+		"": {},
+	}
+	for text: String in cases:
+		_check("--consac-set=%s is read" % text, ConsacCommandLine._assign(sync, "set", text), "")
+		_check("--consac-set=%s" % text, sync.hyperparameters, cases[text])
+	_check("--consac-set=0.9", ConsacCommandLine._assign(sync, "set", "0.9"), "expected NAME:VALUE,NAME:VALUE")
+	sync.free()
+
+
+## A game that a player pauses: its world stands still, so there is nothing to learn or to record.
+func _pause() -> void:
+	var world := Node.new()
+	var sync := ConsacSync.new()
+	sync.mode = ConsacSync.Mode.BY_HAND
+	sync.show_budget = false
+	var agent := _Speaker.new()
+	agent.observations = [ConsacEntry.box(&"a", 1)]
+	agent.actions = [ConsacEntry.box(&"turn", 1)]
+	agent.says = {&"a": 1.5}
+	world.add_child(sync)
+	world.add_child(agent)
+	root.add_child(world)
+	while sync.backend == null:
+		await physics_frame
+	var backend := _Noting.new()
+	backend.begin(sync.agents)
+	sync.backend = backend
+	for tick in 5:
+		await physics_frame
+	_check("the world goes", sync.steps > 0, true)
+	paused = true
+	await physics_frame
+	var before := sync.steps
+	for tick in 10:
+		await physics_frame
+	_check("no step while the game is paused", sync.steps, before)
+	_check("the backend knows", backend.told, [true])
+	paused = false
+	for tick in 5:
+		await physics_frame
+	_check("then it goes on", sync.steps > before, true)
+	_check("which the backend knows, too", backend.told, [true, false])
+	world.free()
 
 
 ## The cases that every receiver of text protocol 1 must get right, in pieces of every size.
@@ -208,3 +284,11 @@ class _Speaker:
 
 	func act(chosen: Dictionary) -> void:
 		heard = chosen.duplicate()
+
+
+class _Noting:
+	extends ConsacHandBackend
+	var told := []
+
+	func set_paused(paused: bool) -> void:
+		told.append(paused)

@@ -44,6 +44,7 @@ var total_reward: float = 0.0
 var row := PackedFloat32Array()
 var final_row := PackedFloat32Array()  # the episode's last observation, where it ended
 var values := {}  # the latest observations by name; images are found here as PackedByteArray
+var final_values := {}  # likewise the episode's last ones, where it ended
 var reward: float = 0.0
 var terminated: bool = false
 var truncated: bool = false
@@ -138,7 +139,11 @@ func start_episode(episode_seed: int) -> void:
 	steps = 0
 	total_reward = 0.0
 	reset(episode_seed)
-	# What reset() itself brought about belongs to no step.
+	forget_step()  # what reset() itself brought about belongs to none
+
+
+## Called by [ConsacSync]: no reward and no end so far.
+func forget_step() -> void:
 	reward = 0.0
 	terminated = false
 	truncated = false
@@ -149,6 +154,8 @@ func start_episode(episode_seed: int) -> void:
 func next_episode(episode_seed: int) -> void:
 	episode_ended.emit(total_reward, steps)
 	final_row = row.duplicate()
+	final_values = values
+	values = {}
 	var kept := [reward, terminated, truncated]
 	start_episode(episode_seed)
 	reward = kept[0]
@@ -160,6 +167,7 @@ func next_episode(episode_seed: int) -> void:
 ## sentence, or "". Whether the numbers are finite is for the backend to see: it reads them anyway.
 func look() -> String:
 	_problem = ""
+	values.clear()  # what observe() no longer writes is missing, not as it was
 	observe(values)
 	for sensor in _sensors:
 		sensor.sense(values)
@@ -210,9 +218,7 @@ func account() -> String:
 
 ## Called by [ConsacSync]: gives the action in [member action_row] to [method act].
 func hand_over() -> void:
-	reward = 0.0
-	terminated = false
-	truncated = false
+	forget_step()
 	var at := 0
 	for i in _action_names.size():
 		var width := _action_widths[i]
@@ -238,9 +244,10 @@ func ask_heuristic() -> String:
 	return _problem
 
 
-# The general way into a row; says what does not fit.
+# The general way into a row; says what does not fit. A picture stays where it is.
 func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Variant, source: String) -> void:
 	if entry.kind == ConsacEntry.Kind.IMAGE:
+		_check_image(entry, value, source)
 		return
 	var given := 0
 	match typeof(value):
@@ -252,8 +259,7 @@ func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Varian
 		TYPE_ARRAY, TYPE_PACKED_FLOAT32_ARRAY, TYPE_PACKED_FLOAT64_ARRAY, TYPE_PACKED_INT32_ARRAY:
 			given = value.size()
 		_:
-			var what := "nothing" if value == null else "a " + type_string(typeof(value))
-			_blame("%s gave %s for entry '%s', expected numbers" % [source, what, entry.name])
+			_blame("%s gave %s for entry '%s', expected numbers" % [source, _kind_of(value), entry.name])
 			return
 	if given != entry.numbers():
 		_blame("%s gave %d numbers for entry '%s', expected %d" % [source, given, entry.name, entry.numbers()])
@@ -263,6 +269,21 @@ func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Varian
 			into[at + i] = value[i]
 	if entry.kind == ConsacEntry.Kind.DISCRETE and not (into[at] >= 0.0 and into[at] < entry.choices):
 		_blame("%s gave %s for entry '%s', expected 0 to %d" % [source, into[at], entry.name, entry.choices - 1])
+
+
+func _check_image(entry: ConsacEntry, value: Variant, source: String) -> void:
+	var expected := entry.height * entry.width * entry.channels
+	var given := _kind_of(value)
+	if value is PackedByteArray:
+		if value.size() == expected:
+			return
+		given = "%d bytes" % value.size()
+	_blame("%s gave %s for entry '%s', expected a PackedByteArray of %d (%d x %d x %d)" % [
+			source, given, entry.name, expected, entry.height, entry.width, entry.channels])
+
+
+static func _kind_of(value: Variant) -> String:
+	return "nothing" if value == null else "a " + type_string(typeof(value))
 
 
 func _blame(what: String) -> void:
@@ -276,6 +297,8 @@ func _fault_of(entries: Array[ConsacEntry], role: String) -> String:
 	var seen := {}
 	for entry in entries:
 		var fault := "an entry is empty" if entry == null else entry.fault()
+		if fault.is_empty() and role == "action" and entry.kind == ConsacEntry.Kind.IMAGE:
+			fault = "entry '%s' is an image; an agent acts by numbers and choices" % entry.name
 		if fault.is_empty() and seen.has(entry.name):
 			fault = "two entries are named '%s'" % entry.name
 		if not fault.is_empty():

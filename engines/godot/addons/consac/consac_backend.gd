@@ -54,9 +54,26 @@ func seed_for(_index: int) -> int:
 	return -1
 
 
+## An agent that is prepared has come; it takes part from the next [method offer] on. Why it cannot, in
+## one sentence, or "".
+func join(_agent: ConsacAgent) -> String:
+	return "agents come and go with the native extension only; see engines/godot/README.md"
+
+
+## Some agents are freed or no longer in the tree. Why that cannot be, or "".
+func let_go() -> String:
+	return "agents come and go with the native extension only; see engines/godot/README.md"
+
+
 ## Ends the session, because of [param why]; the next [method poll] says FAILED.
 func refuse(why: String) -> void:
 	error = why
+
+
+## The game is paused, or goes on, by somebody else than [ConsacSync]; until it goes on nothing is
+## offered.
+func set_paused(_paused: bool) -> void:
+	pass
 
 
 ## Ends everything; can be called at any time, and again.

@@ -19,8 +19,9 @@ const ARGUMENTS := {
 	"name": &"model_name",
 	"model": &"model_path",
 	"algorithm": &"algorithm",
-	"set": &"hyperparameters",  # name:value,name:value
+	"set": &"hyperparameters",  # name:value,name:value; a value may hold commas: net_arch:[64,64]
 	"act-while-learning": &"act_while_learning",
+	"room": &"room_for_agents",
 	"record": &"record_path",
 	"seed": &"world_seed",
 	"sessions": &"sessions",
@@ -58,9 +59,9 @@ static func _assign(sync: ConsacSync, argument: String, text: String) -> String:
 		TYPE_STRING:
 			sync.set(property, text)
 		TYPE_DICTIONARY:
-			var table := {}
-			for pair in text.split(",", false):
-				table[pair.get_slice(":", 0)] = pair.get_slice(":", 1)
+			var table := _table(text)
+			if table.is_empty() and not text.is_empty():
+				return "expected NAME:VALUE,NAME:VALUE"
 			sync.set(property, table)
 		TYPE_BOOL:
 			sync.set(property, text in ["1", "true", "yes"])
@@ -69,3 +70,25 @@ static func _assign(sync: ConsacSync, argument: String, text: String) -> String:
 				return "'%s' is no number" % text
 			sync.set(property, text.to_float() if typeof(sync.get(property)) == TYPE_FLOAT else text.to_int())
 	return ""
+
+
+# A comma parts two values only where a name and a colon follow it, outside of all brackets. Empty where
+# the text does not begin with a name.
+static func _table(text: String) -> Dictionary:
+	var table := {}
+	var latest := ""
+	var depth := 0
+	for piece in text.split(","):
+		var colon := piece.find(":")
+		if depth == 0 and colon > 0 and piece.left(colon).is_valid_ascii_identifier():
+			latest = piece.left(colon)
+			table[latest] = piece.substr(colon + 1)
+		elif latest.is_empty():
+			return {}
+		elif not piece.is_empty() or depth > 0:
+			table[latest] += "," + piece
+		for bracket: String in ["[", "{", "("]:
+			depth += piece.count(bracket)
+		for bracket: String in ["]", "}", ")"]:
+			depth -= piece.count(bracket)
+	return table

@@ -68,6 +68,9 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 ## Where what the agents saw and did is saved (spec/demonstration.md); "" for nowhere. Needs the
 ## native extension.
 @export var record_path: String = ""
+## Agents come and go while it runs, at most so many of each behaviour at once; 0: all stay as long as
+## this node. Needs the native extension. Each behaviour has an agent when it begins.
+@export_range(0, 65536) var room_for_agents: int = 0
 ## Of everything random in the episodes.
 @export var world_seed: int = 1
 ## Sessions after which it stops; 0 for never.
@@ -84,7 +87,7 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 var steps: int = 0
 ## Rewards of the latest episodes.
 var episode_rewards := PackedFloat32Array()
-## The agents, once it has begun.
+## The agents that are there, once it has begun.
 var agents: Array[ConsacAgent] = []
 ## Who chooses, once it has begun.
 var backend: ConsacBackend
@@ -96,6 +99,9 @@ var _waiting := true  # for an answer of the backend; else the world moves
 var _ticks_left := 0
 var _held := false
 var _was_paused := false
+var _paused := false  # by somebody else
+var _met := {}  # instance ids of agents that need no welcome: they are there, or were turned away
+var _newcomers := {}  # agents that have not been offered yet
 var _over := 0  # sessions that are over
 var _exit_code := 0
 var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
@@ -159,10 +165,15 @@ func _physics_process(_delta: float) -> void:
 	if not _begun:
 		_begin()
 		return
-	for agent in agents:
-		if not is_instance_valid(agent) or not agent.is_inside_tree():
-			_finish("an agent has left the scene; agents stay as long as their ConsacSync")
-			return
+	var fault := _say_goodbye()
+	if not fault.is_empty():
+		_finish(fault)
+		return
+	if room_for_agents > 0:
+		_welcome_newcomers()
+	_note_pause()
+	if _paused:
+		return
 	if not _waiting:
 		_ticks_left -= 1
 		if _ticks_left > 0:
@@ -180,6 +191,7 @@ func _begin() -> void:
 	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
 		if get_parent().is_ancestor_of(node):
 			agents.append(node)
+			_met[node.get_instance_id()] = true
 	var fault := "no ConsacAgent below %s" % get_parent().name if agents.is_empty() else ""
 	for agent in agents:
 		if fault.is_empty():
@@ -231,7 +243,8 @@ func _drive() -> void:
 				_start_session(fast)
 			ConsacBackend.Cue.ACT:
 				for agent in agents:
-					agent.hand_over()
+					if not _newcomers.has(agent):
+						agent.hand_over()
 				if not loop_mode or not _learns():
 					_waiting = false
 					_ticks_left = decision_period
@@ -278,6 +291,9 @@ func _look() -> void:
 	var ended := false
 	var kept := _step_rewards.size()
 	for agent in agents:
+		if _newcomers.has(agent):
+			agent.forget_step()  # nobody asked it for one
+			continue
 		var what := agent.account()
 		if not what.is_empty():
 			fault = what
@@ -309,6 +325,7 @@ func _next_episodes() -> String:
 
 func _offer(fault: String) -> void:
 	_waiting = true
+	_newcomers.clear()
 	if fault.is_empty():
 		backend.offer()
 	else:
@@ -341,6 +358,60 @@ func _finish(fault: String) -> void:
 	stop()
 	if quit_at_end:
 		get_tree().quit(_exit_code)
+
+
+## Agents that are no longer in the scene. What is wrong with that, or "".
+func _say_goodbye() -> String:
+	var before := agents.size()
+	for i in range(before - 1, -1, -1):
+		if not is_instance_valid(agents[i]) or not agents[i].is_inside_tree():
+			agents.remove_at(i)
+	if agents.size() == before:
+		return ""
+	if room_for_agents == 0:
+		return "an agent has left the scene; where agents come and go, set room_for_agents"
+	_met.clear()  # who was turned away may find room now
+	for agent in agents:
+		_met[agent.get_instance_id()] = true
+	return backend.let_go()
+
+
+## Agents that have come into the scene. One that finds no place is told so and left alone.
+func _welcome_newcomers() -> void:
+	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
+		if _met.has(node.get_instance_id()) or not get_parent().is_ancestor_of(node):
+			continue
+		_met[node.get_instance_id()] = true
+		var agent: ConsacAgent = node
+		var fault := agent.prepare()
+		if fault.is_empty():
+			fault = backend.join(agent)
+		if not fault.is_empty():
+			printerr("consac: %s takes no part: %s" % [agent.name, fault])
+			continue
+		agents.append(agent)
+		if _in_session:
+			_newcomers[agent] = true
+			agent.start_episode(_seeds.randi())
+			fault = agent.look()
+			if not fault.is_empty():
+				backend.refuse(fault)
+
+
+# A world that the game has paused is frozen: nothing that can be learned from or recorded happens in
+# it, and whoever paused it goes on at the usual pace. What the sync holds itself is no such pause.
+func _note_pause() -> void:
+	var paused := get_tree().paused and not _held
+	if paused == _paused:
+		return
+	_paused = paused
+	backend.set_paused(paused)
+	if not (_in_session and _learns()):
+		return
+	if paused:
+		_speed.restore()
+	else:
+		_speed.change(as_fast_as_possible)
 
 
 ## Stops the world without stopping the window.

@@ -14,6 +14,14 @@ func begin(agents: Array[ConsacAgent]) -> String:
 	return ""
 
 
+func join(_agent: ConsacAgent) -> String:
+	return ""
+
+
+func let_go() -> String:
+	return ""
+
+
 func poll(_wait_s: float) -> Cue:
 	if not error.is_empty():
 		return Cue.FAILED

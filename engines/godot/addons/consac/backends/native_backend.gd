@@ -7,19 +7,21 @@ extends ConsacBackend
 ## In a model's path: stands for the behaviour's name, where a scene has several.
 const PLACEHOLDER := "{behaviour}"
 
-# The agents of one behaviour. Its rows are theirs, in this order.
+# The agents of one behaviour. Its rows are theirs, in this order; null is a free place.
 class Herd:
 	var name := &""
 	var agents: Array[ConsacAgent] = []
-	var first := 0  # the first agent's number in the world
+	var observations: Array[ConsacEntry] = []
+	var actions: Array[ConsacEntry] = []
+	var first := 0  # the first place's number in the world
 	var numbers := 0  # of an action
-	var has_numbers := false  # among what is observed
 	var images: Array[StringName] = []
-	var final_images := {}  # agent: bytes of the last observation of an episode that has just ended
+	var nothing := PackedFloat32Array()  # what a free place observes
+	var darkness := PackedByteArray()  # and its images
 
 var _sync: ConsacSync
 var _agents: Array[ConsacAgent] = []
-var _ids := PackedInt32Array()  # the agents' numbers in the world
+var _ids := {}  # instance id of an agent: its number in the world
 # Untyped: without the extension the script must still load.
 var _world: RefCounted = ClassDB.instantiate(ConsacSync.NATIVE_CLASS)
 var _herds: Array[Herd] = []
@@ -38,7 +40,7 @@ func _init(sync: ConsacSync) -> void:
 
 func begin(agents: Array[ConsacAgent]) -> String:
 	_agents = agents
-	_ids.resize(agents.size())
+	_ids.clear()
 	_herds.clear()
 	var fault := _gather(agents)
 	if fault.is_empty():
@@ -49,10 +51,11 @@ func begin(agents: Array[ConsacAgent]) -> String:
 
 
 func offer() -> void:
+	var fault := ""
 	for b in _herds.size():
-		_look(b)
-		_judge(b)
-	_offer()
+		fault = _first(fault, _look(b))
+		fault = _first(fault, _judge(b))
+	_offer(fault)
 
 
 func poll(wait_s: float) -> Cue:
@@ -73,6 +76,8 @@ func poll(wait_s: float) -> Cue:
 			Cue.RESET:
 				if not _begins_session():
 					_reset_some()
+					if _refused:
+						return Cue.WAIT
 					continue
 				error = ""
 				state = _world.progress().state
@@ -89,12 +94,43 @@ func poll(wait_s: float) -> Cue:
 
 
 func seed_for(index: int) -> int:
-	return _world.seed_of(_ids[index])
+	return _world.seed_of(_ids[_agents[index].get_instance_id()])
+
+
+func join(agent: ConsacAgent) -> String:
+	for b in _herds.size():
+		var herd := _herds[b]
+		if herd.name != agent.behaviour:
+			continue
+		if not _alike(agent, herd):
+			return "its entries are not those of the behaviour '%s'" % herd.name
+		if herd.agents.find(null) < 0:
+			return "room_for_agents is %d, and so many of the behaviour '%s' are there" % [herd.agents.size(), herd.name]
+		_take_place(b, agent)
+		return ""
+	return "there was no agent of the behaviour '%s' when it began" % agent.behaviour
+
+
+func let_go() -> String:
+	for herd in _herds:
+		for i in herd.agents.size():
+			var there := is_instance_valid(herd.agents[i]) and herd.agents[i].is_inside_tree()
+			if not there and _world.joined(herd.first + i):
+				_world.leave(herd.first + i)
+				herd.agents[i] = null
+	for instance: int in _ids.keys():
+		if not is_instance_id_valid(instance):
+			_ids.erase(instance)
+	return ""
 
 
 func refuse(why: String) -> void:
 	error = why
 	_refused = true
+
+
+func set_paused(paused: bool) -> void:
+	_world.set_paused(paused)
 
 
 func close() -> void:
@@ -125,18 +161,19 @@ func _gather(agents: Array[ConsacAgent]) -> String:
 		if herd == null:
 			herd = Herd.new()
 			herd.name = agent.behaviour
+			herd.observations = agent.all_observations
+			herd.actions = agent.actions
 			for entry in agent.all_observations:
-				herd.has_numbers = herd.has_numbers or entry.kind != ConsacEntry.Kind.IMAGE
 				if entry.kind == ConsacEntry.Kind.IMAGE:
 					herd.images.append(entry.name)
+					herd.darkness.resize(herd.darkness.size() + entry.height * entry.width * entry.channels)
+			herd.nothing.resize(agent.row.size())
 			herd.numbers = agent.action_row.size()
 			_herds.append(herd)
-		elif not _alike(agent, herd.agents[0]):
+		elif not _alike(agent, herd):
 			return "%s and %s share the behaviour '%s', but not their entries; give them one each" % [
 					herd.agents[0].name, agent.name, agent.behaviour]
 		herd.agents.append(agent)
-		if not herd.images.is_empty():
-			agent.episode_ended.connect(_keep_final_images.bind(herd, agent))
 	return ""
 
 
@@ -146,21 +183,30 @@ func _create() -> String:
 		var herd := _herds[b]
 		behaviours.append({
 			name = herd.name,
-			agents = herd.agents.size(),
-			observations = _describe(herd.agents[0].all_observations, _is_nameless(b, "observations")),
-			actions = _describe(herd.agents[0].actions, _is_nameless(b, "actions")),
+			agents = maxi(herd.agents.size(), _sync.room_for_agents),
+			observations = _describe(herd.observations, _is_nameless(b, "observations")),
+			actions = _describe(herd.actions, _is_nameless(b, "actions")),
 		})
 	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
-	var fault: String = _world.create({id = scene, behaviours = behaviours})
+	var fault: String = _world.create({
+		id = scene, behaviours = behaviours, agents_leave = _sync.room_for_agents > 0})
 	if not fault.is_empty():
 		return fault
 	for b in _herds.size():
 		_herds[b].first = _world.first_agent(b)
-		for agent in _herds[b].agents:
-			_ids[_agents.find(agent)] = _world.join(b)
+		var agents := _herds[b].agents.duplicate()
+		_herds[b].agents.resize(maxi(agents.size(), _sync.room_for_agents))
+		for agent in agents:
+			_take_place(b, agent)
 		if not _sync.record_path.is_empty():
 			_world.record(b)
 	return ""
+
+
+func _take_place(b: int, agent: ConsacAgent) -> void:
+	var id: int = _world.join(b)
+	_ids[agent.get_instance_id()] = id
+	_herds[b].agents[id - _herds[b].first] = agent
 
 
 ## Lets begin whoever the mode says.
@@ -221,52 +267,57 @@ func _reset_some() -> void:
 			var agent := _herds[b].agents[i]
 			var episode_seed: int = _world.seed_of(_herds[b].first + i)
 			agent.start_episode(episode_seed if episode_seed >= 0 else agent.rng.randi())
-			var wrong := agent.look()
-			fault = wrong if fault.is_empty() else fault
-		_look(b)
-	if fault.is_empty():
-		_offer()
-	else:
-		refuse(fault)
+			fault = _first(fault, agent.look())
+		fault = _first(fault, _look(b))
+	_offer(fault)
 
 
-## A world that observes what is no number is not learned from.
-func _offer() -> void:
-	var fault: String = _world.offer()
-	if not fault.is_empty():
-		refuse(fault)
+## A world that observes what is no number, or not all that it should, is not learned from.
+func _offer(fault: String) -> void:
+	var why: String = _world.offer() if fault.is_empty() else fault
+	if not why.is_empty():
+		refuse(why)
 
 
-func _look(b: int) -> void:
+## What the world does not take of what the agents saw, in one sentence, or "".
+func _look(b: int) -> String:
 	var herd := _herds[b]
-	if herd.has_numbers:
-		if herd.agents.size() == 1:
-			_world.set_observations(b, herd.agents[0].row)
+	var fault := ""
+	if not herd.nothing.is_empty():
+		if herd.agents.size() == 1 and herd.agents[0] != null:
+			fault = _world.set_observations(b, herd.agents[0].row)
 		else:
 			var rows := PackedFloat32Array()
 			for agent in herd.agents:
-				rows.append_array(agent.row)
-			_world.set_observations(b, rows)
+				rows.append_array(herd.nothing if agent == null else agent.row)
+			fault = _world.set_observations(b, rows)
 	if not herd.images.is_empty():
 		var bytes := PackedByteArray()
 		for agent in herd.agents:
-			bytes.append_array(_images_of(agent, herd))
-		_world.set_observation_bytes(b, bytes)
+			bytes.append_array(herd.darkness if agent == null else _images_of(agent.values, herd))
+		fault = _first(fault, _world.set_observation_bytes(b, bytes))
+	return fault
 
 
-func _judge(b: int) -> void:
+## Likewise of rewards and ends.
+func _judge(b: int) -> String:
 	var herd := _herds[b]
+	var fault := ""
 	for i in herd.agents.size():
 		var agent := herd.agents[i]
+		if agent == null:
+			continue
 		if agent.reward != 0.0:
-			_world.add_reward(herd.first + i, agent.reward)
+			fault = _first(fault, _world.add_reward(herd.first + i, agent.reward))
 		if not agent.terminated and not agent.truncated:
 			continue
-		_world.end_episode(herd.first + i, 1 if agent.terminated else 2)
-		if herd.has_numbers:
-			_world.set_final_observation_of(herd.first + i, agent.final_row)
-		if herd.final_images.has(agent):
-			_world.set_final_observation_bytes_of(herd.first + i, herd.final_images[agent])
+		fault = _first(fault, _world.end_episode(herd.first + i, 1 if agent.terminated else 2))
+		if not herd.nothing.is_empty():
+			fault = _first(fault, _world.set_final_observation_of(herd.first + i, agent.final_row))
+		if not herd.images.is_empty():
+			var pictures := _images_of(agent.final_values, herd)
+			fault = _first(fault, _world.set_final_observation_bytes_of(herd.first + i, pictures))
+	return fault
 
 
 func _hand_over() -> String:
@@ -274,17 +325,18 @@ func _hand_over() -> String:
 		var herd := _herds[b]
 		if _mode == ConsacSync.Mode.BY_HAND:
 			for i in herd.agents.size():
+				if herd.agents[i] == null:
+					continue
 				var fault := herd.agents[i].ask_heuristic()
+				if fault.is_empty():
+					fault = _world.set_action_of(herd.first + i, herd.agents[i].action_row)
 				if not fault.is_empty():
 					return fault
-				_world.set_action_of(herd.first + i, herd.agents[i].action_row)
 			continue
 		var rows: PackedFloat32Array = _world.actions(b)
-		if herd.agents.size() == 1:
-			herd.agents[0].action_row = rows
-			continue
 		for i in herd.agents.size():
-			herd.agents[i].action_row = rows.slice(i * herd.numbers, (i + 1) * herd.numbers)
+			if herd.agents[i] != null:
+				herd.agents[i].action_row = rows.slice(i * herd.numbers, (i + 1) * herd.numbers)
 	return ""
 
 
@@ -312,16 +364,16 @@ func _path_of(path: String, b: int) -> String:
 	return path.replace(PLACEHOLDER, _herds[b].name)
 
 
-func _keep_final_images(_total: float, _steps: int, herd: Herd, agent: ConsacAgent) -> void:
-	herd.final_images[agent] = _images_of(agent, herd)
-
-
-func _images_of(agent: ConsacAgent, herd: Herd) -> PackedByteArray:
-	if herd.images.size() == 1:
-		return agent.values[herd.images[0]]
+# A picture that is missing is left out here; look() says so.
+func _images_of(values: Dictionary, herd: Herd) -> PackedByteArray:
 	var bytes := PackedByteArray()
 	for image in herd.images:
-		bytes.append_array(agent.values[image])
+		var picture: Variant = values.get(image)
+		if not picture is PackedByteArray:
+			continue
+		if herd.images.size() == 1:
+			return picture
+		bytes.append_array(picture)
 	return bytes
 
 
@@ -367,6 +419,10 @@ static func _merge(entries: Array[ConsacEntry]) -> Array[Dictionary]:
 	return all
 
 
-static func _alike(one: ConsacAgent, other: ConsacAgent) -> bool:
-	return (_describe(one.all_observations) == _describe(other.all_observations)
-			and _describe(one.actions) == _describe(other.actions))
+static func _alike(agent: ConsacAgent, herd: Herd) -> bool:
+	return (_describe(agent.all_observations) == _describe(herd.observations)
+			and _describe(agent.actions) == _describe(herd.actions))
+
+
+static func _first(fault: String, other: String) -> String:
+	return other if fault.is_empty() else fault

@@ -76,6 +76,7 @@ func offer() -> void:
 		var fault := _agent.blame_for(_agent.row)
 		refuse(_agent.blame_for(_agent.final_row) if fault.is_empty() else fault)
 		return
+	_heard_usec = Time.get_ticks_usec()  # from now on the trainer's silence is its own
 	_send(text)
 
 
