@@ -52,7 +52,7 @@ int Serve(const ServeFlags& flags) {
   const std::atomic<bool>& stop = StopSignal();
   const Result<const worlds::World*> world = worlds::FindWorld(flags.world);
   if (!world.ok()) return Fail("serve", world.status());
-  const Status exposure = CheckExposure({flags.host, flags.port}, flags.token);
+  const Status exposure = CheckExposure({flags.host, static_cast<int>(flags.port)}, flags.token);
   if (!exposure.ok()) return Fail("serve", {exposure.code(), "--host, --token: " + exposure.message()});
   const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);

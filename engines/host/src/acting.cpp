@@ -73,7 +73,9 @@ Result<std::unique_ptr<Driver>> ActByPolicies(TickWorld& world, std::size_t mode
   std::vector<Policy> policies;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
     Result<Policy> policy = load(b, static_cast<std::int64_t>(behaviours[b].slots));
-    const Status fits = policy.ok() ? policy->Fits(behaviours[b]) : policy.status();
+    Status fits = policy.ok() ? policy->Fits(behaviours[b]) : policy.status();
+    if (fits.ok() && behaviours.size() > 1 && policy->data().behaviour != behaviours[b].name)
+      fits = {StatusCode::kInvalidArgument, "it was learned for behaviour '" + policy->data().behaviour + "'"};
     if (!fits.ok())
       return Status{fits.code(), "the model of behaviour '" + behaviours[b].name + "': " + fits.message()};
     policies.push_back(std::move(*policy));

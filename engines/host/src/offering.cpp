@@ -21,8 +21,9 @@ Status MendRow(const BehaviourSpec& behaviour, std::int64_t place, std::byte* ro
       if (std::isfinite(value)) continue;
       if (status.ok()) {
         status = {StatusCode::kNonFinite, "agent " + std::to_string(place) + " of '" + behaviour.name + "' sees " +
-                                              (std::isnan(value) ? "NaN" : "infinity") + " in '" + leaf.name + "'[" +
-                                              std::to_string(i) + "]; 0 was sent instead"};
+                                              (std::isnan(value) ? "NaN" : "infinity") + " in number " +
+                                              std::to_string(i) + (leaf.name.empty() ? "" : " of '" + leaf.name + "'") +
+                                              "; 0 was taken instead"};
       }
       value = 0.0f;
       std::memcpy(at, &value, sizeof(value));
@@ -35,7 +36,7 @@ Status MendReward(const BehaviourSpec& behaviour, std::int64_t place, float* rew
   if (std::isfinite(*reward)) return Status::Ok();
   *reward = 0.0f;
   return {StatusCode::kNonFinite, "the reward of agent " + std::to_string(place) + " of '" + behaviour.name +
-                                      "' is NaN or infinite; 0 was sent instead"};
+                                      "' is NaN or infinite; 0 was taken instead"};
 }
 
 }  // namespace

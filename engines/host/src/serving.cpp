@@ -36,6 +36,7 @@ class ServingDriver final : public Driver {
       if (!status.ok()) return status;
       if (connected && !still) {
         finished_ = server_->session_steps() >= total_steps_;
+        ++ended_;
         return Status::Ok();
       }
       if (Now() >= until) break;
@@ -45,6 +46,7 @@ class ServingDriver final : public Driver {
   }
 
   bool finished() const override { return finished_; }
+  std::int64_t ended() const override { return ended_; }
   void SetPaused(bool paused) override { server_->SetPaused(paused); }
   int port() const override { return server_->port(); }
 
@@ -63,7 +65,7 @@ class ServingDriver final : public Driver {
  private:
   TickWorld& world_;
   std::unique_ptr<EnvServer> server_;
-  std::int64_t total_steps_ = 0;
+  std::int64_t total_steps_ = 0, ended_ = 0;
   bool finished_ = false;
   Meter meter_;
 };

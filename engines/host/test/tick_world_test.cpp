@@ -166,7 +166,7 @@ TEST(TickWorld, NumbersThatAreNoneAreNamedAndOfferedAsZero) {
   w.See(1, std::numeric_limits<float>::quiet_NaN());
   Status status = w.world->Offer();
   EXPECT_EQ(status.code(), StatusCode::kNonFinite);
-  EXPECT_THAT(status.message(), HasSubstr("agent 1 of 'walker' sees NaN in 'place'[0]"));
+  EXPECT_THAT(status.message(), HasSubstr("agent 1 of 'walker' sees NaN in number 0 of 'place'"));
   EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.0f);
   w.world->Step(w.batches);
   w.world->AddReward(0, std::numeric_limits<float>::infinity());

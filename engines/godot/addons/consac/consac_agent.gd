@@ -40,6 +40,9 @@ var steps: int = 0
 ## Reward of this episode so far.
 var total_reward: float = 0.0
 
+## The [ConsacSync] that drives it, once one does.
+var driven_by: Node
+
 # What a backend reads after each collect(): the numbers of all observation entries in order.
 var row := PackedFloat32Array()
 var final_row := PackedFloat32Array()  # the episode's last observation, where it ended
@@ -63,6 +66,13 @@ var _problem := ""
 
 func _enter_tree() -> void:
 	add_to_group(GROUP)
+	if not Engine.is_editor_hint():
+		_warn_if_alone.call_deferred()
+
+
+func _warn_if_alone() -> void:
+	if is_inside_tree() and get_tree().get_nodes_in_group(&"consac_syncs").is_empty():
+		push_warning("%s: there is no ConsacSync in the scene, so nobody drives this agent" % name)
 
 
 ## Override: put a value into [param into] for each observation entry: a number, a vector, or an

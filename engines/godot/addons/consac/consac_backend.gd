@@ -22,6 +22,8 @@ enum Cue {
 	FAILED,  ## the session ended otherwise; [member error] says why
 }
 
+## Whether a session that ended as it should was a whole training; else a model was tried, or some steps of it.
+var completed := true
 ## Why the latest session failed.
 var error := ""
 ## From which the episodes' seeds of this session come.

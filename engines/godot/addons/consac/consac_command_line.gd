@@ -31,8 +31,8 @@ const ARGUMENTS := {
 }
 
 
-## Sets what the command line says; a word about each argument that it does not know or cannot read.
-static func apply(sync: ConsacSync) -> void:
+## Sets what the command line says. The first argument that it does not know or cannot read, and why, or "".
+static func apply(sync: ConsacSync) -> String:
 	for argument in OS.get_cmdline_user_args():
 		if not argument.begins_with(PREFIX):
 			continue
@@ -41,7 +41,8 @@ static func apply(sync: ConsacSync) -> void:
 		if parts.size() == 2:
 			fault = _assign(sync, parts[0], parts[1])
 		if not fault.is_empty():
-			printerr("consac: argument '%s' is not used: %s" % [argument, fault])
+			return "argument '%s': %s" % [argument, fault]
+	return ""
 
 
 static func _assign(sync: ConsacSync, argument: String, text: String) -> String:

@@ -24,9 +24,12 @@ signal session_began
 ## A session is over; [param fault] is "" when it ended as it should.
 signal session_ended(fault: String)
 
+## Every sync is in this group.
+const GROUP := &"consac_syncs"
 ## The native extension's classes and the script that uses them.
 const NATIVE_CLASS := &"ConsacWorld"
 const NATIVE_MODEL := &"ConsacModel"
+const NATIVE_LIBRARY := "res://addons/consac/bin/consac.gdextension"
 const NATIVE_BACKEND := "res://addons/consac/backends/native_backend.gd"
 const LATEST := 100  # episodes of the mean reward on the screen
 const WINDOW_BUDGET_S := 0.01  # of a frame that is spent on waiting and looping, where the window follows the clock
@@ -92,6 +95,7 @@ var agents: Array[ConsacAgent] = []
 ## Who chooses, once it has begun.
 var backend: ConsacBackend
 
+var _refused_argument := ""
 var _begun := false
 var _stopped := false
 var _in_session := false
@@ -118,7 +122,8 @@ func _ready() -> void:
 	process_mode = Node.PROCESS_MODE_ALWAYS
 	process_physics_priority = -1000  # before the world's own nodes
 	_step_rewards.resize(1000)
-	ConsacCommandLine.apply(self)
+	add_to_group(GROUP)
+	_refused_argument = ConsacCommandLine.apply(self)
 	if show_budget:
 		_budget = ConsacBudget.new()
 		add_child(_budget)
@@ -192,9 +197,14 @@ func _begin() -> void:
 		if get_parent().is_ancestor_of(node):
 			agents.append(node)
 			_met[node.get_instance_id()] = true
-	var fault := "no ConsacAgent below %s" % get_parent().name if agents.is_empty() else ""
+	var fault := _refused_argument
+	if fault.is_empty() and agents.is_empty():
+		fault = "no ConsacAgent below %s; put the ConsacSync beside or above the agents" % get_parent().name
 	for agent in agents:
+		if fault.is_empty() and is_instance_valid(agent.driven_by) and agent.driven_by != self:
+			fault = "%s is driven by %s already; one ConsacSync is enough" % [agent.name, agent.driven_by.name]
 		if fault.is_empty():
+			agent.driven_by = self
 			fault = agent.prepare()
 	if fault.is_empty():
 		fault = _choose_backend()
@@ -216,8 +226,8 @@ func _choose_backend() -> String:
 		backend = load(NATIVE_BACKEND).new(self)
 		return ""
 	if mode != Mode.SERVE:
-		var asked: String = Mode.keys()[mode].to_lower()
-		return "mode %s needs the native extension; see engines/godot/README.md" % asked
+		return "mode %s needs the native extension; %s" % [
+				Mode.keys()[mode].to_lower(), _how_to_get_native()]
 	var text := ConsacTextBackend.new()
 	text.port = port
 	text.training_length = training_length
@@ -226,6 +236,12 @@ func _choose_backend() -> String:
 	text.first_seed = world_seed
 	backend = text
 	return ""
+
+
+static func _how_to_get_native() -> String:
+	if FileAccess.file_exists(NATIVE_LIBRARY) and not ClassDB.class_exists(NATIVE_CLASS):
+		return "it is there but not loaded: open the project in the editor once, or run godot --headless --import"
+	return "build it as engines/godot/README.md says"
 
 
 ## Asks the backend what is next, until the world has to move or nothing has come for a while.
@@ -339,7 +355,9 @@ func _end_session(fault: String) -> void:
 	_speed.restore()
 	var seconds := maxf(1e-6, (Time.get_ticks_usec() - _began_usec) / 1e6)
 	var kept := mini(steps, _step_rewards.size())
-	var how := "training completed" if fault.is_empty() else "the session failed"
+	var how := "the session failed"
+	if fault.is_empty():
+		how = "training completed" if backend.completed else "the session ended"
 	print("consac: %s: %d steps in %.2f s (%.0f steps/s)" % [how, steps, seconds, steps / seconds],
 			", mean reward of the last %d steps %.3f" % [kept, _mean(_step_rewards, kept)],
 			", of the last %d episodes %.2f" % [episode_rewards.size(), mean_episode_reward()])

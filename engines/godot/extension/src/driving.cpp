@@ -17,7 +17,7 @@ constexpr double kLongestWait_s = 60.0;
 void World::Close() {
   driver_.reset();
   if (world_ != nullptr) world_->Abandon();
-  told_finished_ = false;
+  told_ended_ = 0;
 }
 
 Status World::Drive(Result<std::unique_ptr<host::Driver>> driver) {
@@ -87,10 +87,8 @@ std::int64_t World::Poll(double wait_s) {
     Report(kWhere, status);
     return static_cast<std::int64_t>(Cue::kFailed);
   }
-  if (!driver_->finished()) {
-    told_finished_ = false;
-  } else if (!told_finished_) {
-    told_finished_ = true;
+  if (driver_->ended() != told_ended_) {
+    told_ended_ = driver_->ended();
     return static_cast<std::int64_t>(Cue::kDone);
   }
   switch (world_->cue()) {

@@ -110,7 +110,7 @@ class World : public Instance {
   std::unique_ptr<host::TickWorld> world_;
   std::vector<Rows> rows_;  // by behaviour; recorders go before the world
   std::unique_ptr<host::Driver> driver_;
-  bool told_finished_ = false;
+  std::int64_t told_ended_ = 0;  // of the driver's sessions
 };
 
 }  // namespace consac::godot

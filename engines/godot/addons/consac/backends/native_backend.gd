@@ -29,6 +29,7 @@ var _mode: ConsacSync.Mode
 var _port := 0
 var _beginning := true
 var _refused := false
+var _unsaved := false  # something was learned since
 var _ended := false  # nobody drives any more
 
 
@@ -43,6 +44,8 @@ func begin(agents: Array[ConsacAgent]) -> String:
 	_ids.clear()
 	_herds.clear()
 	var fault := _gather(agents)
+	if fault.is_empty():
+		fault = _check_paths()
 	if fault.is_empty():
 		fault = _create()
 	if fault.is_empty():
@@ -82,8 +85,11 @@ func poll(wait_s: float) -> Cue:
 				error = ""
 				state = _world.progress().state
 				session_seed = maxi(0, _world.seed_of(0))
+				_unsaved = _mode == ConsacSync.Mode.TRAIN
 			Cue.DONE:
+				completed = _world.finished()
 				error = _keep()
+				_unsaved = false
 				state = _world.progress().state
 				return Cue.DONE if error.is_empty() else Cue.FAILED
 			Cue.FAILED:
@@ -134,6 +140,10 @@ func set_paused(paused: bool) -> void:
 
 
 func close() -> void:
+	var fault := _keep() if _unsaved else ""
+	_unsaved = false
+	if not fault.is_empty():
+		printerr("consac: ", fault)
 	_keep_recording()
 	_world.close()
 	state = "closed"
@@ -207,6 +217,26 @@ func _take_place(b: int, agent: ConsacAgent) -> void:
 	var id: int = _world.join(b)
 	_ids[agent.get_instance_id()] = id
 	_herds[b].agents[id - _herds[b].first] = agent
+
+
+## What would only be found out after the training. What is wrong, or "".
+func _check_paths() -> String:
+	var path := _sync.model_path
+	if _mode == ConsacSync.Mode.ACT and path.is_empty():
+		return "set model_path to the .consac file that is to act"
+	if _mode not in [ConsacSync.Mode.ACT, ConsacSync.Mode.TRAIN]:
+		return ""
+	if path.is_empty():
+		push_warning("model_path is empty, so what is learned will not be saved")
+		return ""
+	if _herds.size() > 1 and not path.contains(PLACEHOLDER):
+		return "the scene has %d behaviours, each with a model of its own; put %s into model_path" % [
+				_herds.size(), PLACEHOLDER]
+	if _mode == ConsacSync.Mode.TRAIN:
+		var folder := ProjectSettings.globalize_path(path).get_base_dir()
+		if not folder.is_empty() and DirAccess.make_dir_recursive_absolute(folder) != OK:
+			return "the folder %s of model_path cannot be made" % folder
+	return ""
 
 
 ## Lets begin whoever the mode says.
@@ -342,7 +372,6 @@ func _hand_over() -> String:
 
 ## At the end of a training inside the engine: saves what was learned.
 func _keep() -> String:
-	_keep_recording()
 	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty():
 		return ""
 	for b in _herds.size():

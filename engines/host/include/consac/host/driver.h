@@ -35,6 +35,8 @@ class Driver {
   /// True once a training has come to its end in order, with all of its steps, here or at the other end of the
   /// connection; false again when a further trainer comes.
   virtual bool finished() const = 0;
+  /// Sessions that ended in order so far, with all of their steps or before: a model that was tried, for instance.
+  virtual std::int64_t ended() const { return finished() ? 1 : 0; }
   /// How things stand.
   virtual Progress progress() const = 0;
   /// The engine stands still on purpose, or goes on.
