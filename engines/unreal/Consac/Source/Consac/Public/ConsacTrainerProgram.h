@@ -39,7 +39,7 @@ struct CONSAC_API FConsacProgramSettings
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString RunName = TEXT("unreal");
 
-	/** The folder that holds all runs; empty: Consac in the project's folder for saved files. */
+	/** The folder that holds all runs, in full; empty: Saved/Consac of the project. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString RunsFolder;
 
