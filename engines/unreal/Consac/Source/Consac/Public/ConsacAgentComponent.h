@@ -80,7 +80,7 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Set Observation Choice"))
 	bool SetObservationChoice(FName Name, int32 Choice);
 
-	/** Adds to the reward since the latest decision. */
+	/** Adds to the reward of the latest decision: from its On Action until the On Observe after it. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Add Reward"))
 	void AddReward(float Reward);
 

@@ -117,7 +117,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	EConsacWhileLearning WhileLearning = EConsacWhileLearning::GoOn;
 
-	/** Train Inside: where the models are saved at the end, one for each kind of agent; empty: nowhere. */
+	/** Train Inside: the folder where each kind of agent's model is saved at the end, as BEHAVIOUR.consac; a relative path is one
+	 *  below Saved/Consac of the project; empty: nothing is saved. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	FString SaveFolder;
 
@@ -155,7 +156,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0"))
 	float LogSeconds = 10.0f;
 
-	/** Where demonstrations are saved at the end, one file for each kind of agent; empty: they are not recorded. */
+	/** The folder where demonstrations are saved at the end, one file for each kind of agent; a relative path is one below
+	 *  Saved/Consac of the project; empty: they are not recorded. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Recording")
 	FString RecordFolder;
 
@@ -175,7 +177,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Stop Training"))
 	void StopTraining();
 
-	/** Writes the model as it is now. Fails where this game does not learn. */
+	/** Writes the model as it is now. Fails where this game does not learn.
+	 *  @param Path A .consac file in a folder that is there; a relative path is one below Saved/Consac of the project. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Save Model", ExpandEnumAsExecs="Result"))
 	void SaveModel(const FString& Behaviour, const FString& Path, EConsacResult& Result, FString& Error);
 

@@ -15,7 +15,7 @@ struct CONSAC_API FConsacProgramSettings
 {
 	GENERATED_BODY()
 
-	/** The program; empty: the one that comes with the plugin. */
+	/** The program, in full; empty: the one that comes with the plugin, which is for Linux and needs what its README.txt lists. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString Program;
 
@@ -39,7 +39,7 @@ struct CONSAC_API FConsacProgramSettings
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString RunName = TEXT("unreal");
 
-	/** The folder that holds all runs; empty: Consac in the project's folder for saved files. */
+	/** The folder that holds all runs, in full; empty: Saved/Consac of the project. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString RunsFolder;
 
