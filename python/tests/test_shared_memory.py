@@ -414,6 +414,7 @@ def test_consac_train_in_memory_with_python_worlds(tmp_path, envs):
 class Slow(gymnasium.Env):
     """Counts its steps, of which number 2 takes long."""
 
+    pause_s = 0.4
     observation_space, action_space = gymnasium.spaces.Box(0, 99, (1,), np.float32), gymnasium.spaces.Discrete(2)
 
     def reset(self, *, seed=None, options=None):
@@ -422,7 +423,7 @@ class Slow(gymnasium.Env):
 
     def step(self, action):
         self.steps += 1
-        time.sleep(0.4 if self.steps == 2 else 0)
+        time.sleep(self.pause_s if self.steps == 2 else 0)
         return np.full(1, self.steps, np.float32), 0.0, False, False, {}
 
 
@@ -439,7 +440,10 @@ def test_an_interrupted_step_is_not_the_end():
 
 
 def test_pings_are_answered_while_a_step_takes_long():
-    with Server(Slow, limits=Limits(heartbeat_s=0.05)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+    class Slower(Slow):
+        pause_s = 1.0  # four heartbeats: three unanswered ones would end the connection
+
+    with Server(Slower, limits=Limits(heartbeat_s=0.25)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
         env.reset()
         assert [env.step(0)[0] for _ in range(3)] == [1, 2, 3] and env.connection.in_memory
 
