@@ -92,7 +92,8 @@ TEST(Training, ThatFailsIsNotFinishedAndKeepsTheLastGoodModel) {
   EXPECT_FALSE(driver->finished());
   const std::string path = folder.path() + "/good.consac";
   ASSERT_TRUE(driver->SaveModel(0, path).ok());
-  for (const float parameter : Policy::Load(path)->data().parameters) ASSERT_TRUE(std::isfinite(parameter));
+  const Policy good = *Policy::Load(path);
+  for (const float parameter : good.data().parameters) ASSERT_TRUE(std::isfinite(parameter));
 }
 
 TEST(Serving, BeyondThisComputerNeedsAToken) {
