@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Every speed table, one after another on a quiet machine: CONSAC's own, beside LibTorch, beside Stable Baselines3.
-# Writes bench/results/speed.md and bench/results/untuned_worlds.md. Needs `tools/setup.sh bench` first (make bench does that).
+# Writes speed.md, unreal_tick.md, godot.md and untuned_worlds.md of bench/results. Needs `tools/setup.sh bench` first (make bench does that).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cmake --preset release -DCONSAC_BENCH_LIBTORCH=ON --log-level=WARNING
@@ -19,4 +19,11 @@ out=bench/results/speed.md
   PYTHONPATH=python $python bench/compare/python_client_bench.py $consac
   printf '\n## CartPole PPO beside Stable Baselines3, in turn\n\n'; $python bench/compare/sb3_speed.py $consac
 } | tee "$out"
+{
+  echo "# What the Unreal plugin costs a tick"
+  echo
+  echo "Written by \`make bench\` on $(date -u +%Y-%m-%d), commit $(git rev-parse --short HEAD), in the shim that stands for Unreal: events and arrays are its own."
+  echo; build/release/engines/unreal/engine_bench
+} | tee bench/results/unreal_tick.md
+tools/setup.sh godot && CONSAC_BUILD_DIR=$PWD/build/release $python bench/godot_bench.py
 $python bench/compare/sb3_learn.py $consac point-v0 maze-v0 reach3-v0 | tee bench/results/untuned_worlds.md

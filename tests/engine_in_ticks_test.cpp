@@ -172,6 +172,37 @@ TEST(EngineInTicks, AConnectionThatBreaksInTheMiddleOfAStepIsTakenUpAgain) {
   }
 }
 
+// Gymnasium's default: an episode's end and the next one's beginning are two steps, the second of which no world takes.
+TEST(EngineInTicks, BeginsTheNextEpisodeInTheNextStepWhereItIsOneWorld) {
+  TickingHost host("road-v0", 1, 2, 0.001);
+  RawTrainer trainer(*ConnectTcp(*Endpoint::Parse(host.url()), 2.0));
+  trainer.Begin(host.spec(), "{\"autoreset\":\"next_step\"}");
+  (void)trainer.Ask(FrameType::kReset, 2, trainer.ResetPayload(5, {1}));
+  const auto seen = [&](const std::vector<std::byte>& result) {
+    float place = -1.0f;
+    std::memcpy(&place, result.data() + trainer.blocks.behaviours[0].observations, sizeof(place));
+    return place;
+  };
+  const auto state = [&](const std::vector<std::byte>& result) {
+    return static_cast<unsigned>(result[trainer.blocks.behaviours[0].states]);
+  };
+  std::uint64_t request = 2;
+  std::vector<std::byte> result;
+  do {
+    result = trainer.Ask(FrameType::kStep, ++request, trainer.StepPayload({0}, {1}));
+    ASSERT_EQ(trainer.last_type, FrameType::kResult);
+    ASSERT_LT(request, 20u);
+  } while ((state(result) & kTerminated) == 0);
+  EXPECT_EQ(request, 2u + 11u);  // from 10 to the left, off the road
+  EXPECT_EQ(seen(result), 0.0f);
+  result = trainer.Ask(FrameType::kStep, ++request, trainer.StepPayload({0}, {1}));
+  EXPECT_EQ(state(result), kFirst | kActive);
+  const float first = seen(result);
+  result = trainer.Ask(FrameType::kStep, ++request, trainer.StepPayload({1}, {1}));
+  EXPECT_EQ(seen(result), first) << "it has not moved meanwhile";
+  EXPECT_EQ(state(result), static_cast<unsigned>(kActive));
+}
+
 TEST(EngineInTicks, ATrainerThatIsKilledLeavesRoomForTheNext) {
   TickingHost host("road-v0", 1, 2, 0.01);
   for (int i = 0; i < 3; ++i) {

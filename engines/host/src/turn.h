@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "consac/env/buffer.h"
 #include "consac/env/gathered.h"
 #include "consac/host/driver.h"
 

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "consac/env/buffer.h"
+
 namespace consac::host {
 namespace {
 

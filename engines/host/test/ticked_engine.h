@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "consac/env/buffer.h"
 #include "consac/host/driver.h"
 #include "consac/host/recorder.h"
 #include "worlds/registry.h"

@@ -11,7 +11,6 @@ namespace {
 
 // Numbers of one entry, and bytes of one world: more is a slip of the pen, and no engine survives it.
 constexpr std::int64_t kMostNumbers = std::int64_t{1} << 24;
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 enum class Type { kBox, kDiscrete, kMultiDiscrete, kMultiBinary };
 
@@ -116,32 +115,6 @@ Status ReadEntries(Reader& reader, std::string_view key, const std::string& wher
   return Status::Ok();
 }
 
-std::size_t RowBytes(const std::vector<host::Entry>& entries) {
-  std::size_t bytes = 0;
-  for (const host::Entry& entry : entries) {
-    const Layout layout = Layout::Of(entry.space);
-    bytes += layout.row_bytes + static_cast<std::size_t>(layout.mask_bytes);
-  }
-  return bytes;
-}
-
-// What TickWorld and its driver keep of each agent is a few rows.
-Status CheckMemory(const std::vector<host::Offering>& offerings) {
-  constexpr std::size_t kFixed = 256;
-  std::size_t left = kMostBytes;
-  for (const host::Offering& offering : offerings) {
-    const std::size_t each = kFixed + 8 * (RowBytes(offering.observations) + RowBytes(offering.actions));
-    const auto agents = static_cast<std::size_t>(std::max(offering.agents, 0));
-    if (agents > left / each) {
-      return {StatusCode::kInvalidArgument, "behaviour '" + offering.name + "' has room for " + std::to_string(agents) +
-                                                " agents of " + std::to_string(each) +
-                                                " bytes, which is more than a world may take; use fewer"};
-    }
-    left -= agents * each;
-  }
-  return Status::Ok();
-}
-
 void DescribeSpace(const Space& space, Dictionary* table) {
   const auto numbers = [](const auto& values) {
     Array array;
@@ -188,7 +161,6 @@ Result<host::Offering> ReadOffering(const Dictionary& table) {
       return Status{StatusCode::kInvalidArgument,
                     where + ", actions '" + entry.name + "': no action is uint8; use float32"};
   }
-  CONSAC_RETURN_IF_ERROR(CheckMemory({offering}));
   return offering;
 }
 
@@ -206,7 +178,6 @@ Result<host::TickWorldOptions> ReadWorld(const Dictionary& table) {
     options.offerings.push_back(*std::move(offering));
   }
   CONSAC_RETURN_IF_ERROR(reader.Finish());
-  CONSAC_RETURN_IF_ERROR(CheckMemory(options.offerings));
   return options;
 }
 

@@ -11,7 +11,6 @@ namespace {
 // Any longer wait is as good as for ever, and a clock still counts it.
 constexpr double kLongest_s = 1e7;
 // More than anything learns in, and still few enough to be multiplied by a number of agents.
-constexpr std::int64_t kMostSteps = 1000000000000;
 
 Status CheckSeconds(std::string_view name, double seconds) {
   if (seconds >= 0.0 && seconds <= kLongest_s) return Status::Ok();
@@ -83,10 +82,6 @@ Result<host::TrainOptions> ReadTrain(const Dictionary& table) {
   for (const auto& [name, value] : hyperparameters.entries())
     options.hyperparameters.emplace_back(name, SettingText(value));
   CONSAC_RETURN_IF_ERROR(reader.Finish());
-  if (options.total_steps < 1 || options.total_steps > kMostSteps) {
-    return Status{StatusCode::kInvalidArgument, "train: 'total_steps' is " + std::to_string(options.total_steps) +
-                                                    "; expected 1 to " + std::to_string(kMostSteps)};
-  }
   return options;
 }
 

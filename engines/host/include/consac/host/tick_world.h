@@ -22,7 +22,6 @@
 #include <vector>
 
 #include "consac/base/status.h"
-#include "consac/env/buffer.h"
 #include "consac/env/vector_env.h"
 
 namespace consac::host {

@@ -7,11 +7,10 @@
 #include "ConsacHerd.h"
 #include "ConsacHyperparametersBase.h"
 #include "ConsacLog.h"
-#include "ConsacModel.h"
-#include "ConsacModelState.h"
 #include "ConsacStats.h"
 #include "ConsacStepGuard.h"
 #include "ConsacSubsystem.h"
+#include "ConsacTrainerDrivers.h"
 #include "Engine/World.h"
 #include "Logging/LogMacros.h"
 #include "Misc/App.h"
@@ -53,91 +52,6 @@ struct FConsacTrainerState
 
 namespace ConsacPlugin
 {
-
-using FDriverResult = consac::Result<std::unique_ptr<consac::host::Driver>>;
-
-static FDriverResult ServeFor(const AConsacTrainer& Trainer, consac::host::TickWorld& World)
-{
-	consac::host::ServeOptions Options;
-	Options.endpoint.host = ToUtf8(Trainer.Host);
-	Options.endpoint.port = Trainer.Port;
-	Options.server.training_length = Trainer.TotalSteps;
-	Options.server.model_name = ToUtf8(Trainer.ModelName);
-	Options.server.token = ToUtf8(Trainer.Token);
-	Options.server.seed = static_cast<std::uint64_t>(Trainer.Seed);
-	return consac::host::Serve(World, Options);
-}
-
-static FDriverResult TrainFor(const AConsacTrainer& Trainer, consac::host::TickWorld& World)
-{
-	consac::host::TrainOptions Options;
-	Options.total_steps = Trainer.TotalSteps;
-	Options.seed = static_cast<std::uint64_t>(Trainer.Seed);
-	Options.while_learning = Trainer.WhileLearning == EConsacWhileLearning::Wait ? consac::host::WhileLearning::kWait : consac::host::WhileLearning::kGoOn;
-	if (IsValid(Trainer.Hyperparameters.Get()))
-	{
-		TArray<FConsacHyperparameter> Rows;
-		Trainer.Hyperparameters->Collect(Rows);
-		Options.algorithm = ToUtf8(Trainer.Hyperparameters->GetAlgorithm());
-		for (const FConsacHyperparameter& Row : Rows)
-		{
-			Options.hyperparameters.push_back({ ToUtf8(Row.Name), ToUtf8(Row.Value) });
-		}
-	}
-	return consac::host::Train(World, Options);
-}
-
-// The file of a behaviour's model.
-static consac::Result<std::vector<std::byte>> ModelBytes(const AConsacTrainer& Trainer, const std::string& Behaviour)
-{
-	for (const FConsacBehaviourModel& Row : Trainer.Models)
-	{
-		if (ToUtf8(Row.Behaviour) == Behaviour)
-		{
-			const UConsacModel* Model = Row.Model.Get();
-			if (IsValid(Model) && Model->GetState()->Policy)
-			{
-				return Model->GetState()->Bytes;
-			}
-			return consac::ReadFile(ToFile(Row.Path));
-		}
-	}
-	return consac::Status(consac::StatusCode::kNotFound, "there is no model for behaviour '" + Behaviour + "'; give one in Models");
-}
-
-static FDriverResult ActFor(const AConsacTrainer& Trainer, consac::host::TickWorld& World)
-{
-	std::vector<std::vector<std::byte>> Files;
-	for (const consac::BehaviourSpec& Behaviour : World.spec().behaviours)
-	{
-		consac::Result<std::vector<std::byte>> Bytes = ModelBytes(Trainer, Behaviour.name);
-		if (!Bytes.ok())
-		{
-			return Bytes.status();
-		}
-		Files.push_back(std::move(*Bytes));
-	}
-	consac::host::ActOptions Options;
-	Options.mode = Trainer.bDeterministic ? consac::ActionMode::kDeterministic : consac::ActionMode::kSample;
-	Options.seed = static_cast<std::uint64_t>(Trainer.Seed);
-	return consac::host::Act(World, Files, Options);
-}
-
-static FDriverResult DriverFor(const AConsacTrainer& Trainer, consac::host::TickWorld& World)
-{
-	switch (Trainer.Mode)
-	{
-	case EConsacMode::Serve:
-		return ServeFor(Trainer, World);
-	case EConsacMode::Train:
-		return TrainFor(Trainer, World);
-	case EConsacMode::Act:
-		return ActFor(Trainer, World);
-	case EConsacMode::ByHand:
-		return consac::host::ByHand(World, static_cast<std::uint64_t>(Trainer.Seed));
-	}
-	return consac::Status(consac::StatusCode::kInvalidArgument, "no such mode");
-}
 
 // A list, which is empty afterwards.
 static std::vector<TWeakObjectPtr<UConsacAgentComponent>> Taken(std::vector<TWeakObjectPtr<UConsacAgentComponent>>& List)
