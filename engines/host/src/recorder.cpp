@@ -11,8 +11,8 @@
 namespace consac::host {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // then it is full
-constexpr std::size_t kBytesBeside = 10;                  // reward, ends, slot
+constexpr std::size_t kMostRecordedBytes = std::size_t{1} << 30;  // then it is full
+constexpr std::size_t kBytesBeside = 10;                          // reward, ends, slot
 
 template <class T>
 std::vector<std::byte> BytesOfAll(const std::vector<T>& values) {
@@ -103,10 +103,10 @@ void Recorder::Note() {
     std::memcpy(state.seen.data() + i * herd.observation_bytes, herd.seen.data() + i * herd.observation_bytes,
                 herd.observation_bytes);
   }
-  if (state.bytes() < kMostBytes) return;
+  if (state.bytes() < kMostRecordedBytes) return;
   state.full = true;
   Log(LogLevel::kWarning, "the demonstration has " + std::to_string(steps()) + " steps and " +
-                              std::to_string(kMostBytes >> 20) + " MiB; nothing is added to it from here on");
+                              std::to_string(kMostRecordedBytes >> 20) + " MiB; nothing is added to it from here on");
 }
 
 std::int64_t Recorder::steps() const {

@@ -9,8 +9,8 @@
 namespace consac::host {
 namespace {
 
-constexpr std::int32_t kMostNamed = 100'000;              // agents that share an environment have a name each
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // of all agents' rows, the driver's included
+constexpr std::int32_t kMostNamed = 100'000;                 // agents that share an environment have a name each
+constexpr std::size_t kMostRowBytes = std::size_t{1} << 30;  // of all agents' rows, the driver's included
 
 /// In the world and in its driver's batches, of which there are three.
 std::size_t BytesOfPlace(const BehaviourSpec& behaviour) {
@@ -100,10 +100,10 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
         return Status{StatusCode::kInvalidArgument, "two behaviours are called '" + other.name + "'; rename one"};
     }
     bytes += static_cast<std::size_t>(behaviour->slots) * BytesOfPlace(*behaviour);
-    if (bytes > kMostBytes) {
+    if (bytes > kMostRowBytes) {
       return Status{StatusCode::kResourceExhausted,
                     "with behaviour '" + behaviour->name + "' the agents' rows take more than " +
-                        std::to_string(kMostBytes >> 20) + " MiB; offer less room or smaller observations"};
+                        std::to_string(kMostRowBytes >> 20) + " MiB; offer less room or smaller observations"};
     }
     Herd& herd = state->herds.emplace_back(*behaviour);
     herd.first = static_cast<AgentId>(state->behaviour_of.size());

@@ -11,8 +11,9 @@
 namespace consac::host {
 namespace {
 
-constexpr std::int64_t kPiece = 64;                         // gradient steps between looks at whether to stop
-constexpr std::int64_t kMostBytes = std::int64_t{4} << 30;  // of one learner's buffers: the engine needs memory too
+constexpr std::int64_t kPiece = 64;  // gradient steps between looks at whether to stop
+constexpr std::int64_t kMostLearnerBytes = std::int64_t{4}
+                                           << 30;  // of one learner's buffers: the engine needs memory too
 
 /// One behaviour's learner, and the model that acts where the learner may not be asked.
 struct Pupil {
@@ -32,7 +33,8 @@ class TrainingDriver final : public Driver {
     learn::HyperparameterSet values((*algorithm)->hyperparameters);
     for (const auto& [name, text] : options_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
     for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
-      const learn::LearnerOptions options{world_.spec().behaviours[b], options_.seed, ShareOfSteps(b), {}, kMostBytes};
+      const learn::LearnerOptions options{
+          world_.spec().behaviours[b], options_.seed, ShareOfSteps(b), {}, kMostLearnerBytes};
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt});
