@@ -116,7 +116,7 @@ run::RunConfig ConfigOf(const Job& job) {
   config.steps = job.steps;
   config.seed = 1;
   config.hyperparameters = job.settings;
-  config.directory = (std::filesystem::temp_directory_path() / "consac_bench").string();
+  config.directory = (std::filesystem::temp_directory_path() / "consac_bench").generic_string();
   config.name = "bench";
   config.force = true;
   config.table = config.progress = config.tensorboard = false;

@@ -1,8 +1,15 @@
 #include "cli/machine.h"
 
+#if defined(_WIN32)
+#include <windows.h>
+#else
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#endif
 
 #include <algorithm>
+#include <csignal>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -12,9 +19,9 @@
 
 namespace consac::cli {
 
-// Sanitizers reserve terabytes that they never touch.
+// Windows never promises memory that it does not have. Sanitizers reserve terabytes that they never touch.
 void LimitMemory() {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(_WIN32) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   std::ifstream info("/proc/meminfo");
   std::string name, unit;
   rlim_t kibibytes = 0;
@@ -26,6 +33,24 @@ void LimitMemory() {
     (void)setrlimit(RLIMIT_DATA, &limit);
     return;
   }
+#endif
+}
+
+void PrepareOutput() {
+#if defined(_WIN32)
+  SetConsoleOutputCP(CP_UTF8);
+#else
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
+  std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training
+#endif
+}
+
+bool OutputIsPipe() {
+#if defined(_WIN32)
+  return GetFileType(GetStdHandle(STD_OUTPUT_HANDLE)) == FILE_TYPE_PIPE;
+#else
+  struct stat what {};
+  return fstat(STDOUT_FILENO, &what) == 0 && (S_ISFIFO(what.st_mode) || S_ISSOCK(what.st_mode));
 #endif
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a measurement was made on, for `doctor` and `bench`.
+// What the program asks of the machine, and what a measurement was made on, for `doctor` and `bench`.
 
 #include <string>
 
@@ -8,6 +8,11 @@ namespace consac::cli {
 /// Lets an allocation that exceeds the memory that is free now fail at once, instead of the system killing this program
 /// or another.
 void LimitMemory();
+/// Makes a terminal show UTF-8, as all of the program's words are; and a write that nobody can take an error instead of
+/// the end of the program.
+void PrepareOutput();
+/// Whether standard output goes to another program.
+bool OutputIsPipe();
 /// "g++ 12.2.0".
 std::string CompilerName();
 /// FLOP/s of a 64x64 dense layer on 64 rows, best of bursts that take about `seconds` together.

@@ -1,11 +1,9 @@
 // The program `consac`: the table of verbs, and how a verb is found and run.
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -42,7 +40,7 @@ std::atomic<bool> stop_flag{false};
 std::string program_path = "consac";
 
 extern "C" void OnStopSignal(int) {
-  if (stop_flag.exchange(true)) _exit(130);
+  if (stop_flag.exchange(true)) std::_Exit(130);
 }
 
 }  // namespace
@@ -85,6 +83,9 @@ const std::string& ProgramPath() {
 const std::atomic<bool>& StopSignal() {
   std::signal(SIGINT, OnStopSignal);
   std::signal(SIGTERM, OnStopSignal);
+#if defined(SIGBREAK)
+  std::signal(SIGBREAK, OnStopSignal);  // Windows: the console's window is closed
+#endif
   return stop_flag;
 }
 
@@ -121,10 +122,8 @@ int Perform(const std::string& verb, const Action& action) {
 int AfterOutput(int code) {
   errno = 0;
   const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-  struct stat what {};
   // A pipe fails only because its reader has left.
-  const bool pipe = fstat(STDOUT_FILENO, &what) == 0 && (S_ISFIFO(what.st_mode) || S_ISSOCK(what.st_mode));
-  if (written || pipe || code != 0) return code;
+  if (written || OutputIsPipe() || code != 0) return code;
   return Fail("output", {StatusCode::kResourceExhausted, std::string("standard output could not be written: ") +
                                                              std::strerror(errno != 0 ? errno : EIO)});
 }
@@ -160,8 +159,7 @@ int Main(int argc, char** argv) {
 }  // namespace consac::cli
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
-  std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training
+  consac::cli::PrepareOutput();
   consac::cli::LimitMemory();
   consac::cli::program_path = argc > 0 ? argv[0] : "consac";
   return consac::cli::AfterOutput(consac::cli::Main(argc, argv));

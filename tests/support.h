@@ -22,8 +22,8 @@ class ScratchFolder {
  public:
   /// Makes it.
   explicit ScratchFolder(const std::string& name)
-      : path_(
-            (std::filesystem::temp_directory_path() / ("consac_" + name + "_" + std::to_string(::getpid()))).string()) {
+      : path_((std::filesystem::temp_directory_path() / ("consac_" + name + "_" + std::to_string(::getpid())))
+                  .generic_string()) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }

@@ -1,9 +1,6 @@
 #include "consac/run/run_directory.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -12,6 +9,7 @@
 
 #include "consac/base/text.h"
 #include "consac/model/model_file.h"
+#include "system/system.h"
 
 namespace consac::run {
 namespace {
@@ -75,12 +73,15 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   std::error_code error;
   fs::create_directories(path + "/checkpoints", error);
   if (error) return Status{StatusCode::kDataLoss, "cannot make folder '" + path + "': " + error.message()};
-  const int lock = open((path + "/.lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (lock < 0) return Status{StatusCode::kDataLoss, "cannot write in '" + path + "': " + std::strerror(errno)};
-  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
-    close(lock);
-    return Status{StatusCode::kFailedPrecondition,
-                  "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
+  int lock = -1;
+  switch (LockFile(path + "/.lock", &lock)) {
+    case Locked::kByUs:
+      break;
+    case Locked::kFailed:
+      return Status{StatusCode::kDataLoss, "cannot write in '" + path + "': " + std::strerror(errno)};
+    case Locked::kByOthers:
+      return Status{StatusCode::kFailedPrecondition,
+                    "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
   }
   RemoveHalfWritten(path);
   RemoveHalfWritten(path + "/checkpoints");
@@ -92,7 +93,7 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
 }
 
 RunDirectory::~RunDirectory() {
-  close(lock_);
+  Close(lock_);
 }
 
 std::vector<std::string> RunDirectory::Checkpoints() const {
@@ -100,7 +101,7 @@ std::vector<std::string> RunDirectory::Checkpoints() const {
   std::error_code error;
   for (fs::directory_iterator entry(path_ + "/checkpoints", error), end; !error && entry != end;
        entry.increment(error)) {
-    const std::string file = entry->path().string();
+    const std::string file = entry->path().generic_string();  // as File() names it, on Windows too
     if (file.ends_with(".consac")) found.push_back(file);
   }
   std::sort(found.begin(), found.end());  // the step count has a fixed width

@@ -1,5 +1,6 @@
 // SIGKILL at random moments: a child process trains, dies, is resumed, dies again, until it finishes; its weights must
 // be those of a run that nobody touched, bit for bit.
+#if !defined(_WIN32)  // it forks
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -72,3 +73,4 @@ TEST(Kill, AtAnyMomentLosesNothing) {
 
 }  // namespace
 }  // namespace consac::run
+#endif

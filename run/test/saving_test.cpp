@@ -1,4 +1,5 @@
 // A disk that is full while saving: said aloud, nothing that was good is harmed, training goes on.
+#if !defined(_WIN32)  // it forks
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -65,3 +66,4 @@ TEST(Saving, TheRunThatGoesOnAfterAFullDiskIsTheSameRun) {
 
 }  // namespace
 }  // namespace consac::run
+#endif

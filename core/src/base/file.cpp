@@ -71,7 +71,15 @@ bool IsSpecial(const std::string& path) {
 
 bool ReplaceFile(const std::string& from, const std::string& to) {
 #if defined(_WIN32)
-  return MoveFileExA(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0;
+  // A file that somebody reads cannot be replaced there: an engine that loads the model is done in a moment.
+  for (int tries = 0; tries < 100; ++tries) {
+    if (MoveFileExA(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0) return true;
+    const DWORD error = GetLastError();
+    if (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED) break;
+    Sleep(10);
+  }
+  errno = EACCES;
+  return false;
 #else
   return std::rename(from.c_str(), to.c_str()) == 0;
 #endif

@@ -1,9 +1,8 @@
 #include "report/console.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <cstdlib>
+
+#include "system/system.h"
 
 namespace consac::run {
 namespace {
@@ -23,8 +22,7 @@ bool IsSet(const char* variable) {
 
 ConsoleOptions StandardConsole() {
   ConsoleOptions options;
-  const char* term = std::getenv("TERM");
-  options.terminal = ::isatty(STDOUT_FILENO) != 0 && term != nullptr && std::string_view(term) != "dumb";
+  options.terminal = UnderstandsEscapeCodes(stdout);
   options.colour = options.terminal && !IsSet("NO_COLOR");
   return options;
 }
@@ -56,8 +54,8 @@ void Console::EndBar() {
 
 int Console::columns() const {
   if (options_.columns > 0) return options_.columns;
-  winsize size{};
-  return ::ioctl(::fileno(options_.stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  const int shown = TerminalColumns(options_.stream);
+  return shown > 0 ? shown : 80;
 }
 
 }  // namespace consac::run

@@ -1,26 +1,27 @@
 #include "report/output_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+
+#include "system/system.h"
 
 namespace consac::run {
 namespace {
 
 StatusCode CodeOf(int error) {
   if (error == ENOENT) return StatusCode::kNotFound;
-  return error == ENOSPC || error == EFBIG || error == EDQUOT ? StatusCode::kResourceExhausted
-                                                              : StatusCode::kUnavailable;
+  bool full = error == ENOSPC || error == EFBIG;
+#if defined(EDQUOT)
+  full = full || error == EDQUOT;
+#endif
+  return full ? StatusCode::kResourceExhausted : StatusCode::kUnavailable;
 }
 
 // Writes all of `bytes`; 0, or the errno of what stopped it.
 int WriteAll(int descriptor, const char* bytes, std::size_t count) {
   while (count > 0) {
-    const ssize_t written = ::write(descriptor, bytes, count);
+    const std::int64_t written = WriteSome(descriptor, bytes, count);
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return errno;
     bytes += written;
@@ -32,15 +33,14 @@ int WriteAll(int descriptor, const char* bytes, std::size_t count) {
 }  // namespace
 
 Result<std::unique_ptr<OutputFile>> OutputFile::Open(const std::string& path, OpenMode mode) {
-  const int truncate = mode == OpenMode::kTruncate ? O_TRUNC : 0;
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | truncate, 0644);
-  struct stat info {};
-  if (descriptor < 0 || ::fstat(descriptor, &info) != 0) {
+  const int descriptor = OpenToAppend(path, mode == OpenMode::kTruncate);
+  const std::int64_t size = descriptor < 0 ? -1 : SizeOf(descriptor);
+  if (size < 0) {
     const int error = errno;
-    if (descriptor >= 0) ::close(descriptor);
+    if (descriptor >= 0) Close(descriptor);
     return Status{CodeOf(error), "cannot open '" + path + "' for writing: " + std::strerror(error)};
   }
-  return std::unique_ptr<OutputFile>(new OutputFile(path, descriptor, static_cast<std::uint64_t>(info.st_size)));
+  return std::unique_ptr<OutputFile>(new OutputFile(path, descriptor, static_cast<std::uint64_t>(size)));
 }
 
 OutputFile::OutputFile(std::string path, int descriptor, std::uint64_t size)
@@ -50,7 +50,7 @@ OutputFile::OutputFile(std::string path, int descriptor, std::uint64_t size)
 
 OutputFile::~OutputFile() {
   Flush();
-  ::close(descriptor_);
+  Close(descriptor_);
 }
 
 void OutputFile::Append(std::string_view record) {
@@ -65,7 +65,7 @@ void OutputFile::Flush() {
   if (error == 0) {
     size_ += buffer_.size();
   } else {
-    const bool cut = ::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0;
+    const bool cut = CutTo(descriptor_, size_);
     if (status_.ok()) {
       status_ = Status{CodeOf(error), "cannot write '" + path_ + "': " + std::strerror(error) +
                                           (cut ? "" : " (and it may end in half a record)")};
@@ -78,8 +78,8 @@ void OutputFile::CutToLine(std::uint64_t bytes) {
   Flush();
   std::uint64_t end = std::min(bytes, size_);
   char last = '\n';
-  while (end > 0 && ::pread(descriptor_, &last, 1, static_cast<off_t>(end - 1)) == 1 && last != '\n') --end;
-  if (end < size_ && ::ftruncate(descriptor_, static_cast<off_t>(end)) == 0) size_ = end;
+  while (end > 0 && ReadByte(descriptor_, end - 1, &last) && last != '\n') --end;
+  if (end < size_ && CutTo(descriptor_, end)) size_ = end;
 }
 
 }  // namespace consac::run

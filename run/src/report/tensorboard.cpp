@@ -1,7 +1,6 @@
 #include "report/tensorboard.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
@@ -14,6 +13,7 @@
 
 #include "consac/base/hash.h"
 #include "consac/base/text.h"
+#include "system/system.h"
 
 namespace consac::run {
 namespace {
@@ -68,10 +68,8 @@ void AppendFrame(std::string_view payload, ProtoText* out, fmt::memory_buffer* r
   record->append(tail.view());
 }
 
-std::string HostName() {
-  char name[256] = {};
-  if (::gethostname(name, sizeof(name) - 1) != 0 || name[0] == '\0') return "localhost";
-  std::string host(name);
+std::string HostInFileName() {
+  std::string host = HostName();
   std::replace_if(
       host.begin(), host.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-'; }, '_');
   return host;
@@ -138,7 +136,7 @@ Result<std::unique_ptr<EventWriter>> EventWriter::Open(const std::string& folder
   const std::string prefix = "events.out.tfevents.";
   const std::int64_t second =
       std::max(static_cast<std::int64_t>(std::floor(wall_time)), LargestNumber(folder, prefix) + 1);
-  const std::string path = fmt::format("{}/{}{:010}.{}.{}.0", folder, prefix, second, HostName(), ::getpid());
+  const std::string path = fmt::format("{}/{}{:010}.{}.{}.0", folder, prefix, second, HostInFileName(), ProcessId());
   Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path, OpenMode::kTruncate);
   if (!file.ok()) return file.status();
   (*file)->Append(FrameRecord(VersionEvent(wall_time)));

@@ -2,7 +2,9 @@
 // What the tests of reports share: a folder of their own, whole files as text, and a clock that they set.
 
 #include <gtest/gtest.h>
+#if !defined(_WIN32)
 #include <sys/resource.h>
+#endif
 
 #include <csignal>
 #include <cstddef>
@@ -63,6 +65,7 @@ class FakeClock {
   double now = 1000.0;  ///< seconds
 };
 
+#if !defined(_WIN32)  // which knows no such limit
 /// No file of this process may grow past `bytes` while it lives.
 class FileSizeLimit {
  public:
@@ -80,5 +83,6 @@ class FileSizeLimit {
   void (*handler_)(int);
   rlimit before_{};
 };
+#endif
 
 }  // namespace consac::run::testing

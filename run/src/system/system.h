@@ -1,0 +1,40 @@
+#pragma once
+// What a run asks of the operating system, the same on Linux (system_posix.cpp) and on Windows (system_windows.cpp).
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+namespace consac::run {
+
+/// Number of this process.
+int ProcessId();
+/// Name of this machine; "localhost" where it has none.
+std::string HostName();
+
+/// Whether `stream` is shown by a terminal that redraws a line on escape codes; makes it do so where it must be asked.
+bool UnderstandsEscapeCodes(std::FILE* stream);
+/// Characters beside each other on the terminal that shows `stream`; 0 when none does.
+int TerminalColumns(std::FILE* stream);
+
+/// Opens a file for reading and for writing at its end, making it where it is not. -1 and errno when that fails.
+int OpenToAppend(const std::string& path, bool truncate);
+/// Writes some of `bytes` at the end; how many, or -1 and errno.
+std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count);
+/// Reads the one byte at `position`.
+bool ReadByte(int descriptor, std::uint64_t position, char* byte);
+/// Bytes in the file, or -1 and errno.
+std::int64_t SizeOf(int descriptor);
+/// Cuts the file to `bytes`.
+bool CutTo(int descriptor, std::uint64_t bytes);
+/// Gives the file, or the lock, back.
+void Close(int descriptor);
+
+/// What became of a wish for a lock.
+enum class Locked : std::uint8_t { kByUs, kByOthers, kFailed };
+/// Makes the file `path` and keeps every other process from locking it, until Close(*descriptor) or the end of this
+/// process. errno says why with kFailed.
+Locked LockFile(const std::string& path, int* descriptor);
+
+}  // namespace consac::run

@@ -1,0 +1,70 @@
+#include "system/system.h"
+
+#if !defined(_WIN32)
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string_view>
+
+namespace consac::run {
+
+int ProcessId() {
+  return static_cast<int>(::getpid());
+}
+
+std::string HostName() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof(name) - 1) == 0 && name[0] != '\0' ? name : "localhost";
+}
+
+bool UnderstandsEscapeCodes(std::FILE* stream) {
+  const char* term = std::getenv("TERM");
+  return ::isatty(::fileno(stream)) != 0 && term != nullptr && std::string_view(term) != "dumb";
+}
+
+int TerminalColumns(std::FILE* stream) {
+  winsize size{};
+  return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+}
+
+int OpenToAppend(const std::string& path, bool truncate) {
+  return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (truncate ? O_TRUNC : 0), 0644);
+}
+
+std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
+  return ::write(descriptor, bytes, count);
+}
+
+bool ReadByte(int descriptor, std::uint64_t position, char* byte) {
+  return ::pread(descriptor, byte, 1, static_cast<off_t>(position)) == 1;
+}
+
+std::int64_t SizeOf(int descriptor) {
+  struct stat info {};
+  return ::fstat(descriptor, &info) == 0 ? info.st_size : -1;
+}
+
+bool CutTo(int descriptor, std::uint64_t bytes) {
+  return ::ftruncate(descriptor, static_cast<off_t>(bytes)) == 0;
+}
+
+void Close(int descriptor) {
+  ::close(descriptor);
+}
+
+Locked LockFile(const std::string& path, int* descriptor) {
+  *descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (*descriptor < 0) return Locked::kFailed;
+  if (::flock(*descriptor, LOCK_EX | LOCK_NB) == 0) return Locked::kByUs;
+  ::close(*descriptor);
+  return Locked::kByOthers;
+}
+
+}  // namespace consac::run
+
+#endif
