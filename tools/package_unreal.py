@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Packs the Unreal plugin: one zip of sources for each engine version, ready to be put into a project's Plugins folder.
 
-  tools/package_unreal.py [--out build/unreal] [--program build/release/cli/consac] [--engines 5.3 5.4 5.5 5.6]
+  tools/package_unreal.py [--out build/unreal] [--linux build/release/cli/consac]
+                          [--windows build/windows-program/cli/consac.exe] [--engines 5.3 5.4 5.5 5.6]
 
-In each zip: the plugin with core and learn staged into it, the graphs, the documents, all licences, the program where it is
+In each zip: the plugin with core and learn staged into it, the graphs, the documents, all licences, the programs that are
 built, and MANIFEST.sha256. The same inputs give the same bytes.
 """
 import argparse
@@ -23,7 +24,9 @@ PLUGIN = "engines/unreal/Consac"
 ENGINES = ("5.3", "5.4", "5.5", "5.6")
 LEFT_OUT = tuple(folder + "/" for folder in FOLDERS) + ("Binaries/", "Intermediate/", "Saved/", "Programs/", ".clang-format")
 DOCUMENTS = ("docs/unreal.md", "docs/unreal-nodes.md", "docs/unreal-rules.md")
-PROGRAM = "Programs/Linux/consac"  # where the node Start Trainer Program looks
+LINUX, WINDOWS = "Programs/Linux/consac", "Programs/Win64/consac.exe"  # where the node Start Trainer Program looks
+BUILT = {LINUX: "build/release/cli/consac", WINDOWS: "build/windows-program/cli/consac.exe"}
+LICENCES = "build/windows-needs/prefix/licenses"  # of what is linked into the program for Windows
 MANIFEST = "MANIFEST.sha256"
 README = """CONSAC {version} for Unreal Engine {engine}: reinforcement learning for Blueprints.
 
@@ -31,6 +34,11 @@ Put this folder into the folder Plugins of a C++ project (make one of both where
 it compile. Then read Docs/unreal.md.
 
 Not compiled against Unreal by its authors: see "How far this is tested" in Docs/unreal.md.
+"""
+TRAINER = "The trainer, started by the node Start Trainer Program, or by hand in a terminal.\n"
+WINDOWS_README = """It runs by itself on 64-bit Windows 10 (1903) and later.
+What is linked into it, unchanged, from the source packages of Debian 12, has its licences in the folder Licenses. Of cairo's
+two, the Mozilla Public License 1.1 is used; its source is Debian's source package cairo, which anyone may have.
 """
 
 
@@ -52,11 +60,18 @@ def needs(program: pathlib.Path) -> list[str]:
     return re.findall(r"NEEDED.*\[(.+)\]", asked)
 
 
-def program_files(program: pathlib.Path | None) -> dict[str, bytes]:
-    if program is None:
-        return {}
-    text = "The trainer, started by the node Start Trainer Program. It needs these libraries of the system:\n"
-    return {PROGRAM: program.read_bytes(), "Programs/Linux/README.txt": (text + "\n".join(needs(program)) + "\n").encode()}
+def linux_program(program: pathlib.Path) -> dict[str, bytes]:
+    text = TRAINER + "It needs these libraries of the system:\n" + "\n".join(needs(program)) + "\n"
+    return {LINUX: program.read_bytes(), "Programs/Linux/README.txt": text.encode()}
+
+
+def windows_program(program: pathlib.Path, licences: pathlib.Path) -> dict[str, bytes]:
+    """The program, alone but for Windows' own libraries, with the licences of all that is linked into it."""
+    texts = sorted(licences.glob("*.txt"))
+    if not texts:
+        raise Missing(f"no licences in {licences}; build the program with tools/windows.sh program")
+    files = {WINDOWS: program.read_bytes(), "Programs/Win64/README.txt": (TRAINER + WINDOWS_README).encode()}
+    return files | {f"Programs/Win64/Licenses/{text.name}": text.read_bytes() for text in texts}
 
 
 def stamped(descriptor: bytes, engine: str) -> bytes:
@@ -68,14 +83,14 @@ def stamped(descriptor: bytes, engine: str) -> bytes:
     return text.encode()
 
 
-def contents(root: pathlib.Path, staged: dict[str, bytes], engine: str, program: pathlib.Path | None) -> dict[str, bytes]:
+def contents(root: pathlib.Path, staged: dict[str, bytes], engine: str, programs: dict[str, bytes]) -> dict[str, bytes]:
     """path in the plugin -> bytes of one package."""
-    files = plugin_files(root) | staged | documents(root) | program_files(program)
+    files = plugin_files(root) | staged | documents(root) | programs
     files["LICENSE"] = (root / "LICENSE").read_bytes()
     files["README.txt"] = README.format(version=version_of(root), engine=engine).encode()
     files["Consac.uplugin"] = stamped(files["Consac.uplugin"], engine)
     filters = files["Config/FilterPlugin.ini"].decode().rstrip("\n")
-    extra = ["/LICENSE", "/README.txt", f"/{MANIFEST}", "/Docs/...", "/graphs/..."] + (["/Programs/..."] if program else [])
+    extra = ["/LICENSE", "/README.txt", f"/{MANIFEST}", "/Docs/...", "/graphs/..."] + (["/Programs/..."] if programs else [])
     files["Config/FilterPlugin.ini"] = "\n".join([filters, *extra, ""]).encode()
     files[MANIFEST] = "".join(f"{hashlib.sha256(files[n]).hexdigest()}  {n}\n" for n in sorted(files)).encode()
     return files
@@ -85,7 +100,7 @@ def pack(files: dict[str, bytes], path: pathlib.Path) -> None:
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo("Consac/" + name, (1980, 1, 1, 0, 0, 0))
-            entry.external_attr = (0o755 if name == PROGRAM else 0o644) << 16
+            entry.external_attr = (0o755 if name in BUILT else 0o644) << 16
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, files[name])
 
@@ -93,22 +108,31 @@ def pack(files: dict[str, bytes], path: pathlib.Path) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Packs the Unreal plugin, one zip for each engine version.")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/unreal", help="where the zips go")
-    parser.add_argument("--program", type=pathlib.Path, help="the program consac; build/release/cli/consac where that is built")
+    for system, place in (("linux", LINUX), ("windows", WINDOWS)):
+        parser.add_argument(f"--{system}", dest=place, type=pathlib.Path, help=f"the program; {BUILT[place]} where that is built")
+    parser.add_argument("--licences", type=pathlib.Path, default=ROOT / LICENCES, help="of what is linked into the program for Windows")
     parser.add_argument("--engines", nargs="+", default=list(ENGINES), help="engine versions")
     parser.add_argument("--system", type=pathlib.Path, default=pathlib.Path("/usr/include"), help="where the libraries' headers are")
     options = parser.parse_args()
-    built = ROOT / "build/release/cli/consac"
-    program = options.program or (built if built.is_file() else None)
-    if program is not None and not program.is_file():
-        parser.error(f"no program '{program}'; build it, or leave --program out")
+    found = {}
+    for place, built in BUILT.items():
+        asked = getattr(options, place)
+        if asked is not None and not asked.is_file():
+            parser.error(f"no program '{asked}'; build it, or leave it out")
+        if asked or (ROOT / built).is_file():
+            found[place] = asked or ROOT / built
+    absent = "".join(f", without {place} (not built)" for place in BUILT if place not in found)
     try:
+        programs = linux_program(found[LINUX]) if LINUX in found else {}
+        if WINDOWS in found:
+            programs |= windows_program(found[WINDOWS], options.licences)
         staged = plan(ROOT, options.system)
         options.out.mkdir(parents=True, exist_ok=True)
         for engine in options.engines:
             path = options.out / f"Consac-{version_of(ROOT)}-UE{engine}.zip"
-            files = contents(ROOT, staged, engine, program)
+            files = contents(ROOT, staged, engine, programs)
             pack(files, path)
-            print(f"{path}: {len(files)} files, {path.stat().st_size / 1e6:.1f} MB{'' if program else ', without the program (not built)'}")
+            print(f"{path}: {len(files)} files, {path.stat().st_size / 1e6:.1f} MB{absent}")
     except Missing as error:
         print(f"package_unreal: {error}", file=sys.stderr)
         return 1

@@ -23,9 +23,11 @@ ENGINES = ("5.3", "5.6")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    out = tmp_path_factory.mktemp("package")
-    subprocess.run([sys.executable, str(ROOT / "tools/package_unreal.py"), "--out", str(out), "--program", shutil.which("true"),
-                    "--engines", *ENGINES], check=True, capture_output=True)
+    out, licences = tmp_path_factory.mktemp("package"), tmp_path_factory.mktemp("licences")
+    (licences / "cairo.txt").write_text("MPL")
+    subprocess.run([sys.executable, str(ROOT / "tools/package_unreal.py"), "--out", str(out), "--linux", shutil.which("true"),
+                    "--windows", shutil.which("false"), "--licences", str(licences), "--engines", *ENGINES],
+                   check=True, capture_output=True)
     return out
 
 
@@ -82,15 +84,23 @@ def test_nothing_of_this_machine_is_in_it(package):
     assert [name for name, text in ours.items() if outside.search(text) or str(ROOT).encode() in text] == []
 
 
-def test_the_program_lies_where_the_node_looks(package, folder):
+def test_the_programs_lie_where_the_node_looks(package, folder):
     _, files = package
-    assert files[package_unreal.PROGRAM] == pathlib.Path(shutil.which("true")).read_bytes()
-    assert b"libc.so.6" in files["Programs/Linux/README.txt"]
     node = (ROOT / package_unreal.PLUGIN / "Source/Consac/Private/ConsacTrainerProgram.cpp").read_text()
-    steps = ", ".join(f'TEXT("{step}")' for step in package_unreal.PROGRAM.split("/"))
-    assert steps in node
-    with zipfile.ZipFile(folder / f"Consac-{version_of(ROOT)}-UE5.3.zip") as archive:
-        assert archive.getinfo("Consac/" + package_unreal.PROGRAM).external_attr >> 16 == 0o755
+    for place, given in ((package_unreal.LINUX, "true"), (package_unreal.WINDOWS, "false")):
+        assert files[place] == pathlib.Path(shutil.which(given)).read_bytes()
+        assert ", ".join(f'TEXT("{step}")' for step in place.split("/")) in node
+        with zipfile.ZipFile(folder / f"Consac-{version_of(ROOT)}-UE5.3.zip") as archive:
+            assert archive.getinfo("Consac/" + place).external_attr >> 16 == 0o755
+    assert b"libc.so.6" in files["Programs/Linux/README.txt"]
+    assert files["Programs/Win64/Licenses/cairo.txt"] == b"MPL"
+
+
+def test_a_program_without_licences_is_not_packed(tmp_path):
+    program = tmp_path / "consac.exe"
+    program.write_bytes(b"MZ")
+    with pytest.raises(Missing, match="no licences"):
+        package_unreal.windows_program(program, tmp_path)
 
 
 def test_the_same_inputs_give_the_same_bytes(tmp_path):
