@@ -48,8 +48,9 @@ sanitizers:
 	tools/test.sh asan
 	tools/test.sh tsan
 
-## The Unreal plugin, one zip for each engine version, in build/unreal.
-unreal-plugin:
+## The Unreal plugin with the program for Linux and Windows, one zip for each engine version, in build/unreal.
+unreal-plugin: build
+	tools/windows.sh program
 	tools/setup.sh unreal
 	tools/package_unreal.py
 

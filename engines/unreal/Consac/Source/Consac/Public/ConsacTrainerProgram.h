@@ -15,7 +15,7 @@ struct CONSAC_API FConsacProgramSettings
 {
 	GENERATED_BODY()
 
-	/** The program, in full; empty: the one that comes with the plugin, which is for Linux and needs what its README.txt lists. */
+	/** The program, in full; empty: the one that comes with the plugin, for Windows or Linux; its README.txt says what it needs. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString Program;
 
