@@ -84,7 +84,7 @@ const std::atomic<bool>& StopSignal() {
   std::signal(SIGINT, OnStopSignal);
   std::signal(SIGTERM, OnStopSignal);
 #if defined(SIGBREAK)
-  std::signal(SIGBREAK, OnStopSignal);  // Windows: the console's window is closed
+  std::signal(SIGBREAK, OnStopSignal);  // Windows: Ctrl-Break
 #endif
   return stop_flag;
 }

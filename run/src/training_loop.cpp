@@ -304,7 +304,7 @@ Status Training::Loop() {
     CONSAC_RETURN_IF_ERROR(Handle(outcome));
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
     for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
-    if (CheckpointDue()) (void)Checkpoint();
+    if (CheckpointDue()) (void)Save();
     TellTime();
   }
   return Status::Ok();
@@ -345,16 +345,11 @@ std::string Training::Description() const {
       .dump();
 }
 
-Status Training::Checkpoint() {
-  StateWriter writer;
-  std::int64_t at = steps();
-  std::string instruction_set(nn::InstructionSet());
-  writer("steps", at);
-  writer("instruction_set", instruction_set);
-  Visit(writer);
-  const Status status = writer.status().ok()
-                            ? directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints)
-                            : writer.status();
+// The checkpoint first: it holds more, and --resume needs it. Then the model, so that whoever kills the training has
+// one, whatever became of the checkpoint.
+Status Training::Save() {
+  const Status checkpoint = Checkpoint(), model = SaveModel();
+  const Status& status = checkpoint.ok() ? model : checkpoint;
   checkpoint_time_ = Now();
   checkpoint_updates_ = trainees_[0].learner->updates();
   if (!status.ok() && !save_failed_) {
@@ -363,6 +358,17 @@ Status Training::Checkpoint() {
   }
   save_failed_ = !status.ok();
   return status;
+}
+
+Status Training::Checkpoint() {
+  StateWriter writer;
+  std::int64_t at = steps();
+  std::string instruction_set(nn::InstructionSet());
+  writer("steps", at);
+  writer("instruction_set", instruction_set);
+  Visit(writer);
+  CONSAC_RETURN_IF_ERROR(writer.status());
+  return directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints);
 }
 
 std::string Training::ModelPath(const std::string& behaviour) const {
@@ -386,14 +392,12 @@ Status Training::SaveModel() {
 }
 
 Result<RunSummary> Training::Finish(double seconds) {
-  // The checkpoint first: it holds more, and --resume needs it.
-  // Each is tried, whatever became of the others.
   for (const Trainee& trainee : trainees_) {
     const std::string found = trainee.watch.Summary();
     if (!found.empty()) report_->Line("warning: what the world sent: " + found);
   }
-  const Status checkpoint = Checkpoint(), model = SaveModel(), report = report_->Finish();
-  for (const Status& status : {checkpoint, model, report}) CONSAC_RETURN_IF_ERROR(status);
+  const Status saved = Save(), report = report_->Finish();
+  for (const Status& status : {saved, report}) CONSAC_RETURN_IF_ERROR(status);
   RunSummary summary;
   summary.directory = directory_->path();
   summary.model_path = ModelPath(spec().behaviours[0].name);

@@ -70,6 +70,7 @@ class Training {
   void AccountFor(const Crew::Outcome& outcome, double waited);
   void TellTime();
   bool CheckpointDue() const;
+  Status Save();
   Status Checkpoint();
   std::string Description() const;
   void Visit(Archive& archive);

@@ -46,7 +46,7 @@ TEST(Kill, AtAnyMomentLosesNothing) {
   const auto length = std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - began);
 
   std::mt19937 random(20210531);
-  int kills = 0, runs = 0;
+  int kills = 0, runs = 0, models = 0;
   const auto end = Clock::now() + std::chrono::seconds(12);
   while (runs == 0 || kills < 5 || Clock::now() < end) {
     RunConfig config = SmallRun(scratch.path(), "killed" + std::to_string(runs));
@@ -57,6 +57,12 @@ TEST(Kill, AtAnyMomentLosesNothing) {
       config.resume = RunExists(config);
       if (TrainThenKill(config, std::chrono::microseconds(life(random) * (1 + deaths / 20)))) break;
       ++kills;
+      const std::string model = config.directory + "/" + config.name + "/model.consac";
+      if (std::filesystem::exists(model)) {
+        const Result<Policy> left = Policy::Load(model);
+        EXPECT_TRUE(left.ok()) << left.status().message();
+        ++models;
+      }
       ASSERT_LT(deaths, 500) << "never finished";
     }
     ++runs;
@@ -66,6 +72,7 @@ TEST(Kill, AtAnyMomentLosesNothing) {
     EXPECT_EQ(summary->steps, whole->steps);
     ASSERT_EQ(summary->weights_hash, whole->weights_hash) << "run " << runs << " after " << kills << " kills in all";
   }
+  EXPECT_GT(models, 0) << "of " << kills << " killed trainings none had left a model";
   RecordProperty("kills", kills);
   std::printf("%d kills over %d runs, all ended in weights %016llx\n", kills, runs,
               static_cast<unsigned long long>(whole->weights_hash));

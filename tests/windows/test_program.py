@@ -82,11 +82,12 @@ def test_a_run_killed_and_resumed_is_the_run_that_nobody_touched(tmp_path):
     killed = subprocess.Popen([*WINDOWS, "train", *settings, "--name", "killed", "--dir", str(tmp_path), *QUIET],
                               stdout=subprocess.DEVNULL, start_new_session=True)
     end = time.monotonic() + 60
-    while not list(tmp_path.glob("killed/checkpoints/*.consac")):
+    while not (tmp_path / "killed/model.consac").exists():
         assert killed.poll() is None and time.monotonic() < end, "no checkpoint was written"
         time.sleep(0.01)
     os.killpg(killed.pid, signal.SIGKILL)
     killed.wait()
+    assert run(WINDOWS, "inspect", str(tmp_path / "killed/model.consac")), "the model of the last checkpoint is left"
     resumed = train(WINDOWS, tmp_path, "--resume", "--name", "killed")
     assert resumed["weights_hash"] == whole["weights_hash"] and resumed["steps"] == whole["steps"]
 
