@@ -11,14 +11,14 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 stage=${1:-build}
+. tools/windows_libraries.sh  # windows_sources
 
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git locales)
 bench_packages=(libtorch-dev)
-windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev dpkg-dev)
-windows_program_sources=(highway fmtlib yaml-cpp libpng1.6 pixman cairo)
+windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev make xz-utils)
 windows_packages=(googletest wine wine64)
 godot_packages=(xvfb)
 
@@ -85,7 +85,7 @@ sources() {
   done
   local lists=(-qq -o Dir::Etc::sourceparts="$needs/sources" -o Dir::Etc::sourcelist="$needs/sources.list" -o Dir::State::lists="$needs/lists")
   apt-get "${lists[@]}" update
-  (cd "$needs" && apt-get "${lists[@]}" source --download-only "${missing[@]}")
+  (cd "$needs" && apt-get "${lists[@]}" source --download-only --tar-only "${missing[@]}")
 }
 
 case $stage in
@@ -93,9 +93,9 @@ case $stage in
   test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
          sources highway; python_environment tools/requirements-test.txt ;;
   unreal) install_packages "${build_packages[@]}" python3; sources highway ;;
-  windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_program_sources[@]}" ;;
+  windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_sources[@]}" ;;
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_program_packages[@]}" "${windows_packages[@]}"
-           sources "${windows_program_sources[@]}" ;;
+           sources "${windows_sources[@]}" ;;
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
          python_environment tools/requirements-test.txt; tools/godot.sh ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
