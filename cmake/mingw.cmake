@@ -13,9 +13,11 @@ set(CMAKE_CXX_FLAGS_INIT "-Wa,-muse-unaligned-vector-move -Wa,-mbig-obj")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-static")  # a program without libraries beside it
 
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CONSAC_WINDOWS_PREFIX)
-set(CMAKE_FIND_ROOT_PATH /usr/x86_64-w64-mingw32 ${CONSAC_WINDOWS_PREFIX})
+set(CMAKE_FIND_ROOT_PATH ${CONSAC_WINDOWS_PREFIX} /usr/x86_64-w64-mingw32)  # the first has no library but static ones
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_LIBDIR} ${CONSAC_WINDOWS_PREFIX}/lib/pkgconfig)
+set(PKG_CONFIG_ARGN --static)  # also what a static library stands on
 set(CMAKE_GTEST_DISCOVER_TESTS_DISCOVERY_MODE PRE_TEST)  # the programs do not run while they are built

@@ -3,20 +3,23 @@
 #   tools/setup.sh build   compiler and libraries: enough for `make run`
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
 #   tools/setup.sh unreal  what is staged into the Unreal plugin: libraries' headers, one library's source
-#   tools/setup.sh windows also what tools/windows.sh needs (a cross-compiler, Wine, sources of libraries)
+#   tools/setup.sh windows-program  what the program for Windows is built with here (a cross-compiler, sources of libraries)
+#   tools/setup.sh windows also what its tests need (Wine, clang, GoogleTest)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 #   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 stage=${1:-build}
+. tools/windows_libraries.sh  # windows_sources
 
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git locales)
 bench_packages=(libtorch-dev)
-windows_packages=(g++-mingw-w64-x86-64-posix googletest wine wine64)
+windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev make xz-utils)
+windows_packages=(googletest wine wine64)
 godot_packages=(xvfb)
 
 say() { printf 'setup: %s\n' "$*"; }
@@ -61,15 +64,18 @@ python_environment() {
   cp "$list" "$stamp"
 }
 
-# Highway has one file to compile, and Debian's package has it for Linux only. Its source comes from Debian too, by lists
-# of our own: this machine's, asked for sources, which not every machine's name.
-highway_source() {
-  local needs=$PWD/build/windows-needs
-  if compgen -G "$needs/highway_*.orig.tar.gz" >/dev/null; then return; fi
-  say "fetching the source of highway into build/windows-needs"
+# Libraries that Debian compiles for Linux only are compiled by us where another system is the target (and Highway by the
+# engine). Their sources come from Debian too, into build/windows-needs: names of source packages. By lists of our own:
+# this machine's, asked for sources, which not every machine's name.
+sources() {
+  local needs=$PWD/build/windows-needs missing=() package file
+  for package in "$@"; do
+    compgen -G "$needs/${package}_*.orig.tar.*" >/dev/null || missing+=("$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then return; fi
+  say "fetching the sources of ${missing[*]} into build/windows-needs"
   mkdir -p "$needs/lists" "$needs/sources"
-  touch "$needs/sources.list"
-  local file
+  : >"$needs/sources.list"
   for file in /etc/apt/sources.list /etc/apt/sources.list.d/*; do
     [ -f "$file" ] || continue
     case $file in
@@ -79,21 +85,23 @@ highway_source() {
   done
   local lists=(-qq -o Dir::Etc::sourceparts="$needs/sources" -o Dir::Etc::sourcelist="$needs/sources.list" -o Dir::State::lists="$needs/lists")
   apt-get "${lists[@]}" update
-  (cd "$needs" && apt-get "${lists[@]}" source --download-only highway)
+  (cd "$needs" && apt-get "${lists[@]}" source --download-only --tar-only "${missing[@]}")
 }
 
 case $stage in
   build) install_packages "${build_packages[@]}" ;;
   test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
-         highway_source; python_environment tools/requirements-test.txt ;;
-  unreal) install_packages "${build_packages[@]}" python3; highway_source ;;
-  windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_packages[@]}"; highway_source ;;
+         sources highway; python_environment tools/requirements-test.txt ;;
+  unreal) install_packages "${build_packages[@]}" python3; sources highway ;;
+  windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_sources[@]}" ;;
+  windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_program_packages[@]}" "${windows_packages[@]}"
+           sources "${windows_sources[@]}" ;;
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
          python_environment tools/requirements-test.txt; tools/godot.sh ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, windows, godot, bench or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, windows-program, windows, godot, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"
