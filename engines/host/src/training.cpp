@@ -11,9 +11,8 @@
 namespace consac::host {
 namespace {
 
-constexpr std::int64_t kPiece = 64;  // gradient steps between looks at whether to stop
-constexpr std::int64_t kMostLearnerBytes = std::int64_t{4}
-                                           << 30;  // of one learner's buffers: the engine needs memory too
+constexpr std::int64_t kPiece = 64;                                // gradient steps between looks at whether to stop
+constexpr std::int64_t kMostLearnerBytes = std::int64_t{4} << 30;  // the engine needs memory too
 
 /// One behaviour's learner, and the model that acts where the learner may not be asked.
 struct Pupil {

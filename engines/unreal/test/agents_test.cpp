@@ -111,6 +111,38 @@ TEST(Agents, TrainInsideLearnsTheRoadAndSavesAModelThatActs) {
   EXPECT_EQ(errors, std::vector<std::string>());
 }
 
+TEST(Agents, StoppedEarlyKeepsWhatWasLearnedAndWritesOverNothingBeforeThat) {
+  const ScratchFolder scratch("unreal_stopped");
+  const std::string path = scratch.path() + "/new/default.consac";
+  std::vector<std::string> errors;
+  const auto train_until = [&](std::int64_t updates) {
+    Shim::Game game;
+    Agents agents = Spawn(game, 8);
+    AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
+    trainer->TotalSteps = 1000000;
+    trainer->WhileLearning = EConsacWhileLearning::Wait;
+    trainer->SaveFolder = Text(scratch.path() + "/new");
+    trainer->bLockStep = true;
+    trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+    game.Tick();
+    EXPECT_TRUE(TickUntil(
+        60.0, [&] { game.Tick(); }, [&] { return trainer->GetTrainerProgress().Updates >= updates; }));
+    EConsacResult result = EConsacResult::Failed;
+    FString error;
+    trainer->SaveModel(TEXT("default"), Text(scratch.path() + "/by/hand/now.consac"), result, error);
+    EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  };
+  train_until(0);
+  EXPECT_FALSE(std::filesystem::exists(path)) << "nothing was learned yet";
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/by/hand/now.consac", 1).ok()) << "Save Model makes its folder";
+  train_until(2);
+  EXPECT_TRUE(Policy::Load(path, 1).ok());
+  const auto kept = std::filesystem::last_write_time(path);
+  train_until(0);
+  EXPECT_EQ(std::filesystem::last_write_time(path), kept);
+  EXPECT_EQ(errors, std::vector<std::string>());
+}
+
 TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {
   const ScratchFolder scratch("unreal_serve");
   Shim::Game game;

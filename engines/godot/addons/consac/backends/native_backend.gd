@@ -370,9 +370,10 @@ func _hand_over() -> String:
 	return ""
 
 
-## At the end of a training inside the engine: saves what was learned.
+## At the end of a training inside the engine: saves what was learned. Before the first round of learning
+## there is nothing worth a file, least of all one that is there.
 func _keep() -> String:
-	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty():
+	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty() or _world.progress().updates == 0:
 		return ""
 	for b in _herds.size():
 		var fault: String = _world.save_model(b, _path_of(_sync.model_path, b))

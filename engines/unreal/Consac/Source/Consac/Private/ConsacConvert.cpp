@@ -26,13 +26,30 @@ std::string ToFile(const FString& Path)
 	return ToUtf8(FPaths::Combine(FPaths::ConvertRelativePathToFull(FPaths::ProjectSavedDir()), TEXT("Consac"), Path));
 }
 
+// Writing into it says what is wrong.
+static void MakeFolder(std::string_view Folder)
+{
+	std::error_code Ignored;
+	// As char8_t: a path made of char is read in the code page of Windows, not as UTF-8.
+	std::filesystem::create_directories(std::filesystem::path(std::u8string(Folder.begin(), Folder.end())), Ignored);
+}
+
 std::string ToFolder(const FString& Path)
 {
 	const std::string Folder = ToFile(Path);
-	std::error_code Ignored; // writing to it says what is wrong
-	// As char8_t: a path made of char is read in the code page of Windows, not as UTF-8.
-	std::filesystem::create_directories(std::filesystem::path(std::u8string(Folder.begin(), Folder.end())), Ignored);
+	MakeFolder(Folder);
 	return Folder;
+}
+
+std::string ToNewFile(const FString& Path)
+{
+	const std::string File = ToFile(Path);
+	const std::size_t Slash = File.find_last_of("/\\");
+	if (Slash != std::string::npos)
+	{
+		MakeFolder(std::string_view(File).substr(0, Slash));
+	}
+	return File;
 }
 
 FString FromUtf8(std::string_view Text)

@@ -143,6 +143,11 @@ void AConsacTrainer::StopTraining()
 		return;
 	}
 	consac::Status Status;
+	// Before the first round of learning there is nothing worth a file, least of all one that is there.
+	if (State->Driver && !State->bCompleted && State->Driver->progress().updates > 0)
+	{
+		KeepModels();
+	}
 	if (State->Driver && !RecordFolder.IsEmpty())
 	{
 		Status = State->Herd->SaveRecords(ConsacPlugin::ToFolder(RecordFolder));
@@ -166,7 +171,7 @@ void AConsacTrainer::SaveModel(const FString& Behaviour, const FString& Path, EC
 		{
 			if (Behaviours[B].name == Name)
 			{
-				Status = State->Driver->SaveModel(B, ConsacPlugin::ToFile(Path));
+				Status = State->Driver->SaveModel(B, ConsacPlugin::ToNewFile(Path));
 			}
 		}
 	}
@@ -321,16 +326,26 @@ bool AConsacTrainer::DoStep()
 void AConsacTrainer::Complete()
 {
 	State->bCompleted = true;
-	const std::vector<consac::BehaviourSpec>& Behaviours = State->Herd->World().spec().behaviours;
-	for (std::size_t B = 0; Mode == EConsacMode::Train && !SaveFolder.IsEmpty() && B < Behaviours.size(); ++B)
+	KeepModels();
+	OnTrainingCompleted.Broadcast();
+}
+
+void AConsacTrainer::KeepModels()
+{
+	if (Mode != EConsacMode::Train || SaveFolder.IsEmpty())
 	{
-		const consac::Status Status = State->Driver->SaveModel(B, ConsacPlugin::ToFolder(SaveFolder) + "/" + Behaviours[B].name + ".consac");
+		return;
+	}
+	const std::string Folder = ConsacPlugin::ToFolder(SaveFolder);
+	const std::vector<consac::BehaviourSpec>& Behaviours = State->Herd->World().spec().behaviours;
+	for (std::size_t B = 0; B < Behaviours.size(); ++B)
+	{
+		const consac::Status Status = State->Driver->SaveModel(B, Folder + "/" + Behaviours[B].name + ".consac");
 		if (!Status.ok())
 		{
 			Report(ConsacPlugin::FromUtf8(Status.message()));
 		}
 	}
-	OnTrainingCompleted.Broadcast();
 }
 
 void AConsacTrainer::Show()

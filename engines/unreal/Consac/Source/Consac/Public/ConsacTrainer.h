@@ -117,8 +117,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	EConsacWhileLearning WhileLearning = EConsacWhileLearning::GoOn;
 
-	/** Train Inside: the folder where each kind of agent's model is saved at the end, as BEHAVIOUR.consac; a relative path is one
-	 *  below Saved/Consac of the project; empty: nothing is saved. */
+	/** Train Inside: the folder where each kind of agent's model is saved, as BEHAVIOUR.consac: at the end, or when it is stopped after at
+	 *  least one round of learning. A relative path is one below Saved/Consac of the project; empty: nothing is saved. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	FString SaveFolder;
 
@@ -178,7 +178,7 @@ public:
 	void StopTraining();
 
 	/** Writes the model as it is now. Fails where this game does not learn.
-	 *  @param Path A .consac file in a folder that is there; a relative path is one below Saved/Consac of the project. */
+	 *  @param Path A .consac file; its folder is made where it is missing. A relative path is one below Saved/Consac of the project. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Save Model", ExpandEnumAsExecs="Result"))
 	void SaveModel(const FString& Behaviour, const FString& Path, EConsacResult& Result, FString& Error);
 
@@ -215,6 +215,7 @@ private:
 	void Advance();
 	bool DoStep();
 	void Complete();
+	void KeepModels();
 	void Show();
 
 	UPROPERTY(Transient)
