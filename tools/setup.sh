@@ -65,8 +65,8 @@ python_environment() {
 }
 
 # Libraries that Debian compiles for Linux only are compiled by us where another system is the target (and Highway by the
-# engine). Their sources come from Debian too, into build/windows-needs: names of source packages. By lists of our own:
-# this machine's, asked for sources, which not every machine's name.
+# engine). Their sources come from Debian too, as their authors released them: names of source packages, which go into
+# build/windows-needs. By lists of our own: this machine's, asked for sources, which not every machine's name.
 sources() {
   local needs=$PWD/build/windows-needs missing=() package file
   for package in "$@"; do

@@ -47,7 +47,8 @@ by_configure() {
   local name=$1 folder=$2
   mkdir -p "$needs/build-$name"
   cd "$needs/build-$name"
-  PKG_CONFIG_LIBDIR=$prefix/lib/pkgconfig "../$name/configure" --host=x86_64-w64-mingw32 --prefix="$prefix" \
+  export CONFIG_SHELL=/bin/sh  # the faster shell
+  PKG_CONFIG_LIBDIR=$prefix/lib/pkgconfig "$CONFIG_SHELL" "../$name/configure" --host=x86_64-w64-mingw32 --prefix="$prefix" \
     CC="${CONSAC_COMPILER_LAUNCHER:-} x86_64-w64-mingw32-gcc-posix" CFLAGS="-O1 -w -Wp,-U_FORTIFY_SOURCE -Wa,-muse-unaligned-vector-move" \
     --enable-static --disable-shared --disable-dependency-tracking "${@:3}"
   make -C "$folder" -j "$(nproc)" install
