@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -17,6 +16,7 @@
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
+#include "consac/run/path.h"
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
 #include "consac/server/env_client.h"
@@ -116,7 +116,7 @@ run::RunConfig ConfigOf(const Job& job) {
   config.steps = job.steps;
   config.seed = 1;
   config.hyperparameters = job.settings;
-  config.directory = (std::filesystem::temp_directory_path() / "consac_bench").generic_string();
+  config.directory = run::FromPath(std::filesystem::temp_directory_path() / "consac_bench");
   config.name = "bench";
   config.force = true;
   config.table = config.progress = config.tensorboard = false;

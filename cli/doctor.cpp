@@ -1,6 +1,5 @@
 // consac doctor: what this machine can do, and what is wrong with an endpoint.
 #include <algorithm>
-#include <filesystem>
 #include <thread>
 
 #include "bench/peak.h"
@@ -13,6 +12,7 @@
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/nn/kernels.h"
+#include "consac/run/path.h"
 #include "consac/server/env_client.h"
 
 namespace consac::cli {
@@ -48,12 +48,12 @@ Status TestLoopback() {
 
 Status TestDisk(const std::string& directory) {
   std::error_code error;
-  std::filesystem::create_directories(directory, error);
+  std::filesystem::create_directories(run::ToPath(directory), error);
   if (error) return {StatusCode::kDataLoss, "cannot make folder '" + directory + "': " + error.message()};
   const std::string path = directory + "/.doctor";
   const std::vector<std::byte> bytes(1 << 16);
   const Status status = WriteFileAtomically(path, bytes);
-  std::filesystem::remove(path, error);
+  std::filesystem::remove(run::ToPath(path), error);
   return status;
 }
 

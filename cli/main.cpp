@@ -132,6 +132,7 @@ int Main(int argc, char** argv) {
   CLI::App app("Reinforcement learning for Unreal Engine, and any other engine.", "consac");
   app.set_version_flag("--version", std::string("consac ") + kVersion);
   app.require_subcommand(1);
+  app.allow_windows_style_options(false);  // a path may begin with a slash there too
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const Verb& verb : kVerbs) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.summary);

@@ -95,7 +95,7 @@ case $stage in
   unreal) install_packages "${build_packages[@]}" python3; sources highway ;;
   windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_sources[@]}" ;;
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_program_packages[@]}" "${windows_packages[@]}"
-           sources "${windows_sources[@]}" ;;
+           sources "${windows_sources[@]}"; python_environment tools/requirements-test.txt ;;
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
          python_environment tools/requirements-test.txt; tools/godot.sh ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Cross-compiles for Windows, installing what that needs.
-#   tools/windows.sh          core, learn, engines/host and the worlds with their tests, which run under Wine where that is
-#                             installed, and what is staged into the Unreal plugin
+#   tools/windows.sh          everything with its tests, which run under Wine where that is installed, and what is staged
+#                             into the Unreal plugin
 #   tools/windows.sh program  only the program: build/windows-program/cli/consac.exe
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -29,9 +29,9 @@ if [ "$what" = program ]; then
 fi
 
 build_library googletest
-cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_PROGRAM=OFF -DCONSAC_BUILD_BENCH=OFF
+cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_BENCH=OFF
 cmake --build build/windows -j "$(nproc)"
-echo "windows: core, learn, engines/host and the worlds compile with their tests"
+echo "windows: the program, the extension for Godot and their tests compile"
 
 cmake -S . -B build/windows-staged "${toolchain[@]}" -DCONSAC_EMBED=ON -DCONSAC_BUILD_TESTS=OFF
 cmake --build build/windows-staged -j "$(nproc)" --target consac_staged
@@ -42,6 +42,9 @@ if ! command -v wine >/dev/null; then
   exit 0
 fi
 export WINEPREFIX=$needs/wine WINEDEBUG=-all
-for part in core learn host; do
+for part in core learn host run; do
   timeout 300 wine "build/windows/tests/consac_${part}_tests.exe" --gtest_brief=1
 done
+# The program of this system, where it is built, meets its sister.
+for program in "$PWD"/build/{dev,release}/cli/consac; do [ -x "$program" ] && export CONSAC_PROGRAM=$program && break; done
+CONSAC_WINDOWS_PROGRAM=$PWD/build/windows/cli/consac.exe .venv/bin/python -m pytest -q -rs tests/windows

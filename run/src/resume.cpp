@@ -1,10 +1,9 @@
 #include "resume.h"
 
-#include <filesystem>
-
 #include "config_fields.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
+#include "consac/run/path.h"
 #include "link.h"
 
 namespace consac::run {
@@ -45,7 +44,7 @@ Result<RunConfig> ResumedConfig(const RunConfig& asked) {
     return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
   const std::string folder = asked.directory + "/" + asked.name;
   std::error_code ignored;
-  if (!std::filesystem::exists(folder + "/config.yaml", ignored)) {
+  if (!std::filesystem::exists(ToPath(folder + "/config.yaml"), ignored)) {
     return Status{StatusCode::kNotFound, "there is no run '" + folder + "' to resume; start it without --resume"};
   }
   RunConfig config;

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "consac/base/text.h"
 #include "consac/model/model_file.h"
+#include "consac/run/path.h"
 #include "system/system.h"
 
 namespace consac::run {
@@ -28,7 +28,7 @@ Status CheckName(const std::string& name) {
 
 bool HoldsRun(const std::string& path) {
   std::error_code ignored;
-  return fs::exists(path + "/config.yaml", ignored) || fs::exists(path + "/model.consac", ignored);
+  return fs::exists(ToPath(path + "/config.yaml"), ignored) || fs::exists(ToPath(path + "/model.consac"), ignored);
 }
 
 // Only what a run writes; whatever else somebody put there stays.
@@ -36,10 +36,10 @@ void RemoveRun(const std::string& path) {
   std::error_code ignored;
   for (const char* name :
        {"config.yaml", "checkpoints", "progress.csv", "monitor.csv", "tensorboard", "curve.svg", "curve.png"}) {
-    fs::remove_all(path + "/" + name, ignored);
+    fs::remove_all(ToPath(path + "/" + name), ignored);
   }
   std::vector<fs::path> models;  // model.consac, or one for each behaviour
-  for (fs::directory_iterator entry(path, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+  for (fs::directory_iterator entry(ToPath(path), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
     if (entry->path().extension() == ".consac") models.push_back(entry->path());
   }
   for (const fs::path& model : models) fs::remove(model, ignored);
@@ -49,8 +49,8 @@ void RemoveRun(const std::string& path) {
 void RemoveHalfWritten(const std::string& folder) {
   std::vector<fs::path> found;
   std::error_code ignored;
-  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
-    if (entry->path().filename().string().find(".tmp-") != std::string::npos) found.push_back(entry->path());
+  for (fs::directory_iterator entry(ToPath(folder), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+    if (FromPath(entry->path().filename()).find(".tmp-") != std::string::npos) found.push_back(entry->path());
   }
   for (const fs::path& path : found) fs::remove(path, ignored);
 }
@@ -71,7 +71,7 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
     return Status{StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
   }
   std::error_code error;
-  fs::create_directories(path + "/checkpoints", error);
+  fs::create_directories(ToPath(path + "/checkpoints"), error);
   if (error) return Status{StatusCode::kDataLoss, "cannot make folder '" + path + "': " + error.message()};
   int lock = -1;
   switch (LockFile(path + "/.lock", &lock)) {
@@ -87,7 +87,7 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   RemoveHalfWritten(path + "/checkpoints");
   if (existing == ExistingRun::kOverwrite) {
     RemoveRun(path);
-    fs::create_directories(path + "/checkpoints", error);
+    fs::create_directories(ToPath(path + "/checkpoints"), error);
   }
   return std::unique_ptr<RunDirectory>(new RunDirectory(path, lock));
 }
@@ -99,9 +99,9 @@ RunDirectory::~RunDirectory() {
 std::vector<std::string> RunDirectory::Checkpoints() const {
   std::vector<std::string> found;
   std::error_code error;
-  for (fs::directory_iterator entry(path_ + "/checkpoints", error), end; !error && entry != end;
+  for (fs::directory_iterator entry(ToPath(path_ + "/checkpoints"), error), end; !error && entry != end;
        entry.increment(error)) {
-    const std::string file = entry->path().generic_string();  // as File() names it, on Windows too
+    const std::string file = FromPath(entry->path());
     if (file.ends_with(".consac")) found.push_back(file);
   }
   std::sort(found.begin(), found.end());  // the step count has a fixed width
@@ -118,8 +118,8 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
   std::vector<std::string> all = Checkpoints();
   std::error_code ignored;
-  for (; !all.empty() && all.back() != path; all.pop_back()) fs::remove(all.back(), ignored);
-  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) fs::remove(all[i], ignored);
+  for (; !all.empty() && all.back() != path; all.pop_back()) fs::remove(ToPath(all.back()), ignored);
+  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) fs::remove(ToPath(all[i]), ignored);
   return Status::Ok();
 }
 

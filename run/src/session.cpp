@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "acting.h"
 #include "consac/nn/kernels.h"
+#include "consac/run/path.h"
 
 namespace consac::run {
 namespace {
@@ -21,7 +20,7 @@ std::string DefaultName(const RunConfig& config, const WorldLink& link) {
 std::string UnusedName(const RunConfig& config) {
   std::error_code ignored;
   std::string name = config.name;
-  for (int i = 2; std::filesystem::exists(config.directory + "/" + name + "/config.yaml", ignored); ++i)
+  for (int i = 2; std::filesystem::exists(ToPath(config.directory + "/" + name + "/config.yaml"), ignored); ++i)
     name = fmt::format("{}_{}", config.name, i);
   return name;
 }

@@ -22,9 +22,10 @@ needs_native = pytest.mark.skipif(not NATIVE, reason="CONSAC_PROGRAM is not set:
 
 
 def run(program: list[str], *arguments: str, code: int = 0) -> str:
+    """What it printed, on standard error where it was to fail with `code`."""
     done = subprocess.run([*program, *arguments], capture_output=True, text=True, timeout=240)
     assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
+    return done.stderr if code else done.stdout
 
 
 def train(program: list[str], folder: pathlib.Path, *arguments: str) -> dict:

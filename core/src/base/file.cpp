@@ -8,6 +8,8 @@
 #include <io.h>
 #include <process.h>
 #include <windows.h>
+
+#include <cwchar>
 #else
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -33,6 +35,22 @@ int ProcessId() {
   return _getpid();
 #else
   return static_cast<int>(getpid());
+#endif
+}
+
+std::FILE* OpenFile(const std::string& path, const char* mode) {
+#if defined(_WIN32)
+  return _wfopen(WidePath(path).c_str(), WidePath(mode).c_str());
+#else
+  return std::fopen(path.c_str(), mode);
+#endif
+}
+
+void RemoveFile(const std::string& path) {
+#if defined(_WIN32)
+  _wremove(WidePath(path).c_str());
+#else
+  std::remove(path.c_str());
 #endif
 }
 
@@ -72,8 +90,9 @@ bool IsSpecial(const std::string& path) {
 bool ReplaceFile(const std::string& from, const std::string& to) {
 #if defined(_WIN32)
   // A file that somebody reads cannot be replaced there: an engine that loads the model is done in a moment.
+  const std::wstring source = WidePath(from), target = WidePath(to);
   for (int tries = 0; tries < 100; ++tries) {
-    if (MoveFileExA(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0) return true;
+    if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH)) return true;
     const DWORD error = GetLastError();
     if (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED) break;
     Sleep(10);
@@ -87,8 +106,18 @@ bool ReplaceFile(const std::string& from, const std::string& to) {
 
 }  // namespace
 
+#if defined(_WIN32)
+std::wstring WidePath(std::string_view path) {
+  const int length = static_cast<int>(path.size());
+  std::wstring wide(path.size(), L'\0');  // never more of them than of UTF-8's
+  wide.resize(static_cast<std::size_t>(
+      length == 0 ? 0 : MultiByteToWideChar(CP_UTF8, 0, path.data(), length, wide.data(), length)));
+  return wide;
+}
+#endif
+
 Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes) {
-  std::FILE* file = std::fopen(path.c_str(), "rb");
+  std::FILE* file = OpenFile(path, "rb");
   if (file == nullptr) return FileError("open", path, errno);
   std::vector<std::byte> bytes;
   std::byte chunk[65536];
@@ -112,7 +141,7 @@ Status WriteFileAtomically(const std::string& path, std::span<const std::byte> b
   if (IsSpecial(path))
     return {StatusCode::kInvalidArgument, "'" + path + "' is a device or folder and is not replaced; name a file"};
   const std::string temporary = path + ".tmp-" + std::to_string(ProcessId());
-  std::FILE* file = std::fopen(temporary.c_str(), "wb");
+  std::FILE* file = OpenFile(temporary, "wb");
   if (file == nullptr) return FileError("create", temporary, errno);
   errno = 0;
   const bool written =
@@ -121,12 +150,12 @@ Status WriteFileAtomically(const std::string& path, std::span<const std::byte> b
   const bool closed = std::fclose(file) == 0;
   if (!written || !closed) {
     const int error = written ? errno : write_error;
-    std::remove(temporary.c_str());
+    RemoveFile(temporary);
     return FileError("write", path, error);
   }
   if (!ReplaceFile(temporary, path)) {
     const int error = errno;
-    std::remove(temporary.c_str());
+    RemoveFile(temporary);
     return FileError("rename onto", path, error);
   }
   SyncFolderOf(path);

@@ -34,6 +34,16 @@ TEST(File, WritesAndReadsBack) {
   std::filesystem::remove(path);
 }
 
+TEST(File, PathsAreUtf8OnEverySystem) {
+  const std::string path = ::testing::TempDir() + "consac_L\xc3\xa4ufe_\xe8\xb5\xb0.bin";
+  const std::vector<std::byte> bytes(3, std::byte{7});
+  ASSERT_TRUE(WriteFileAtomically(path, bytes).ok());
+  EXPECT_EQ(*ReadFile(path), bytes);
+  const std::filesystem::path same(std::u8string(path.begin(), path.end()));
+  EXPECT_TRUE(std::filesystem::exists(same)) << "under that very name";
+  EXPECT_TRUE(std::filesystem::remove(same));
+}
+
 #if !defined(_WIN32)
 TEST(File, ADeviceOrFolderIsNotReplaced) {
   for (const char* path : {"/dev/null", "/tmp"}) {

@@ -77,7 +77,8 @@ class Plot {
 
   // Returns the text's width.
   double Text(const std::string& text, double x, double y, const TextStyle& style) {
-    cairo_select_font_face(context_, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+    // No name: the system's own without serifs. Windows has no font "sans-serif".
+    cairo_select_font_face(context_, "", CAIRO_FONT_SLANT_NORMAL,
                            style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_font_size(context_, style.size);
     cairo_text_extents_t extents;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <span>
 
+#include "consac/base/file.h"
 #include "system/system.h"
 
 namespace consac::run {
@@ -20,6 +22,7 @@ StatusCode CodeOf(int error) {
 
 // Writes all of `bytes`; 0, or the errno of what stopped it.
 int WriteAll(int descriptor, const char* bytes, std::size_t count) {
+  if (descriptor < 0) return EBADF;
   while (count > 0) {
     const std::int64_t written = WriteSome(descriptor, bytes, count);
     if (written < 0 && errno == EINTR) continue;
@@ -50,7 +53,7 @@ OutputFile::OutputFile(std::string path, int descriptor, std::uint64_t size)
 
 OutputFile::~OutputFile() {
   Flush();
-  Close(descriptor_);
+  if (descriptor_ >= 0) Close(descriptor_);
 }
 
 void OutputFile::Append(std::string_view record) {
@@ -65,7 +68,7 @@ void OutputFile::Flush() {
   if (error == 0) {
     size_ += buffer_.size();
   } else {
-    const bool cut = CutTo(descriptor_, size_);
+    const bool cut = descriptor_ < 0 || CutTo(descriptor_, size_);
     if (status_.ok()) {
       status_ = Status{CodeOf(error), "cannot write '" + path_ + "': " + std::strerror(error) +
                                           (cut ? "" : " (and it may end in half a record)")};
@@ -74,8 +77,19 @@ void OutputFile::Flush() {
   buffer_.clear();
 }
 
+Status OutputFile::Replace(std::string_view text) {
+  Flush();
+  if (descriptor_ >= 0) Close(descriptor_);  // Windows replaces no file that is open
+  const Status replaced = WriteFileAtomically(path_, std::as_bytes(std::span(text)));
+  descriptor_ = OpenToAppend(path_, false);
+  const std::int64_t size = descriptor_ < 0 ? -1 : SizeOf(descriptor_);
+  if (size >= 0) size_ = static_cast<std::uint64_t>(size);
+  return replaced;
+}
+
 void OutputFile::CutToLine(std::uint64_t bytes) {
   Flush();
+  if (descriptor_ < 0) return;
   std::uint64_t end = std::min(bytes, size_);
   char last = '\n';
   while (end > 0 && ReadByte(descriptor_, end - 1, &last) && last != '\n') --end;

@@ -29,6 +29,8 @@ class OutputFile {
   void Append(std::string_view record);
   /// Hands the buffer to the system.
   void Flush();
+  /// Puts `text` in the place of all that is in the file; the file is as before when that fails.
+  Status Replace(std::string_view text);
   /// Flushes, then cuts the file to `bytes` and on to the end of the last line before; a shorter file is left alone.
   void CutToLine(std::uint64_t bytes);
 
@@ -46,7 +48,7 @@ class OutputFile {
   OutputFile(std::string path, int descriptor, std::uint64_t size);
 
   std::string path_;
-  int descriptor_;
+  int descriptor_;  // -1: it could not be opened again
   std::uint64_t size_;
   std::vector<char> buffer_;  // capacity kBufferBytes from the start
   Status status_;

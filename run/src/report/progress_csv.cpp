@@ -39,10 +39,10 @@ Result<std::vector<std::string>> ReadLines(const std::string& path) {
   return lines;
 }
 
-Status WriteLines(const std::string& path, const std::vector<std::string>& lines) {
+std::string JoinLines(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text.append(line).push_back('\n');
-  return WriteFileAtomically(path, std::as_bytes(std::span(text)));
+  return text;
 }
 
 // True for a row that the resumed run will write again.
@@ -54,8 +54,8 @@ bool IsPast(const std::string& line, std::size_t column, std::int64_t last_step)
 
 }  // namespace
 
-ProgressCsv::ProgressCsv(std::string path, std::vector<std::string> columns, std::unique_ptr<OutputFile> file)
-    : path_(std::move(path)), columns_(std::move(columns)), file_(std::move(file)) {}
+ProgressCsv::ProgressCsv(std::vector<std::string> columns, std::unique_ptr<OutputFile> file)
+    : columns_(std::move(columns)), file_(std::move(file)) {}
 
 Result<std::unique_ptr<ProgressCsv>> ProgressCsv::Open(const std::string& path, const Resume& resume) {
   std::vector<std::string> columns;
@@ -67,13 +67,14 @@ Result<std::unique_ptr<ProgressCsv>> ProgressCsv::Open(const std::string& path, 
       const auto found = std::find(columns.begin(), columns.end(), resume.step_column);
       const auto column = static_cast<std::size_t>(found - columns.begin());
       std::erase_if(*lines, [&](const std::string& line) { return IsPast(line, column, resume.last_step); });
-      CONSAC_RETURN_IF_ERROR(WriteLines(path, *lines));
+      const std::string text = JoinLines(*lines);
+      CONSAC_RETURN_IF_ERROR(WriteFileAtomically(path, std::as_bytes(std::span(text))));
     }
   }
   Result<std::unique_ptr<OutputFile>> file =
       OutputFile::Open(path, columns.empty() ? OpenMode::kTruncate : OpenMode::kAppend);
   if (!file.ok()) return file.status();
-  return std::unique_ptr<ProgressCsv>(new ProgressCsv(path, std::move(columns), std::move(*file)));
+  return std::unique_ptr<ProgressCsv>(new ProgressCsv(std::move(columns), std::move(*file)));
 }
 
 void ProgressCsv::Append(const Row& row) {
@@ -94,19 +95,14 @@ bool ProgressCsv::AddColumns(const Row& row) {
     if (std::find(columns.begin(), columns.end(), cell.key) == columns.end()) columns.emplace_back(cell.key);
   }
   if (columns.size() == columns_.size()) return true;
-  Result<std::vector<std::string>> lines = ReadLines(path_);
+  Result<std::vector<std::string>> lines = ReadLines(file_->path());
   Status failure = lines.status();
   if (lines.ok()) {
     if (lines->empty()) lines->emplace_back();
     const std::string padding(columns.size() - columns_.size(), ',');
     for (std::string& line : *lines) line += padding;
     lines->front() = JoinFields(columns);
-    failure = WriteLines(path_, *lines);
-  }
-  if (failure.ok()) {
-    Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path_, OpenMode::kAppend);
-    failure = file.status();
-    if (file.ok()) file_ = std::move(*file);
+    failure = file_->Replace(JoinLines(*lines));
   }
   if (failure.ok()) columns_ = std::move(columns);
   if (status_.ok()) status_ = failure;

@@ -30,10 +30,9 @@ class ProgressCsv {
   const Status& status() const { return file_->status().ok() ? status_ : file_->status(); }
 
  private:
-  ProgressCsv(std::string path, std::vector<std::string> columns, std::unique_ptr<OutputFile> file);
+  ProgressCsv(std::vector<std::string> columns, std::unique_ptr<OutputFile> file);
   bool AddColumns(const Row& row);
 
-  std::string path_;
   std::vector<std::string> columns_;
   std::unique_ptr<OutputFile> file_;
   Status status_;  // of rewriting

@@ -6,13 +6,13 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <span>
 #include <system_error>
 
 #include "consac/base/hash.h"
 #include "consac/base/text.h"
+#include "consac/run/path.h"
 #include "system/system.h"
 
 namespace consac::run {
@@ -79,8 +79,8 @@ std::string HostInFileName() {
 std::int64_t LargestNumber(const std::string& folder, const std::string& prefix) {
   std::int64_t largest = 0;
   std::error_code error;
-  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::string name = it->path().filename().string();
+  for (std::filesystem::directory_iterator it(ToPath(folder), error), end; !error && it != end; it.increment(error)) {
+    std::string name = FromPath(it->path().filename());
     if (!name.starts_with(prefix)) continue;
     name = name.substr(prefix.size());
     std::int64_t number = 0;
@@ -126,7 +126,7 @@ Result<std::string> TensorboardFolder(const std::string& root, const std::string
   const std::int64_t number = mode == OpenMode::kAppend ? std::max<std::int64_t>(latest, 1) : latest + 1;
   std::string folder = fmt::format("{}/{}{}", root, prefix, number);
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  std::filesystem::create_directories(ToPath(folder), error);
   if (error) return Status{StatusCode::kUnavailable, "cannot make the folder '" + folder + "': " + error.message()};
   return folder;
 }

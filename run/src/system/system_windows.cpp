@@ -13,6 +13,8 @@
 #include <cerrno>
 #include <climits>
 
+#include "consac/base/file.h"
+
 namespace consac::run {
 namespace {
 
@@ -46,7 +48,7 @@ int TerminalColumns(std::FILE* stream) {
 // Others may read the file and take it away: a spreadsheet, TensorBoard.
 int OpenToAppend(const std::string& path, bool truncate) {
   const int flags = _O_RDWR | _O_CREAT | _O_APPEND | _O_BINARY | _O_NOINHERIT | (truncate ? _O_TRUNC : 0);
-  return _sopen(path.c_str(), flags, _SH_DENYNO, _S_IREAD | _S_IWRITE);
+  return _wsopen(WidePath(path).c_str(), flags, _SH_DENYNO, _S_IREAD | _S_IWRITE);
 }
 
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
@@ -71,8 +73,8 @@ void Close(int descriptor) {
 
 // Nobody else may open it while it is open here.
 Locked LockFile(const std::string& path, int* descriptor) {
-  SetLastError(0);
-  *descriptor = _sopen(path.c_str(), _O_RDWR | _O_CREAT | _O_NOINHERIT, _SH_DENYRW, _S_IREAD | _S_IWRITE);
+  const std::wstring wide = WidePath(path);
+  *descriptor = _wsopen(wide.c_str(), _O_RDWR | _O_CREAT | _O_NOINHERIT, _SH_DENYRW, _S_IREAD | _S_IWRITE);
   if (*descriptor >= 0) return Locked::kByUs;
   return GetLastError() == ERROR_SHARING_VIOLATION ? Locked::kByOthers : Locked::kFailed;
 }

@@ -56,6 +56,18 @@ TEST(OutputFile, ADeviceThatIsFull) {
 }
 #endif
 
+TEST(OutputFile, ReplacesAllAndGoesOnBehindIt) {
+  const TestFolder folder;
+  auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kTruncate));
+  file->Append("one\n");
+  ASSERT_TRUE(file->Replace("two\nthree\n").ok());
+  EXPECT_EQ(file->size(), 10u);
+  file->Append("four\n");
+  file->Flush();
+  EXPECT_TRUE(file->status().ok());
+  EXPECT_EQ(Contents(folder.File("a")), "two\nthree\nfour\n");
+}
+
 TEST(OutputFile, CutsAtTheEndOfALine) {
   const TestFolder folder;
   Put(folder.File("a"), "one\ntwo\nthree\n");

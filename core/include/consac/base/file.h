@@ -1,10 +1,12 @@
 #pragma once
 // Whole files in and out, safely: a write goes to a temporary file in the same folder, is synced and renamed, so a
-// kill or a full disk never leaves half a file under the final name and never harms the file that was there.
+// kill or a full disk never leaves half a file under the final name and never harms the file that was there. Paths are
+// UTF-8 on every system.
 
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "consac/base/status.h"
@@ -16,5 +18,9 @@ Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t lim
 /// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full,
 /// kInvalidArgument when `path` is no regular file.
 Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes);
+#if defined(_WIN32)
+/// A path as Windows takes it.
+std::wstring WidePath(std::string_view path);
+#endif
 
 }  // namespace consac
