@@ -22,7 +22,8 @@ toolchain=(-G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/mingw.cmake" -DCONSAC_WIN
 for library in headers runtime zlib "${windows_sources[@]}"; do build_library "$library"; done
 
 if [ "$what" = program ]; then
-  cmake -S . -B build/windows-program "${toolchain[@]}" -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF -DCONSAC_BUILD_GODOT=OFF
+  cmake -S . -B build/windows-program "${toolchain[@]}" -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF -DCONSAC_BUILD_GODOT=OFF \
+    -DCMAKE_EXE_LINKER_FLAGS_RELEASE=-s
   cmake --build build/windows-program -j "$(nproc)" --target consac
   echo "windows: the program is build/windows-program/cli/consac.exe"
   exit 0
