@@ -34,7 +34,7 @@ class Engine {
   void Stop() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();
-    server_->Close();
+    server_->Close("the engine closes");
   }
   std::unique_ptr<Transport> Connect() const { return *ConnectTcp({"127.0.0.1", port()}, 2.0); }
   int port() const { return server_->port(); }

@@ -312,7 +312,7 @@ TEST(Engine, ForeverServesOneSessionAfterAnother) {
       session_over = true;
       limit.join();
       const int port = (*server)->port();
-      (*server)->Close();
+      (*server)->Close("the engine closes");
       listener = ListenTcp({"127.0.0.1", port});
       return status;
     };

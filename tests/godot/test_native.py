@@ -351,12 +351,23 @@ def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_e
         return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, timeout=20,
                               env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
 
-    assert client(3, 4).returncode != 0
+    ended = client(3, 4)
+    assert ended.returncode != 0 and "gave a String for entry 'place'" in ended.stderr, "the trainer hears why"
     engine.wait_for("consac: Agent: observe\\(\\) gave a String for entry 'place'")
     again = client(3)
     assert again.returncode == 0, again.stderr  # the next trainer is served
     engine.kill()
     assert "SCRIPT ERROR" not in engine.finish()[1]
+
+
+def test_the_native_trainer_hears_why_a_session_cannot_go_on(godot, tmp_path):
+    wrong = '"text" if get_node("../ConsacSync").steps > 50 else place'
+    engine = godot.start(*world(godot, "muddled", ONE_NUMBER.replace("WHAT", wrong)), "--", "--consac-port=0", "--consac-loop=1",
+                         "--consac-steps=500")
+    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "muddled", cwd=tmp_path)
+    assert "ends the session: Agent: observe() gave a String for entry 'place'" in trainer.finish()[1]
+    engine.kill()
 
 
 @pytest.mark.parametrize("fault, said", [

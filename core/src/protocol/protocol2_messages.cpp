@@ -401,4 +401,14 @@ Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
                       members.Text("path"), members.Number("retry_after_s", 0.0),     members.Whole("env", -1)};
 }
 
+std::string EncodeGoAway(const std::string& reason) {
+  return Dump({{"reason", reason}});
+}
+
+Result<std::string> ParseGoAway(std::span<const std::byte> payload) {
+  const Result<Json> json = ParseObject(payload);
+  if (!json.ok()) return json.status();
+  return Members{*json}.Text("reason");
+}
+
 }  // namespace consac::protocol2

@@ -377,8 +377,7 @@ class Client2 final : public EnvClient {
       case FrameType::kPong:
         return false;
       case FrameType::kGoAway:
-        refused_ = true;
-        return Status{StatusCode::kUnavailable, transport_->peer() + " ends the session"};
+        return Farewell(frame);
       case FrameType::kError:
         return Refusal(frame);
       default:
@@ -389,6 +388,14 @@ class Client2 final : public EnvClient {
     return Status{StatusCode::kProtocol, transport_->peer() + " answered request " +
                                              std::to_string(frame.header.request) + ", expected " +
                                              std::to_string(request)};
+  }
+
+  Status Farewell(const Frame& frame) {
+    const Result<std::string> reason = protocol2::ParseGoAway(frame.payload);
+    if (!reason.ok()) return reason.status();
+    refused_ = true;
+    return {StatusCode::kUnavailable,
+            transport_->peer() + " ends the session" + (reason->empty() ? "" : ": " + *reason)};
   }
 
   Status Refusal(const Frame& frame) {

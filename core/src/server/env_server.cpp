@@ -95,7 +95,7 @@ class EnvServerOfEither final : public EnvServer {
       : listener_(std::move(listener)), options_(options), text_fits_(TextFits(env.spec(), options)) {
     seats_.push_back(std::make_unique<Seat>(env, options_, steps_));
   }
-  ~EnvServerOfEither() override { Close(); }
+  ~EnvServerOfEither() override { EnvServerOfEither::Close("the engine closes"); }
 
   Status Poll(double wait_s) override {
     if (!open_) return {StatusCode::kFailedPrecondition, "the server is closed; create it again to serve"};
@@ -150,8 +150,8 @@ class EnvServerOfEither final : public EnvServer {
     }
   }
 
-  void Close() override {
-    EndAll({StatusCode::kCancelled, "the engine closes"});
+  void Close(const std::string& why) override {
+    EndAll({StatusCode::kCancelled, why});
     waiting_.clear();
     listener_->Close();
     open_ = false;

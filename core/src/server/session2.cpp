@@ -130,7 +130,7 @@ class Session2Server final : public Session2 {
     if (why.code() == StatusCode::kCancelled && under_way_ == UnderWay::kWaitsForTime) (void)StepWorlds();
     through_memory_ = false;
     if (why.code() == StatusCode::kCancelled)
-      (void)SendJson(FrameType::kGoAway, 0, "{\"reason\":" + ("\"" + why.message() + "\"") + "}");
+      (void)SendJson(FrameType::kGoAway, 0, protocol2::EncodeGoAway(why.message()));
     if (!outbox_.empty()) (void)outbox_.Flush(*transport_, 0.0, options_.write_s);
     transport_->Close();
     connected_ = false;

@@ -205,8 +205,8 @@ TEST(Server, PollNeverWaitsAndServesAWholeSession) {
   });
   while (!over) ASSERT_TRUE(server->Poll().ok());
   trainer.join();
-  server->Close();
-  server->Close();
+  server->Close("the test is over");
+  server->Close("the test is over");
   EXPECT_EQ(server->Poll().code(), StatusCode::kFailedPrecondition);
 }
 

@@ -10,7 +10,6 @@ class ServingDriver final : public Driver {
  public:
   explicit ServingDriver(TickWorld& world) : world_(world) {}
   ~ServingDriver() override {
-    if (server_ != nullptr) server_->Close();
     server_.reset();
     world_.Abandon();
   }
@@ -48,6 +47,7 @@ class ServingDriver final : public Driver {
   bool finished() const override { return finished_; }
   std::int64_t ended() const override { return ended_; }
   void SetPaused(bool paused) override { server_->SetPaused(paused); }
+  void Refuse(const std::string& why) override { server_->Close(why); }
   int port() const override { return server_->port(); }
 
   Progress progress() const override {

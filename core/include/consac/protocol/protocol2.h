@@ -160,6 +160,9 @@ std::string EncodeSpec(const SpecMessage& spec);
 Result<SpecMessage> ParseSpec(std::span<const std::byte> payload);
 std::string EncodeError(const ErrorMessage& error);
 Result<ErrorMessage> ParseError(std::span<const std::byte> payload);
+/// GOAWAY: why no further requests are taken.
+std::string EncodeGoAway(const std::string& reason);
+Result<std::string> ParseGoAway(std::span<const std::byte> payload);
 
 /// RENDER's environment.
 Result<std::int64_t> ParseRender(std::span<const std::byte> payload);

@@ -70,8 +70,9 @@ class EnvServer {
   /// Tells the trainer that the engine stands still on purpose (a breakpoint, a pause), or goes on: its deadlines stop
   /// meanwhile. Text protocol 1 has no word for it.
   virtual void SetPaused(bool paused) = 0;
-  /// Ends the session and closes the port; calling it again does nothing.
-  virtual void Close() = 0;
+  /// Ends every session, telling its trainer why (text protocol 1 has no word for it), and closes the port; calling it
+  /// again does nothing.
+  virtual void Close(const std::string& why) = 0;
 };
 
 }  // namespace consac

@@ -14,6 +14,10 @@ constexpr double kLongestWait_s = 60.0;
 
 }  // namespace
 
+void World::Refuse(const std::string& why) {
+  if (driver_ != nullptr) driver_->Refuse(why);
+}
+
 void World::Close() {
   driver_.reset();
   if (world_ != nullptr) world_->Abandon();

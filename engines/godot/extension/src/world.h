@@ -41,6 +41,7 @@ class World : public Instance {
   Status Train(const Dictionary& options);
   Status Act(const Dictionary& options);
   Status ByHand(std::int64_t seed);
+  void Refuse(const std::string& why);
   void Close();
   std::int64_t Poll(double wait_s);
   Status Offer();

@@ -21,6 +21,7 @@ ClassTable WorldTable() {
       Bind<World, &World::Train>("train", {"options"}),
       Bind<World, &World::Act>("act", {"options"}),
       Bind<World, &World::ByHand>("by_hand", {"seed"}),
+      Bind<World, &World::Refuse>("refuse", {"why"}),
       Bind<World, &World::Close>("close"),
       Bind<World, &World::Poll>("poll", {"wait_s"}),
       Bind<World, &World::Offer>("offer"),

@@ -272,6 +272,7 @@ func _drive() -> String:
 ## only meet the same again.
 func _restart() -> void:
 	_keep_recording()
+	_world.refuse(error)
 	_world.close()
 	_ended = true
 	if _mode == ConsacSync.Mode.SERVE:

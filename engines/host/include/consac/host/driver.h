@@ -44,6 +44,8 @@ class Driver {
   virtual void SetPaused(bool paused) { (void)paused; }
   /// Writes the model of behaviour `b` as it is now; kFailedPrecondition for a driver that has none.
   virtual Status SaveModel(std::size_t b, const std::string& path);
+  /// The host cannot go on: ends what is under way for good. A trainer elsewhere is told why.
+  virtual void Refuse(const std::string& why) { (void)why; }
   /// The port that is open; 0 for a driver without one.
   virtual int port() const { return 0; }
 };
