@@ -3,27 +3,51 @@
 #include <cmath>
 #include <cstring>
 
+#include "consac/base/hooks.h"
 #include "consac/base/text.h"
 #include "tick_world_state.h"
 
 namespace consac::host {
 namespace {
 
+/// "agent 3 of 'walker' sees 7 in number 0 of 'place'".
+std::string Sight(const BehaviourSpec& behaviour, std::int64_t place, const Leaf& leaf, std::int64_t i,
+                  const std::string& value) {
+  return "agent " + std::to_string(place) + " of '" + behaviour.name + "' sees " + value + " in number " +
+         std::to_string(i) + (leaf.name.empty() ? "" : " of '" + leaf.name + "'");
+}
+
+/// Warns, once for each entry, of a number beyond its bounds.
+void WatchBounds(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, std::size_t l, std::int64_t i,
+                 float value) {
+  if (herd.outside[l] != 0) return;
+  const Leaf& leaf = behaviour.observation_layout.leaves[l];
+  const double low = leaf.space.low()[static_cast<std::size_t>(i)];
+  const double high = leaf.space.high()[static_cast<std::size_t>(i)];
+  if (value >= static_cast<float>(low) && value <= static_cast<float>(high)) return;
+  herd.outside[l] = 1;
+  Log(LogLevel::kWarning, Sight(behaviour, place, leaf, i, NumberText(value)) + ", beyond its bounds " +
+                              NumberText(low) + " to " + NumberText(high) +
+                              "; it is offered as it is; widen the bounds, or keep within them");
+}
+
 /// Makes every float32 of a row finite; names the first that was not.
-Status MendRow(const BehaviourSpec& behaviour, std::int64_t place, std::byte* row) {
+Status MendRow(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, std::byte* row) {
   Status status;
-  for (const Leaf& leaf : behaviour.observation_layout.leaves) {
+  for (std::size_t l = 0; l < behaviour.observation_layout.leaves.size(); ++l) {
+    const Leaf& leaf = behaviour.observation_layout.leaves[l];
     if (leaf.dtype != DType::kF32) continue;
     for (std::int64_t i = 0; i < leaf.count; ++i) {
       float value;
       std::byte* at = row + leaf.offset + static_cast<std::size_t>(i) * sizeof(float);
       std::memcpy(&value, at, sizeof(value));
-      if (std::isfinite(value)) continue;
+      if (std::isfinite(value)) {
+        WatchBounds(behaviour, herd, place, l, i, value);
+        continue;
+      }
       if (status.ok()) {
-        status = {StatusCode::kNonFinite, "agent " + std::to_string(place) + " of '" + behaviour.name + "' sees " +
-                                              (std::isnan(value) ? "NaN" : "infinity") + " in number " +
-                                              std::to_string(i) + (leaf.name.empty() ? "" : " of '" + leaf.name + "'") +
-                                              "; 0 was taken instead"};
+        status = {StatusCode::kNonFinite,
+                  Sight(behaviour, place, leaf, i, std::isnan(value) ? "NaN" : "infinity") + "; 0 was taken instead"};
       }
       value = 0.0f;
       std::memcpy(at, &value, sizeof(value));
@@ -119,7 +143,7 @@ Status TickWorld::OfferPlace(std::size_t b, std::size_t index, std::size_t row, 
   const BehaviourSpec& behaviour = state.spec.behaviours[b];
   const auto number = static_cast<std::int64_t>(index);
   std::byte* seen = herd.seen.data() + index * herd.observation_bytes;
-  Status status = place.joined ? MendRow(behaviour, number, seen) : Status::Ok();
+  Status status = place.joined ? MendRow(behaviour, herd, number, seen) : Status::Ok();
   if (state.cue == Cue::kAct) {
     const bool acted = place.takes_part;
     if (acted && place.joined && Ending(herd.first + static_cast<AgentId>(index)) && place.going == Going::kOn)
@@ -131,7 +155,7 @@ Status TickWorld::OfferPlace(std::size_t b, std::size_t index, std::size_t row, 
     batch.truncated[row] = place.going == Going::kTruncated ? 1 : 0;
     if (place.going != Going::kOn) {
       std::byte* last = herd.last.data() + index * herd.observation_bytes;
-      const Status final = MendRow(behaviour, number, last);
+      const Status final = MendRow(behaviour, herd, number, last);
       if (status.ok()) status = final;
       std::memcpy(batch.final_observations + row * herd.observation_bytes, last, herd.observation_bytes);
     }

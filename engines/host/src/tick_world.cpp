@@ -79,7 +79,8 @@ Herd::Herd(const BehaviourSpec& behaviour)
       seen(places.size() * observation_bytes),
       last(seen.size()),
       done(places.size() * action_bytes),
-      masks(places.size() * mask_bytes, 1) {}
+      masks(places.size() * mask_bytes, 1),
+      outside(behaviour.observation_layout.leaves.size()) {}
 
 Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
   auto state = std::make_unique<State>();

@@ -34,6 +34,7 @@ struct Herd {
   std::vector<std::uint8_t> present;  // [places] as of the latest Offer
   std::vector<std::byte> seen, last, done;
   std::vector<std::uint8_t> masks;
+  std::vector<std::uint8_t> outside;  // [observation leaves] a number beyond the bounds was told of
 };
 
 /// Mean over the latest 100 episodes.

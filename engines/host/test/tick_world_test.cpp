@@ -177,6 +177,30 @@ TEST(TickWorld, NumbersThatAreNoneAreNamedAndOfferedAsZero) {
   EXPECT_EQ(w.batches[0].rewards[0], 0.0f);
 }
 
+TEST(TickWorld, ANumberBeyondItsBoundsIsToldOfOnce) {
+  static std::vector<std::string> told;
+  told.clear();
+  Hooks hooks;
+  hooks.log = [](void*, LogLevel, std::string_view line) { told.emplace_back(line); };
+  SetHooks(hooks);
+  World w(Walkers(2));
+  w.JoinAll();
+  w.world->Reset(0, w.batches);
+  w.See(0, 1.0f);
+  w.See(1, -1.0f);
+  EXPECT_TRUE(w.world->Offer().ok());
+  EXPECT_THAT(told, ::testing::IsEmpty()) << "the bounds themselves are within";
+  for (int step = 0; step < 3; ++step) {
+    w.world->Step(w.batches);
+    w.See(1, 7.5f);
+    EXPECT_TRUE(w.world->Offer().ok());
+  }
+  SetHooks({});
+  EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 7.5f);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_THAT(told[0], HasSubstr("agent 1 of 'walker' sees 7.5 in number 0 of 'place', beyond its bounds -1 to 1"));
+}
+
 TEST(TickWorld, EveryoneMustHaveJoinedUnlessAgentsLeave) {
   World w(Walkers(2));
   EXPECT_THAT(w.world->EveryoneJoined().message(), HasSubstr("'walker' has 0 of 2 agents"));

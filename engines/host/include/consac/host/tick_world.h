@@ -123,6 +123,7 @@ class TickWorld final : public VectorEnv {
   /// Which actions are legal; [mask_bytes], null when the behaviour masks none.
   std::uint8_t* ActionMask(AgentId agent);
   /// Everything is written: the cue is done with. kNonFinite names a NaN or infinity; it was offered as 0.
+  /// A number beyond its bounds is offered as it is, with a warning once for each entry.
   /// kFailedPrecondition when nothing is wanted.
   Status Offer();
   /// What came of it so far.
