@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -36,9 +38,27 @@ void LimitMemory() {
 #endif
 }
 
+#if defined(_WIN32)
+namespace {
+
+UINT code_page = 0;  // the console's, before us
+
+// A program that was started without a console has nowhere to print to, which is no error.
+void OpenWhereClosed(DWORD handle, std::FILE* stream) {
+  if (GetFileType(GetStdHandle(handle)) == FILE_TYPE_UNKNOWN) (void)std::freopen("NUL", "w", stream);
+}
+
+}  // namespace
+#endif
+
 void PrepareOutput() {
 #if defined(_WIN32)
+  OpenWhereClosed(STD_OUTPUT_HANDLE, stdout);
+  OpenWhereClosed(STD_ERROR_HANDLE, stderr);
+  code_page = GetConsoleOutputCP();
+  if (code_page == 0) return;
   SetConsoleOutputCP(CP_UTF8);
+  std::atexit([] { SetConsoleOutputCP(code_page); });
 #else
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
   std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training

@@ -37,8 +37,8 @@ Not compiled against Unreal by its authors: see "How far this is tested" in Docs
 """
 TRAINER = "The trainer, started by the node Start Trainer Program, or by hand in a terminal.\n"
 WINDOWS_README = """It runs by itself on 64-bit Windows 10 (1903) and later.
-What is linked into it, unchanged, from the source packages of Debian 12, has its licences in the folder Licenses. Of cairo's
-two, the Mozilla Public License 1.1 is used; its source is Debian's source package cairo, which anyone may have.
+What is linked into it has its licences in the folder Licenses. Of cairo's two, the Mozilla Public License 1.1 is used; its
+source, version 1.16.0, unchanged: https://cairographics.org/releases/cairo-1.16.0.tar.xz
 """
 
 

@@ -4,7 +4,7 @@
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
 #   tools/setup.sh unreal  what is staged into the Unreal plugin: libraries' headers, one library's source
 #   tools/setup.sh windows-program  what the program for Windows is built with here (a cross-compiler, sources of libraries)
-#   tools/setup.sh windows also what its tests need (Wine, clang, GoogleTest)
+#   tools/setup.sh windows also what its tests need (Wine, GoogleTest, the Python environment in .venv)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 #   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
@@ -65,7 +65,7 @@ python_environment() {
 }
 
 # Libraries that Debian compiles for Linux only are compiled by us where another system is the target (and Highway by the
-# engine). Their sources come from Debian too, as their authors released them: names of source packages, which go into
+# engine). Their sources come from Debian too, without its patches: names of source packages, which go into
 # build/windows-needs. By lists of our own: this machine's, asked for sources, which not every machine's name.
 sources() {
   local needs=$PWD/build/windows-needs missing=() package file

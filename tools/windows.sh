@@ -43,9 +43,7 @@ if ! command -v wine >/dev/null; then
   exit 0
 fi
 export WINEPREFIX=$needs/wine WINEDEBUG=-all
-for part in core learn host run; do
-  timeout 300 wine "build/windows/tests/consac_${part}_tests.exe" --gtest_brief=1
-done
+for tests in build/windows/tests/consac_*_tests.exe; do timeout 300 wine "$tests" --gtest_brief=1; done
 # The program of this system, where it is built, meets its sister.
 for program in "$PWD"/build/{dev,release}/cli/consac; do [ -x "$program" ] && export CONSAC_PROGRAM=$program && break; done
 CONSAC_WINDOWS_PROGRAM=$PWD/build/windows/cli/consac.exe .venv/bin/python -m pytest -q -rs tests/windows

@@ -10,7 +10,8 @@ windows_headers=(libeigen3-dev libasio-dev libfast-float-dev nlohmann-json3-dev 
 # build_library NAME: runs build_NAME in a shell of its own, with a log.
 build_library() {
   local name=$1 log=$needs/$1.log stamp=$needs/done/$1 recipe failed=0
-  recipe=$(declare -f "build_$name" by_cmake by_configure licence; cd "$needs" && compgen -G "${name}_*.orig.tar.*" || true)
+  recipe=$(declare -f "build_$name" by_cmake by_configure licence; source_of "$name" || true; cat cmake/mingw.cmake
+    dpkg-query -W -f='${Package} ${Version}\n' g++-mingw-w64-x86-64-posix libz-mingw-w64-dev "${windows_headers[@]}")
   if [ -f "$stamp" ] && [ "$recipe" = "$(cat "$stamp")" ]; then return; fi
   mkdir -p "$needs/done" "$prefix/licenses"
   rm -rf "${needs:?}/$name" "$needs/build-$name"
@@ -27,9 +28,12 @@ build_library() {
   echo "windows: $name is in its place"
 }
 
+# source_of NAME: its archive, which may have a signature beside it.
+source_of() { find "$needs" -maxdepth 1 -name "$1_*.orig.tar.?z*" ! -name '*.asc' | sort -V | tail -n 1 | grep .; }
+
 unpack() {
   local archive
-  archive=$(compgen -G "$needs/$1_*.orig.tar.*") || return 0  # not one of the sources
+  archive=$(source_of "$1") || return 0  # not one of the sources
   mkdir -p "$needs/$1"
   tar -xf "$archive" -C "$needs/$1" --strip-components=1
 }

@@ -101,8 +101,8 @@ std::vector<std::string> RunDirectory::Checkpoints() const {
   std::error_code error;
   for (fs::directory_iterator entry(ToPath(path_ + "/checkpoints"), error), end; !error && entry != end;
        entry.increment(error)) {
-    const std::string file = FromPath(entry->path());
-    if (file.ends_with(".consac")) found.push_back(file);
+    const std::string file = FromPath(entry->path().filename());
+    if (file.ends_with(".consac")) found.push_back(path_ + "/checkpoints/" + file);
   }
   std::sort(found.begin(), found.end());  // the step count has a fixed width
   return found;

@@ -7,6 +7,7 @@
 #include "consac/base/file.h"
 #include "consac/nn/kernels.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/run/path.h"
 
 namespace consac::run {
 namespace {
@@ -114,6 +115,12 @@ Status Training::Restore() {
   const Result<StateMap> state = directory_->LoadCheckpoint();
   if (!state.ok()) {
     if (state.status().code() != StatusCode::kNotFound) return state.status();
+    std::error_code ignored;
+    if (std::filesystem::exists(ToPath(ModelPath(spec().behaviours[0].name)), ignored)) {
+      return {StatusCode::kDataLoss, "run '" + directory_->path() +
+                                         "' has a model but no checkpoint to go on from; train anew under another "
+                                         "--name, or over it with --force"};
+    }
     CONSAC_RETURN_IF_ERROR(OpenReport(false));  // killed before its first checkpoint: from the start
     return Status::Ok();
   }
@@ -349,15 +356,20 @@ std::string Training::Description() const {
 // one, whatever became of the checkpoint.
 Status Training::Save() {
   const Status checkpoint = Checkpoint(), model = SaveModel();
-  const Status& status = checkpoint.ok() ? model : checkpoint;
   checkpoint_time_ = Now();
   checkpoint_updates_ = trainees_[0].learner->updates();
-  if (!status.ok() && !save_failed_) {
-    report_->Line("error: a checkpoint could not be saved: " + status.message() +
+  TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
+  TellFailure("the model", model, &model_failed_);
+  return checkpoint.ok() ? model : checkpoint;
+}
+
+// Once, until it works again.
+void Training::TellFailure(const std::string& what, const Status& status, bool* told) {
+  if (!status.ok() && !*told) {
+    report_->Line("error: " + what + " could not be saved: " + status.message() +
                   "; training goes on, the last good one stays");
   }
-  save_failed_ = !status.ok();
-  return status;
+  *told = !status.ok();
 }
 
 Status Training::Checkpoint() {

@@ -71,6 +71,7 @@ class Training {
   void TellTime();
   bool CheckpointDue() const;
   Status Save();
+  void TellFailure(const std::string& what, const Status& status, bool* told);
   Status Checkpoint();
   std::string Description() const;
   void Visit(Archive& archive);
@@ -94,7 +95,7 @@ class Training {
   bool restored_ = false;  // from a checkpoint, be it of step 0
   std::int64_t restored_steps_ = 0, checkpoint_updates_ = 0;
   double checkpoint_time_ = 0.0;
-  bool save_failed_ = false;
+  bool checkpoint_failed_ = false, model_failed_ = false;
 };
 
 }  // namespace consac::run

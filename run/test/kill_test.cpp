@@ -61,6 +61,7 @@ TEST(Kill, AtAnyMomentLosesNothing) {
       if (std::filesystem::exists(model)) {
         const Result<Policy> left = Policy::Load(model);
         EXPECT_TRUE(left.ok()) << left.status().message();
+        EXPECT_FALSE(std::filesystem::is_empty(config.directory + "/" + config.name + "/checkpoints"));
         ++models;
       }
       ASSERT_LT(deaths, 500) << "never finished";

@@ -99,6 +99,18 @@ TEST(RunDirectory, TheNewestWholeCheckpointIsLoaded) {
   EXPECT_EQ(ValueOf(*directory), 1.0f);
 }
 
+TEST(RunDirectory, HoweverItsFolderIsSpelledCheckpointsStay) {
+  testing::ScratchFolder scratch("spelled");
+  for (const char* spelling : {"/", "//", "/.", "/./"}) {
+    auto directory = RunDirectory::Open(scratch.path() + spelling, "run", ExistingRun::kOverwrite);
+    ASSERT_TRUE(directory.ok()) << directory.status().message();
+    ASSERT_TRUE((*directory)->SaveCheckpoint(100, State(1.0f), "{}", 2).ok());
+    ASSERT_TRUE((*directory)->SaveCheckpoint(200, State(2.0f), "{}", 2).ok());
+    EXPECT_EQ(ValueOf(**directory), 2.0f) << spelling;
+    EXPECT_TRUE(fs::exists(scratch.path() + "/run/checkpoints/step_000000000100.consac")) << spelling;
+  }
+}
+
 TEST(RunDirectory, ADamagedCheckpointOfTheFutureDoesNotPushOutAGoodOne) {
   testing::ScratchFolder scratch("future");
   const auto directory = Open(scratch.path(), ExistingRun::kRefuse);

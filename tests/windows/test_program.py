@@ -3,7 +3,6 @@
 Run by tools/windows.sh, which sets CONSAC_WINDOWS_PROGRAM. Where the program of this system is built too (CONSAC_PROGRAM), the
 two train each other's worlds and judge each other's models.
 """
-import hashlib
 import json
 import os
 import pathlib
@@ -87,7 +86,8 @@ def test_a_run_killed_and_resumed_is_the_run_that_nobody_touched(tmp_path):
         assert killed.poll() is None and time.monotonic() < end, "no checkpoint was written"
         time.sleep(0.01)
     os.killpg(killed.pid, signal.SIGKILL)
-    killed.wait()
+    assert killed.wait() == -signal.SIGKILL, "it had time to finish"
+    assert list((tmp_path / "killed/checkpoints").glob("*.consac"))
     assert run(WINDOWS, "inspect", str(tmp_path / "killed/model.consac")), "the model of the last checkpoint is left"
     resumed = train(WINDOWS, tmp_path, "--resume", "--name", "killed")
     assert resumed["weights_hash"] == whole["weights_hash"] and resumed["steps"] == whole["steps"]
@@ -114,6 +114,16 @@ def test_a_folder_in_any_language(tmp_path):
     assert run(WINDOWS, "inspect", str(folder / "road/model.consac"))
 
 
+def test_a_folder_with_backslashes(tmp_path):
+    folder = "Z:" + str(tmp_path).replace("/", "\\") + "\\runs"
+    settings = ["--name", "road", "--dir", folder, *QUIET]
+    run(WINDOWS, "train", "road-v0", *ROAD, "--steps", "640", "--set", "checkpoint_every_updates=2", *settings)
+    assert len(list((tmp_path / "runs/road/checkpoints").glob("*.consac"))) == 3
+    again = json.loads(run(WINDOWS, "train", "--resume", "--steps", "1280", *settings).splitlines()[-1])
+    assert again["steps"] == 1280 and len((tmp_path / "runs/road/progress.csv").read_text().splitlines()) == 1 + 40
+    assert reward(WINDOWS, folder + "\\road\\model.consac") > 0.0
+
+
 @needs_native
 def test_both_systems_train_each_others_worlds(tmp_path):
     for name, engine, trainer in (("engine", WINDOWS, [NATIVE]), ("trainer", [NATIVE], WINDOWS)):
@@ -128,6 +138,4 @@ def test_both_systems_train_each_others_worlds(tmp_path):
 def test_a_model_is_the_same_on_both_systems(tmp_path):
     train(WINDOWS, tmp_path, "road-v0", "--steps", "20000", "--seed", "1", "--name", "road")
     model = tmp_path / "road/model.consac"
-    digest = hashlib.sha256(model.read_bytes()).hexdigest()
     assert reward(WINDOWS, model) == reward([NATIVE], model) > 0.95
-    assert hashlib.sha256(model.read_bytes()).hexdigest() == digest

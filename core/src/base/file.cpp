@@ -94,10 +94,12 @@ bool ReplaceFile(const std::string& from, const std::string& to) {
   for (int tries = 0; tries < 100; ++tries) {
     if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH)) return true;
     const DWORD error = GetLastError();
+    errno = error == ERROR_DISK_FULL                                         ? ENOSPC
+            : error == ERROR_FILE_NOT_FOUND || error == ERROR_PATH_NOT_FOUND ? ENOENT
+                                                                             : EACCES;
     if (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED) break;
     Sleep(10);
   }
-  errno = EACCES;
   return false;
 #else
   return std::rename(from.c_str(), to.c_str()) == 0;

@@ -19,6 +19,7 @@ struct Pupil {
   std::unique_ptr<learn::Learner> learner;
   std::optional<Policy> policy;   // of the latest update
   std::optional<Policy> learned;  // of the job that has just ended
+  bool has_learned = false;       // the policy is of an update, not of the beginning
 };
 
 class TrainingDriver final : public Driver {
@@ -36,7 +37,7 @@ class TrainingDriver final : public Driver {
           world_.spec().behaviours[b], options_.seed, ShareOfSteps(b), {}, kMostLearnerBytes};
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
-      pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt});
+      pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
     TakeOverLearned();
@@ -77,6 +78,8 @@ class TrainingDriver final : public Driver {
     meter_.Tell(&progress);
     return progress;
   }
+
+  bool learned(std::size_t b) const override { return b < pupils_.size() && pupils_[b].has_learned; }
 
   Status SaveModel(std::size_t b, const std::string& path) override {
     if (b >= pupils_.size()) return Driver::SaveModel(b, path);
@@ -157,17 +160,18 @@ class TrainingDriver final : public Driver {
     for (Pupil& pupil : pupils_) {
       if (pupil.learned.has_value()) std::swap(pupil.policy, pupil.learned);
       pupil.learned.reset();
+      pupil.has_learned = pupil.learner->updates() > 0;
     }
   }
 
   /// The learners are this thread's again. They go on from where the agents are now.
   Status EndLearning() {
-    ++updates_;
     failed_ = !health_.ok();
     if (failed_) {
       phase_ = Phase::kFinished;
       return health_;
     }
+    ++updates_;
     TakeOverLearned();
     phase_ = learned_from_ >= options_.total_steps ? Phase::kFinished : Phase::kRecord;
     for (std::size_t b = 0; b < pupils_.size() && !Waits(); ++b) {

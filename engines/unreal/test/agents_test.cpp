@@ -54,7 +54,12 @@ class RoadHyperparameters final : public UConsacHyperparameters {
   SHIM_CLASS(RoadHyperparameters, UConsacHyperparameters)
   FString GetAlgorithm() const override { return TEXT("ppo2"); }
   void Collect(TArray<FConsacHyperparameter>& into) const override {
-    AddReal(into, TEXT("learning_rate"), 1e-3);
+    // As `consac list worlds` suggests for the road.
+    AddText(into, TEXT("learning_rate"), TEXT("lin_2e-3"));
+    AddReal(into, TEXT("gamma"), 0.7);
+    AddReal(into, TEXT("ent_coef"), 0.001);
+    AddInteger(into, TEXT("noptepochs"), 10);
+    AddText(into, TEXT("norm_obs"), TEXT("true"));
     AddInteger(into, TEXT("n_steps"), 64);
     AddText(into, TEXT("net_arch"), net);
   }
@@ -113,7 +118,7 @@ TEST(Agents, TrainInsideLearnsTheRoadAndSavesAModelThatActs) {
 
 TEST(Agents, StoppedEarlyKeepsWhatWasLearnedAndWritesOverNothingBeforeThat) {
   const ScratchFolder scratch("unreal_stopped");
-  const std::string path = scratch.path() + "/new/default.consac";
+  const std::string path = scratch.path() + "/new/default.stopped.consac";
   std::vector<std::string> errors;
   const auto train_until = [&](std::int64_t updates) {
     Shim::Game game;
@@ -140,7 +145,34 @@ TEST(Agents, StoppedEarlyKeepsWhatWasLearnedAndWritesOverNothingBeforeThat) {
   const auto kept = std::filesystem::last_write_time(path);
   train_until(0);
   EXPECT_EQ(std::filesystem::last_write_time(path), kept);
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/new/default.consac")) << "that name is for finished ones";
   EXPECT_EQ(errors, std::vector<std::string>());
+}
+
+TEST(Agents, WhoeverHearsThatAModelCouldNotBeKeptMayStopOrStart) {
+  Shim::Game game;
+  Agents agents = Spawn(game, 8);
+  AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
+  trainer->Mode = EConsacMode::Train;
+  trainer->TotalSteps = 1000000;
+  trainer->WhileLearning = EConsacWhileLearning::Wait;
+  trainer->SaveFolder = TEXT("/proc/nowhere");
+  trainer->bLockStep = true;
+  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  int told = 0;
+  trainer->OnTrainerError.ShimBind(nullptr, [&](const FString&) {
+    ++told;
+    trainer->StopTraining();
+    EConsacResult result = EConsacResult::Failed;
+    FString error;
+    trainer->StartTraining(result, error);
+    EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  });
+  EXPECT_TRUE(TickUntil(
+      60.0, [&] { game.Tick(); }, [&] { return trainer->GetTrainerProgress().Updates >= 1; }));
+  trainer->StopTraining();
+  EXPECT_EQ(told, 1);
+  EXPECT_TRUE(trainer->IsTraining()) << "it was started anew by whoever heard";
 }
 
 TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {

@@ -83,7 +83,10 @@ Status OutputFile::Replace(std::string_view text) {
   const Status replaced = WriteFileAtomically(path_, std::as_bytes(std::span(text)));
   descriptor_ = OpenToAppend(path_, false);
   const std::int64_t size = descriptor_ < 0 ? -1 : SizeOf(descriptor_);
-  if (size >= 0) size_ = static_cast<std::uint64_t>(size);
+  if (size >= 0)
+    size_ = static_cast<std::uint64_t>(size);
+  else if (status_.ok())
+    status_ = Status{CodeOf(errno), "cannot open '" + path_ + "' again: " + std::strerror(errno)};
   return replaced;
 }
 

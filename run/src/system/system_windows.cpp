@@ -74,9 +74,13 @@ void Close(int descriptor) {
 // Nobody else may open it while it is open here.
 Locked LockFile(const std::string& path, int* descriptor) {
   const std::wstring wide = WidePath(path);
-  *descriptor = _wsopen(wide.c_str(), _O_RDWR | _O_CREAT | _O_NOINHERIT, _SH_DENYRW, _S_IREAD | _S_IWRITE);
+  for (int tries = 0; tries < 10; ++tries) {  // a virus scanner looks at a new file for a moment
+    *descriptor = _wsopen(wide.c_str(), _O_RDWR | _O_CREAT | _O_NOINHERIT, _SH_DENYRW, _S_IREAD | _S_IWRITE);
+    if (*descriptor >= 0 || _doserrno != ERROR_SHARING_VIOLATION) break;
+    Sleep(20);
+  }
   if (*descriptor >= 0) return Locked::kByUs;
-  return GetLastError() == ERROR_SHARING_VIOLATION ? Locked::kByOthers : Locked::kFailed;
+  return _doserrno == ERROR_SHARING_VIOLATION ? Locked::kByOthers : Locked::kFailed;
 }
 
 }  // namespace consac::run

@@ -142,6 +142,10 @@ Dictionary World::Progress() {
   return table;
 }
 
+bool World::Learned(std::int64_t behaviour) {
+  return driver_ != nullptr && All(behaviour).ok() && driver_->learned(static_cast<std::size_t>(behaviour));
+}
+
 Status World::SaveModel(std::int64_t behaviour, const std::string& path) {
   const Result<Part> part = All(behaviour);
   if (!part.ok()) return part.status();

@@ -49,6 +49,7 @@ class World : public Instance {
   bool Finished();
   void SetPaused(bool paused);
   Dictionary Progress();
+  bool Learned(std::int64_t behaviour);
   Status SaveModel(std::int64_t behaviour, const std::string& path);
   Status Record(std::int64_t behaviour);
   std::int64_t RecordedSteps(std::int64_t behaviour);

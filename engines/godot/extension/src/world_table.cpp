@@ -29,6 +29,7 @@ ClassTable WorldTable() {
       Bind<World, &World::Finished>("finished"),
       Bind<World, &World::SetPaused>("set_paused", {"paused"}),
       Bind<World, &World::Progress>("progress"),
+      Bind<World, &World::Learned>("learned", {"behaviour"}),
       Bind<World, &World::SaveModel>("save_model", {"behaviour", "path"}),
       Bind<World, &World::Record>("record", {"behaviour"}),
       Bind<World, &World::RecordedSteps>("recorded_steps", {"behaviour"}),

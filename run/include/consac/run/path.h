@@ -20,8 +20,12 @@ inline std::filesystem::path ToPath(const std::string& utf8) {
 
 /// And back, with slashes on every system.
 inline std::string FromPath(const std::filesystem::path& path) {
+#if defined(_WIN32)
   const std::u8string utf8 = path.generic_u8string();
   return {utf8.begin(), utf8.end()};
+#else
+  return path.native();
+#endif
 }
 
 }  // namespace consac::run

@@ -140,7 +140,7 @@ func set_paused(paused: bool) -> void:
 
 
 func close() -> void:
-	var fault := _keep() if _unsaved else ""
+	var fault := _keep(".stopped") if _unsaved else ""
 	_unsaved = false
 	if not fault.is_empty():
 		printerr("consac: ", fault)
@@ -371,15 +371,21 @@ func _hand_over() -> String:
 	return ""
 
 
-## At the end of a training inside the engine: saves what was learned. Before the first round of learning
-## there is nothing worth a file, least of all one that is there.
-func _keep() -> String:
-	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty() or _world.progress().updates == 0:
+## At the end of a training inside the engine: saves what was learned. One that was stopped before has a name
+## of its own, and takes no finished one's place. A model that has learned nothing yet is worth no file.
+func _keep(mark := "") -> String:
+	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty():
 		return ""
 	for b in _herds.size():
-		var fault: String = _world.save_model(b, _path_of(_sync.model_path, b))
+		if not _world.learned(b):
+			continue
+		var path := _path_of(_sync.model_path, b)
+		var target := path if mark.is_empty() else "%s%s.%s" % [path.get_basename(), mark, path.get_extension()]
+		var fault: String = _world.save_model(b, target)
 		if not fault.is_empty():
 			return fault
+		if not mark.is_empty():
+			print("consac: stopped early; what was learned is in ", target)
 	return ""
 
 

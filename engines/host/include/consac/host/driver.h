@@ -42,6 +42,9 @@ class Driver {
   virtual Progress progress() const = 0;
   /// The engine stands still on purpose, or goes on.
   virtual void SetPaused(bool paused) { (void)paused; }
+  /// Whether the model of behaviour `b` has learned anything here: it has been through a round of learning that went
+  /// well.
+  virtual bool learned(std::size_t b) const { return (void)b, false; }
   /// Writes the model of behaviour `b` as it is now; kFailedPrecondition for a driver that has none.
   virtual Status SaveModel(std::size_t b, const std::string& path);
   /// The host cannot go on: ends what is under way for good. A trainer elsewhere is told why.

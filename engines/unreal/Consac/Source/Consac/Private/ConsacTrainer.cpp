@@ -142,20 +142,20 @@ void AConsacTrainer::StopTraining()
 		State->bStopWanted = true;
 		return;
 	}
-	consac::Status Status;
-	// Before the first round of learning there is nothing worth a file, least of all one that is there.
-	if (State->Driver && !State->bCompleted && State->Driver->progress().updates > 0)
+	FString Fault;
+	if (State->Driver && !State->bCompleted)
 	{
-		KeepModels();
+		Fault = KeepModels(TEXT(".stopped.consac"));
 	}
 	if (State->Driver && !RecordFolder.IsEmpty())
 	{
-		Status = State->Herd->SaveRecords(ConsacPlugin::ToFolder(RecordFolder));
+		const consac::Status Status = State->Herd->SaveRecords(ConsacPlugin::ToFolder(RecordFolder));
+		Fault = Status.ok() ? Fault : ConsacPlugin::FromUtf8(Status.message());
 	}
 	State->Drop();
-	if (!Status.ok())
+	if (!Fault.IsEmpty())
 	{
-		Report(ConsacPlugin::FromUtf8(Status.message()));
+		Report(Fault); // last: whoever hears it may call anything
 	}
 }
 
@@ -326,26 +326,37 @@ bool AConsacTrainer::DoStep()
 void AConsacTrainer::Complete()
 {
 	State->bCompleted = true;
-	KeepModels();
+	const FString Fault = KeepModels(TEXT(".consac"));
+	if (!Fault.IsEmpty())
+	{
+		Report(Fault);
+	}
 	OnTrainingCompleted.Broadcast();
 }
 
-void AConsacTrainer::KeepModels()
+// What is wrong, or nothing. A model that has learned nothing yet is worth no file.
+FString AConsacTrainer::KeepModels(const TCHAR* Ending)
 {
-	if (Mode != EConsacMode::Train || SaveFolder.IsEmpty())
-	{
-		return;
-	}
-	const std::string Folder = ConsacPlugin::ToFolder(SaveFolder);
+	FString Fault;
 	const std::vector<consac::BehaviourSpec>& Behaviours = State->Herd->World().spec().behaviours;
-	for (std::size_t B = 0; B < Behaviours.size(); ++B)
+	for (std::size_t B = 0; !SaveFolder.IsEmpty() && B < Behaviours.size(); ++B)
 	{
-		const consac::Status Status = State->Driver->SaveModel(B, Folder + "/" + Behaviours[B].name + ".consac");
+		if (!State->Driver->learned(B))
+		{
+			continue;
+		}
+		const std::string File = ConsacPlugin::ToFolder(SaveFolder) + "/" + Behaviours[B].name + ConsacPlugin::ToUtf8(Ending);
+		const consac::Status Status = State->Driver->SaveModel(B, File);
 		if (!Status.ok())
 		{
-			Report(ConsacPlugin::FromUtf8(Status.message()));
+			Fault = ConsacPlugin::FromUtf8(Status.message());
+		}
+		else
+		{
+			UE_LOG(LogConsac, Display, TEXT("what was learned is in %s"), *ConsacPlugin::FromUtf8(File));
 		}
 	}
+	return Fault;
 }
 
 void AConsacTrainer::Show()

@@ -117,8 +117,9 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	EConsacWhileLearning WhileLearning = EConsacWhileLearning::GoOn;
 
-	/** Train Inside: the folder where each kind of agent's model is saved, as BEHAVIOUR.consac: at the end, or when it is stopped after at
-	 *  least one round of learning. A relative path is one below Saved/Consac of the project; empty: nothing is saved. */
+	/** Train Inside: the folder where each kind of agent's model is saved, as BEHAVIOUR.consac at the end, and as
+	 *  BEHAVIOUR.stopped.consac when it is stopped before. A relative path is one below Saved/Consac of the project; empty: nothing is
+	 *  saved. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	FString SaveFolder;
 
@@ -215,7 +216,7 @@ private:
 	void Advance();
 	bool DoStep();
 	void Complete();
-	void KeepModels();
+	FString KeepModels(const TCHAR* Ending);
 	void Show();
 
 	UPROPERTY(Transient)
