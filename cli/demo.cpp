@@ -97,10 +97,11 @@ int Demo(const DemoFlags& flags) {
   Print("\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n",
         100.0 * verdict->mean_reward / verdict->mean_length);
   Print(
-      "model           {1}\nlearning curve  {2}/curve.png (and .svg)\n"
+      "model           {1}\nlearning curve  {2} (and .svg)\n"
       "watch it again  {0} play {1} {3}\nlook inside     {0} inspect {1}\n"
-      "TensorBoard     tensorboard --logdir {2}/tensorboard (where it is installed)\n",
-      ProgramPath(), summary->model_path, folder, kWorld);
+      "TensorBoard     tensorboard --logdir {4} (where it is installed)\n",
+      Argument(ProgramPath()), Argument(summary->model_path), Argument(folder + "/curve.png"), kWorld,
+      Argument(folder + "/tensorboard"));
   return 0;
 }
 

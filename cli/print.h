@@ -23,4 +23,9 @@ void PrintError(fmt::format_string<Arguments...> format, Arguments&&... argument
   (void)std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
+/// An argument as a shell takes it: in quotes where it has a blank.
+inline std::string Argument(const std::string& text) {
+  return text.find(' ') == std::string::npos ? text : "\"" + text + "\"";
+}
+
 }  // namespace consac::cli

@@ -59,7 +59,8 @@ Result<run::RunConfig> Resolve(const TrainFlags& flags) {
 std::string ResumeCommand(const run::RunSummary& summary) {
   const std::size_t slash = summary.directory.rfind('/');
   const std::string folder = summary.directory.substr(0, slash), name = summary.directory.substr(slash + 1);
-  return fmt::format("{} train --resume --name {}{}", ProgramPath(), name, folder == "runs" ? "" : " --dir " + folder);
+  return fmt::format("{} train --resume --name {}{}", Argument(ProgramPath()), name,
+                     folder == "runs" ? "" : " --dir " + Argument(folder));
 }
 
 void PrintJson(const run::RunSummary& summary) {

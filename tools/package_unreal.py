@@ -17,13 +17,13 @@ import zipfile
 
 from unreal_lint.build import strict
 from unreal_stage.layout import FOLDERS, plan, version_of
-from unreal_stage.third_party import Missing
+from unreal_stage.third_party import LIBRARIES, Library, Missing, debian_copyright
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PLUGIN = "engines/unreal/Consac"
 ENGINES = ("5.3", "5.4", "5.5", "5.6")
 LEFT_OUT = tuple(folder + "/" for folder in FOLDERS) + ("Binaries/", "Intermediate/", "Saved/", "Programs/", ".clang-format")
-DOCUMENTS = ("docs/unreal.md", "docs/unreal-nodes.md", "docs/unreal-rules.md")
+DOCUMENTS = tuple(f"docs/{name}.md" for name in ("unreal", "unreal-nodes", "unreal-rules", "program", "runs", "logs", "configuration"))
 LINUX, WINDOWS = "Programs/Linux/consac", "Programs/Win64/consac.exe"  # where the node Start Trainer Program looks
 BUILT = {LINUX: "build/release/cli/consac", WINDOWS: "build/windows-program/cli/consac.exe"}
 LICENCES = "build/windows-needs/prefix/licenses"  # of what is linked into the program for Windows
@@ -36,6 +36,10 @@ it compile. Then read Docs/unreal.md.
 Not compiled against Unreal by its authors: see "How far this is tested" in Docs/unreal.md.
 """
 TRAINER = "The trainer, started by the node Start Trainer Program, or by hand in a terminal.\n"
+CLI11 = Library("cli11", "libcli11-dev", (), "arguments of the program")
+LINUX_README = """What is compiled into it has its licences in the folder Licenses. On Debian 12: apt install libfmt9 libyaml-cpp0.7 libhwy1
+libcairo2. It needs these libraries of the system:
+"""
 WINDOWS_README = """It runs by itself on 64-bit Windows 10 (1903) and later.
 What is linked into it has its licences in the folder Licenses. Of cairo's two, the Mozilla Public License 1.1 is used; its
 source, version 1.16.0, unchanged: https://cairographics.org/releases/cairo-1.16.0.tar.xz
@@ -61,8 +65,10 @@ def needs(program: pathlib.Path) -> list[str]:
 
 
 def linux_program(program: pathlib.Path) -> dict[str, bytes]:
-    text = TRAINER + "It needs these libraries of the system:\n" + "\n".join(needs(program)) + "\n"
-    return {LINUX: program.read_bytes(), "Programs/Linux/README.txt": text.encode()}
+    """The program, with the licences of the headers that are compiled into it."""
+    text = TRAINER + LINUX_README + "\n".join(needs(program)) + "\n"
+    licences = {f"Programs/Linux/Licenses/{library.name}.txt": debian_copyright(library) for library in (*LIBRARIES, CLI11)}
+    return {LINUX: program.read_bytes(), "Programs/Linux/README.txt": text.encode()} | licences
 
 
 def windows_program(program: pathlib.Path, licences: pathlib.Path) -> dict[str, bytes]:

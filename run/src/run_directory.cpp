@@ -16,14 +16,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A name becomes a folder, so it must not lead out of the runs folder.
+// What Windows takes for a device, with or without an extension.
+bool IsDevice(const std::string& name) {
+  std::string stem = name.substr(0, name.find('.'));
+  std::transform(stem.begin(), stem.end(), stem.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt"))) return stem[3] >= '0' && stem[3] <= '9';
+  return stem == "con" || stem == "nul" || stem == "aux" || stem == "prn";
+}
+
+// A name becomes a folder, so it must not lead out of the runs folder, and be the same folder on every system.
 Status CheckName(const std::string& name) {
   const bool plain = !name.empty() && name[0] != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
   });
-  if (plain && name.size() <= 128) return Status::Ok();
-  return {StatusCode::kInvalidArgument,
-          "run name " + Quote(name) + " cannot be a folder; use letters, digits, '_', '-' and '.'"};
+  if (plain && name.size() <= 128 && name.back() != '.' && !IsDevice(name)) return Status::Ok();
+  return {StatusCode::kInvalidArgument, "run name " + Quote(name) +
+                                            " cannot be a folder; use letters, digits, '_', '-' and '.', none of the "
+                                            "last at an end, and no name of a device (con, nul)"};
 }
 
 bool HoldsRun(const std::string& path) {
@@ -60,6 +69,7 @@ void RemoveHalfWritten(const std::string& folder) {
 Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name,
                                                          ExistingRun existing) {
   CONSAC_RETURN_IF_ERROR(CheckName(name));
+  if (directory.empty()) return Status{StatusCode::kInvalidArgument, "the folder of the runs is ''; name one"};
   const std::string path = directory + "/" + name;
   const bool exists = HoldsRun(path);
   if (exists && existing == ExistingRun::kRefuse) {

@@ -152,6 +152,7 @@ Status Training::Restore() {
     trainees_[i].reported_updates = trainees_[i].learner->updates();
   }
   checkpoint_updates_ = trainees_[0].learner->updates();
+  if (config_.table) report_->Line("going on from step " + std::to_string(restored_steps_));
   return Status::Ok();
 }
 

@@ -41,12 +41,14 @@ std::unique_ptr<RunDirectory> Open(const std::string& root, ExistingRun existing
 
 TEST(RunDirectory, NamesThatAreNoFolderAreRefused) {
   testing::ScratchFolder scratch("names");
-  for (const char* name : {"", ".", "..", "../x", "a/b", "/etc", "a\nb", ".hidden", "caf\xc3\xa9"}) {
+  for (const char* name :
+       {"", ".", "..", "../x", "a/b", "/etc", "a\nb", ".hidden", "caf\xc3\xa9", "road.", "con", "NUL.txt", "com1"}) {
     const auto directory = RunDirectory::Open(scratch.path(), name, ExistingRun::kRefuse);
     ASSERT_FALSE(directory.ok()) << name;
     EXPECT_EQ(directory.status().code(), StatusCode::kInvalidArgument) << name;
   }
   EXPECT_TRUE(fs::is_empty(scratch.path()));
+  EXPECT_FALSE(RunDirectory::Open("", "road", ExistingRun::kRefuse).ok()) << "not the root of the disk";
 }
 
 TEST(RunDirectory, OneWriterAtATime) {

@@ -62,9 +62,10 @@ def test_licences_documents_and_graphs_are_there(package):
     assert files["LICENSE"] == (ROOT / "LICENSE").read_bytes()
     for library in LIBRARIES:
         assert f"{THIRD_PARTY}/{library.name}/LICENSE.txt" in files
-    text = files["Docs/unreal.md"].decode()
-    for link in re.findall(r"\]\(([^)#:]+)\)", text):
-        assert f"Docs/{link}" in files, f"Docs/unreal.md links to {link}"
+    for page in (name for name in files if name.startswith("Docs/") and name.endswith(".md")):
+        for link in re.findall(r"\]\(([^)#:]+)\)", files[page].decode()):
+            assert f"Docs/{link}" in files, f"{page} links to {link}"
+    assert "Programs/Linux/Licenses/cli11.txt" in files
     assert len([name for name in files if name.startswith("graphs/")]) >= 5
 
 
