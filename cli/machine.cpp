@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -40,21 +39,12 @@ void LimitMemory() {
 
 #if defined(_WIN32)
 namespace {
-
 UINT code_page = 0;  // the console's, before us
-
-// A program that was started without a console has nowhere to print to, which is no error.
-void OpenWhereClosed(DWORD handle, std::FILE* stream) {
-  if (GetFileType(GetStdHandle(handle)) == FILE_TYPE_UNKNOWN) (void)std::freopen("NUL", "w", stream);
-}
-
 }  // namespace
 #endif
 
 void PrepareOutput() {
 #if defined(_WIN32)
-  OpenWhereClosed(STD_OUTPUT_HANDLE, stdout);
-  OpenWhereClosed(STD_ERROR_HANDLE, stderr);
   code_page = GetConsoleOutputCP();
   if (code_page == 0) return;
   SetConsoleOutputCP(CP_UTF8);
@@ -65,9 +55,9 @@ void PrepareOutput() {
 #endif
 }
 
-bool OutputIsPipe() {
+bool OutputMayBeLost() {
 #if defined(_WIN32)
-  return GetFileType(GetStdHandle(STD_OUTPUT_HANDLE)) == FILE_TYPE_PIPE;
+  return GetFileType(GetStdHandle(STD_OUTPUT_HANDLE)) != FILE_TYPE_DISK;
 #else
   struct stat what {};
   return fstat(STDOUT_FILENO, &what) == 0 && (S_ISFIFO(what.st_mode) || S_ISSOCK(what.st_mode));

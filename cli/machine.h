@@ -11,8 +11,8 @@ void LimitMemory();
 /// Makes a terminal show UTF-8, as all of the program's words are; and a write that nobody can take an error instead of
 /// the end of the program.
 void PrepareOutput();
-/// Whether standard output goes to another program.
-bool OutputIsPipe();
+/// Whether what standard output does not take is nobody's fault: its reader has left, or there never was a console.
+bool OutputMayBeLost();
 /// "g++ 12.2.0".
 std::string CompilerName();
 /// FLOP/s of a 64x64 dense layer on 64 rows, best of bursts that take about `seconds` together.

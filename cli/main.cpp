@@ -122,8 +122,7 @@ int Perform(const std::string& verb, const Action& action) {
 int AfterOutput(int code) {
   errno = 0;
   const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-  // A pipe fails only because its reader has left.
-  if (written || OutputIsPipe() || code != 0) return code;
+  if (written || OutputMayBeLost() || code != 0) return code;
   return Fail("output", {StatusCode::kResourceExhausted, std::string("standard output could not be written: ") +
                                                              std::strerror(errno != 0 ? errno : EIO)});
 }
