@@ -292,6 +292,14 @@ func judge() -> void:
 """
 
 
+QUITS = """
+
+func judge() -> void:
+	if steps == AT:
+		get_tree().quit()
+"""
+
+
 def world(godot, name, source):
     """A scene of one agent with this script: the command that plays it."""
     (godot.project / f"{name}.gd").write_text(source)
@@ -358,6 +366,18 @@ def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_e
     assert again.returncode == 0, again.stderr  # the next trainer is served
     engine.kill()
     assert "SCRIPT ERROR" not in engine.finish()[1]
+
+
+def test_a_training_that_is_stopped_keeps_what_was_learned_under_a_name_of_its_own(godot, tmp_path):
+    finished, stopped = tmp_path / "model.consac", tmp_path / "model.stopped.consac"
+    finished.write_bytes(b"a finished model")
+    for at, learns in ((20, False), (150, True)):
+        source = ONE_NUMBER.replace("WHAT", "place") + QUITS.replace("AT", str(at))
+        engine = godot.start(*world(godot, "quitting", source), "--", "--consac-mode=train", "--consac-steps=1000000",
+                             "--consac-set=n_steps:64", f"--consac-model={finished}")
+        code, output = engine.finish()
+        assert code == 0 and stopped.exists() == learns, output
+    assert finished.read_bytes() == b"a finished model" and str(stopped) in output
 
 
 def test_the_native_trainer_hears_why_a_session_cannot_go_on(godot, tmp_path):

@@ -54,7 +54,8 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 @export var training_length: int = 20000
 ## Name of the model for the trainer; "" lets the trainer choose.
 @export var model_name: String = ""
-## Where the model lies that acts, and where training inside the engine saves one. Where a scene has
+## Where the model lies that acts, and where training inside the engine saves one, as
+## NAME.stopped.consac when it is stopped before the end. Where a scene has
 ## several behaviours, {behaviour} in it stands for the name of each.
 @export_file("*.consac") var model_path: String = ""
 ## Of training inside the engine: an algorithm and all its hyperparameters, as properties. Without it
