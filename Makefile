@@ -4,12 +4,14 @@ JOBS ?= $(shell nproc)
 
 ## Set up, build, and the main job: train over TCP on the road world, save, act with the model.
 run: build
-	build/release/cli/consac demo
+	@build/release/cli/consac demo
 
 build:
-	tools/setup.sh build
-	cmake --preset release -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING
-	cmake --build --preset release -j $(JOBS)
+	@tools/setup.sh build
+	@echo "build: compiling the program, a minute or two on two cores, seconds when it is up to date"
+	@cmake --preset release -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING >/dev/null
+	@start=$$(date +%s); cmake --build --preset release -j $(JOBS) --target consac && \
+	  echo "build: build/release/cli/consac is ready after $$(($$(date +%s) - start)) s"
 
 ## Set up, build, all tests; those in a real engine where it can be fetched.
 test:
@@ -22,6 +24,7 @@ test-slow: build
 	tools/setup.sh test
 	cmake --preset release --log-level=WARNING
 	cmake --build --preset release -j $(JOBS) --target learning_proofs
+	.venv/bin/python tests/hostile/hostile.py --seconds 600 --seed $$(date +%j)
 	build/release/tests/learning_proofs bench/results/learning.md
 	tools/setup.sh slow
 	.venv-slow/bin/python tests/slow/ecosystem_proofs.py bench/results/ecosystem.md
@@ -31,8 +34,8 @@ bench:
 	tools/setup.sh bench
 	bench/run.sh
 
-## Every fuzz target for FUZZ_SECONDS each.
-FUZZ_SECONDS ?= 600
+## All fuzz targets, FUZZ_SECONDS of a core in all.
+FUZZ_SECONDS ?= 3600
 fuzz:
 	tools/setup.sh test
 	tools/fuzz.sh $(FUZZ_SECONDS)

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "bench/peak.h"
 #include "bench/ppo_update_net.h"
@@ -12,7 +11,9 @@
 #include "cli/machine.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
+#include "consac/base/json.h"
 #include "consac/base/text.h"
+#include "consac/base/thread.h"
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
@@ -120,6 +121,7 @@ run::RunConfig ConfigOf(const Job& job) {
   config.name = "bench";
   config.force = true;
   config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
   config.checkpoint_every_s = 0;
   return config;
 }
@@ -184,11 +186,11 @@ class ServedRoad {
     auto listener = ListenTcp({"127.0.0.1", 0});
     auto server = EnvServer::Create(*env_, std::move(*listener), options);
     server_ = std::move(*server);
-    thread_ = std::thread([this] { (void)server_->ServeSession(stop_); });
+    (void)thread_.Start([this] { (void)server_->ServeSession(stop_); });  // else its client hears nothing, and says so
   }
   ~ServedRoad() {
     stop_ = true;
-    thread_.join();
+    thread_.Join();
   }
   int port() const { return server_->port(); }
 
@@ -196,7 +198,7 @@ class ServedRoad {
   std::unique_ptr<VectorEnv> env_;
   std::unique_ptr<EnvServer> server_;
   std::atomic<bool> stop_{false};
-  std::thread thread_;
+  Thread thread_;
 };
 
 Figure ThesisJob(const BenchContext& context) {
@@ -227,11 +229,12 @@ double PingPong(std::size_t bytes, int count) {
       if (!first && !transport.Write(buffer, 1.0).ok()) return;
     }
   };
-  std::thread echo([&] { exchange(**far_end, false, count); });
+  Thread echo;
+  if (!echo.Start([&] { exchange(**far_end, false, count); }).ok()) return std::nan("");
   const double start = Now();
   exchange(**near_end, true, count);
   const double rate = count / (Now() - start);
-  echo.join();
+  echo.Join();
   return rate;
 }
 
@@ -316,7 +319,7 @@ int Bench(const BenchFlags& flags) {
     if (!flags.json) Print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
     std::fflush(stdout);
   }
-  if (flags.json) Print("{}\n", json.dump(2));
+  if (flags.json) PrintLines(AsciiJsonText(json, 2));
   return 0;
 }
 

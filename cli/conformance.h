@@ -1,5 +1,6 @@
 #pragma once
-// Puts any server of protocol 2 through spec/conformance/protocol2/server.json.
+// Puts any server of protocol 2 through spec/conformance/protocol2/server.json, and any trainer through trainer.json
+// and results.json.
 
 #include <functional>
 #include <string>
@@ -8,17 +9,25 @@
 
 namespace consac::cli {
 
-/// The cases as JSON.
-const char* ConformanceCases();
+/// The files of spec/conformance/protocol2 as text.
+const char* ConformanceServerCases();
+const char* ConformanceTrainerCases();
+const char* ConformanceResults();
 
 /// What became of one case.
 struct ConformanceVerdict {
   std::string name;
-  Status status;  ///< ok, or which step failed and how
+  std::string rules;  ///< of spec/protocol2.md, "R11 R24"
+  Status status;      ///< ok, or which step failed and how
 };
 
 /// Runs every case against `endpoint`, telling `say` of each; how many failed. kUnavailable when nobody answers there.
 Result<int> RunConformance(const Endpoint& endpoint, const std::string& token,
                            const std::function<void(const ConformanceVerdict&)>& say);
+
+/// Is the engine of every case for a trainer that connects to `endpoint` again and again; how many failed. kUnavailable
+/// when nobody listens for `patience_s`.
+Result<int> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
+                                  const std::function<void(const ConformanceVerdict&)>& say);
 
 }  // namespace consac::cli

@@ -2,12 +2,12 @@
 // coin.
 #include <fmt/format.h>
 
-#include <thread>
-
 #include "cli/flags.h"
 #include "cli/play.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
+#include "consac/base/thread.h"
+#include "consac/run/shortage.h"
 #include "consac/run/training.h"
 #include "consac/server/env_server.h"
 
@@ -35,21 +35,19 @@ class Engine {
     Result<std::unique_ptr<EnvServer>> server = EnvServer::Create(*env_, std::move(*listener), options);
     if (!server.ok()) return server.status();
     server_ = std::move(*server);
-    thread_ = std::thread([this] { status_ = server_->ServeSession(stop_); });
-    return Status::Ok();
+    return thread_.Start([this] { (void)run::Guarded([this] { return server_->ServeSession(stop_); }); });
   }
   ~Engine() {
     stop_ = true;
-    if (thread_.joinable()) thread_.join();
+    thread_.Join();
   }
   std::string url() const { return fmt::format("tcp://127.0.0.1:{}", server_->port()); }
 
  private:
   std::unique_ptr<VectorEnv> env_;
   std::unique_ptr<EnvServer> server_;
-  std::thread thread_;
+  Thread thread_;
   std::atomic<bool> stop_{false};
-  Status status_;
 };
 
 Result<run::RunSummary> TrainOverTcp(const DemoFlags& flags, const worlds::World& world) {
@@ -80,27 +78,25 @@ int Demo(const DemoFlags& flags) {
                summary->directory);
     return 130;
   }
-  Result<Policy> policy = Policy::Load(summary->model_path);
-  if (!policy.ok()) return Fail("demo", policy.status());
   Print("\n3. The saved model acts, with no network and no trainer (A: actor, o: coin):\n\n");
   WalkOptions walk;
   walk.steps = 40;
-  const Status walked = Walk(*policy, **world, walk, StopSignal());
+  const Status walked = Walk({summary->models[0].path}, **world, walk, StopSignal());
   if (!walked.ok()) return Fail("demo", walked);
   run::EvaluateOptions evaluate;
-  evaluate.model = summary->model_path;
+  evaluate.model = summary->models[0].path;
   evaluate.world = kWorld;
   evaluate.episodes = 20;
-  const Result<run::EvaluateSummary> verdict = run::Evaluate(evaluate, StopSignal());
+  const Result<std::vector<run::EvaluateSummary>> verdict = run::Evaluate(evaluate, StopSignal());
   if (!verdict.ok()) return Fail("demo", verdict.status());
   const std::string& folder = summary->directory;
   Print("\nIt steps nearer to the coin in {:.1f}% of its steps.\n\n",
-        100.0 * verdict->mean_reward / verdict->mean_length);
+        100.0 * verdict->front().mean_reward / verdict->front().mean_length);
   Print(
       "model           {1}\nlearning curve  {2} (and .svg)\n"
       "watch it again  {0} play {1} {3}\nlook inside     {0} inspect {1}\n"
       "TensorBoard     tensorboard --logdir {4} (where it is installed)\n",
-      Argument(ProgramPath()), Argument(summary->model_path), Argument(folder + "/curve.png"), kWorld,
+      Argument(ProgramPath()), Argument(summary->models[0].path), Argument(folder + "/curve.png"), kWorld,
       Argument(folder + "/tensorboard"));
   return 0;
 }

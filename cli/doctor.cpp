@@ -4,6 +4,7 @@
 
 #include "bench/peak.h"
 #include "cli/conformance.h"
+#include "cli/conformance_frames.h"
 #include "cli/flags.h"
 #include "cli/machine.h"
 #include "cli/print.h"
@@ -19,7 +20,7 @@ namespace consac::cli {
 namespace {
 
 struct DoctorFlags {
-  std::string url, conformance, token, directory = "runs";
+  std::string url, conformance, trainer, token, directory = "runs";
   double timeout = 3.0;
 };
 
@@ -57,6 +58,17 @@ Status TestDisk(const std::string& directory) {
   return status;
 }
 
+/// An engine whose slots are all empty may have forgotten to say who takes part.
+Status CheckSomebody(const EnvClient& client) {
+  for (std::size_t b = 0; b < client.spec().behaviours.size(); ++b) {
+    const std::span<const std::uint8_t> present = client.present(b);
+    if (present.empty() || std::find(present.begin(), present.end(), 1) != present.end()) return Status::Ok();
+  }
+  return {StatusCode::kProtocol,
+          "no agent takes part: RESULT's state 16 is set for no slot; the engine sets it for every agent whose action "
+          "counts next time (R77)"};
+}
+
 int ExamineEndpoint(const DoctorFlags& flags) {
   const Result<Endpoint> endpoint = Endpoint::Parse(flags.url);
   if (!endpoint.ok()) return Fail("doctor", endpoint.status());
@@ -64,28 +76,44 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   if (!transport.ok()) return Fail("doctor", transport.status());
   EnvClientOptions options;
   options.setup_timeout_s = options.deadline_s = flags.timeout;
+  options.waits_while_paused = false;  // an answer is wanted, and within that time
   options.token = flags.token;
   Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options);
   if (!client.ok()) return Fail("doctor", client.status());
-  const BehaviourSpec& behaviour = (*client)->spec().behaviours[0];
+  const std::vector<BehaviourSpec>& behaviours = (*client)->spec().behaviours;
   const SessionRequest& request = (*client)->request();
-  Print(
-      "endpoint             {}\nobservation          {}\naction               {}\ntraining length      {}\nmodel name  "
-      "         {}\n",
-      (*client)->description(), behaviour.observation_space.ToString(), behaviour.action_space.ToString(),
-      request.training_length, request.model_name.empty() ? "none given" : request.model_name);
-  BatchBuffer buffer(behaviour);
-  Status status = (*client)->Reset(0, {&buffer.batch(), 1});
+  Print("endpoint             {}\n", (*client)->description());
+  std::vector<BatchBuffer> buffers;
+  std::vector<Batch> batches;
+  for (const BehaviourSpec& behaviour : behaviours) {
+    const std::string of = behaviours.size() > 1 ? " of '" + behaviour.name + "'" : "";
+    Print("observation          {}{}\naction               {}{}\n", behaviour.observation_space.ToString(), of,
+          behaviour.action_space.ToString(), of);
+    batches.push_back(buffers.emplace_back(behaviour).batch());
+  }
+  Print("training length      {}\nmodel name           {}\n", request.training_length,
+        request.model_name.empty() ? "none given" : request.model_name);
+  Status status = (*client)->Reset(0, batches);
   if (!status.ok()) return Fail("doctor", status);
   Rng rng(1, StreamId("doctor"));
   constexpr std::int64_t kMostSteps = 50;
   const std::int64_t steps = request.training_length > 0 ? std::min(request.training_length, kMostSteps) : kMostSteps;
   const double start = Now();
   for (std::int64_t i = 1; i <= steps && status.ok(); ++i) {
-    buffer.Advance();
-    SampleRow(behaviour.action_layout, rng, buffer.batch().actions);
-    status = (*client)->Step({&buffer.batch(), 1}, i == steps ? MoreSteps::kLast : MoreSteps::kYes);
+    for (std::size_t b = 0; b < behaviours.size(); ++b) {
+      buffers[b].Advance();
+      batches[b] = buffers[b].batch();
+      for (std::int64_t row = 0; row < batches[b].rows(); ++row) {
+        const Layout& layout = behaviours[b].action_layout;
+        std::byte* actions = batches[b].actions + static_cast<std::size_t>(row) * layout.row_bytes;
+        SampleRow(layout, rng, actions);
+        if (batches[b].action_masks != nullptr)
+          MakeLegal(layout, batches[b].action_masks + row * layout.mask_bytes, actions);
+      }
+    }
+    status = (*client)->Step(batches, i == steps ? MoreSteps::kLast : MoreSteps::kYes);
   }
+  if (status.ok()) status = CheckSomebody(**client);
   (*client)->Close();
   if (!status.ok()) return Fail("doctor", status);
   Print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n",
@@ -93,24 +121,31 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   return 0;
 }
 
-/// Puts a server through the conformance cases of protocol 2.
+/// Puts a server, or a trainer, through the conformance cases of protocol 2.
 int ExamineConformance(const DoctorFlags& flags) {
-  const Result<Endpoint> endpoint = Endpoint::Parse(flags.conformance);
+  const bool of_trainer = !flags.trainer.empty();
+  const Result<Endpoint> endpoint = Endpoint::Parse(of_trainer ? flags.trainer : flags.conformance);
   if (!endpoint.ok()) return Fail("doctor", endpoint.status());
   int count = 0;
-  const Result<int> failed = RunConformance(*endpoint, flags.token, [&](const ConformanceVerdict& verdict) {
+  const auto say = [&](const ConformanceVerdict& verdict) {
     ++count;
-    Print("{:<8} {}{}\n", verdict.status.ok() ? "holds" : "FAILS", verdict.name,
-          verdict.status.ok() ? "" : "\n         " + verdict.status.message());
+    Print("{:<8} {} ({})\n", verdict.status.ok() ? "holds" : "FAILS", verdict.name, verdict.rules);
+    if (!verdict.status.ok()) Print("         {}\n", verdict.status.message());
     std::fflush(stdout);
-  });
+  };
+  if (of_trainer) {
+    Print("listening on {}; let the trainer connect, reset and step, again and again\n", flags.trainer);
+    std::fflush(stdout);
+  }
+  const Result<int> failed =
+      of_trainer ? RunTrainerConformance(*endpoint, flags.timeout, say) : RunConformance(*endpoint, flags.token, say);
   if (!failed.ok()) return Fail("doctor", failed.status());
   Print("{} of {} cases of protocol 2 hold\n", count - *failed, count);
   return *failed == 0 ? 0 : 3;
 }
 
 int Doctor(const DoctorFlags& flags) {
-  if (!flags.conformance.empty()) return ExamineConformance(flags);
+  if (!flags.conformance.empty() || !flags.trainer.empty()) return ExamineConformance(flags);
   if (!flags.url.empty()) return ExamineEndpoint(flags);
   Print(
       "consac               {}\nprocessor            {}\ncores                {}\ncompiler             {}\nkernels     "
@@ -137,7 +172,9 @@ Action AddDoctor(CLI::App& app) {
                  "an engine to examine, tcp://host:port; takes one session of it and up to 50 steps");
   app.add_option("--conformance", flags->conformance,
                  "put the server at tcp://host:port through the cases of spec/conformance/protocol2");
-  app.add_option("--token", flags->token, "access token that the server asks for");
+  app.add_option("--conformance-trainer", flags->trainer,
+                 "be the engine at tcp://host:port for a trainer that connects again and again, a case each time");
+  AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
   AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint");
   return [flags] { return Doctor(*flags); };

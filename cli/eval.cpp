@@ -4,6 +4,7 @@
 #include "cli/flags.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
+#include "consac/base/json.h"
 #include "consac/run/training.h"
 
 namespace consac::cli {
@@ -15,34 +16,58 @@ struct EvalFlags {
   bool stochastic = false, json = false;
 };
 
+nlohmann::json VerdictJson(const run::EvaluateSummary& verdict) {
+  return {{"episodes", verdict.episodes},     {"mean_reward", verdict.mean_reward},
+          {"std_reward", verdict.std_reward}, {"min_reward", verdict.min_reward},
+          {"max_reward", verdict.max_reward}, {"mean_length", verdict.mean_length}};
+}
+
+void PrintJson(const std::vector<run::EvaluateSummary>& verdicts) {
+  nlohmann::json json;
+  for (const run::EvaluateSummary& verdict : verdicts) json["behaviours"][verdict.behaviour] = VerdictJson(verdict);
+  Print("{}\n", AsciiJsonText(verdicts.size() == 1 ? VerdictJson(verdicts[0]) : json));
+}
+
+void PrintText(const std::vector<run::EvaluateSummary>& verdicts) {
+  for (const run::EvaluateSummary& verdict : verdicts) {
+    const std::string whose = verdicts.size() == 1 ? "" : verdict.behaviour + ": ";
+    if (verdict.episodes == 0) {
+      Print("{}no episode ended\n", whose);
+      continue;
+    }
+    Print("{}{} episodes: mean reward {:.4g} +- {:.3g} (from {:.4g} to {:.4g}), mean length {:.1f}\n", whose,
+          verdict.episodes, verdict.mean_reward, verdict.std_reward, verdict.min_reward, verdict.max_reward,
+          verdict.mean_length);
+  }
+}
+
 int Eval(EvalFlags& flags) {
   flags.options.deterministic = !flags.stochastic;
   flags.options.seed = static_cast<std::uint64_t>(flags.seed);
-  const Result<run::EvaluateSummary> summary = run::Evaluate(flags.options, StopSignal());
-  if (!summary.ok()) return Fail("eval", summary.status());
-  if (StopSignal().load())
-    PrintError("consac eval: interrupted after {} of {} episodes\n", summary->episodes, flags.options.episodes);
-  if (summary->episodes == 0) return StopSignal().load() ? 130 : 0;
-  if (flags.json) {
-    Print("{}\n", nlohmann::json({{"episodes", summary->episodes},
-                                  {"mean_reward", summary->mean_reward},
-                                  {"std_reward", summary->std_reward},
-                                  {"min_reward", summary->min_reward},
-                                  {"max_reward", summary->max_reward},
-                                  {"mean_length", summary->mean_length}})
-                      .dump());
-  } else {
-    Print("{} episodes: mean reward {:.4g} +- {:.3g} (from {:.4g} to {:.4g}), mean length {:.1f}\n", summary->episodes,
-          summary->mean_reward, summary->std_reward, summary->min_reward, summary->max_reward, summary->mean_length);
+  flags.options.say = [](const std::string& line) { PrintError("consac eval: {}\n", line); };
+  const Result<std::vector<run::EvaluateSummary>> verdicts = run::Evaluate(flags.options, StopSignal());
+  if (!verdicts.ok()) return Fail("eval", verdicts.status());
+  const int code = StopSignal().load() ? 130 : 0;
+  std::int64_t episodes = 0;
+  for (const run::EvaluateSummary& verdict : *verdicts) episodes += verdict.episodes;
+  if (code != 0) {
+    PrintError("consac eval: interrupted after {} of {} episodes\n", episodes,
+               flags.options.episodes * static_cast<std::int64_t>(verdicts->size()));
   }
-  return StopSignal().load() ? 130 : 0;
+  if (episodes == 0) return code;
+  if (flags.json)
+    PrintJson(*verdicts);
+  else
+    PrintText(*verdicts);
+  return code;
 }
 
 }  // namespace
 
 Action AddEval(CLI::App& app) {
   const auto flags = std::make_shared<EvalFlags>();
-  app.add_option("model", flags->options.model, "a .consac file or a run's name")->required();
+  app.add_option("model", flags->options.model, "a .consac file, or the name of a run, all of whose models are judged")
+      ->required();
   app.add_option("world", flags->options.world,
                  "a built-in world or tcp://host:port; the world it was trained on unless given");
   app.add_option("--dir", flags->options.directory, "folder of the runs");

@@ -32,4 +32,9 @@ CLI::Option* AddWhole(CLI::App& app, const std::string& name, std::int64_t* valu
   return app.add_option_function<std::string>(name, read, help)->type_name("NUMBER");
 }
 
+CLI::Option* AddToken(CLI::App& app, std::string* value, const std::string& help) {
+  return app.add_option("--token", *value, help + "; better in the environment than on a command line")
+      ->envname("CONSAC_TOKEN");
+}
+
 }  // namespace consac::cli

@@ -18,4 +18,7 @@ CLI::Option* AddWhole(CLI::App& app, const std::string& name, std::int64_t* valu
 inline constexpr std::int64_t kMostWhole = std::int64_t{9'000'000'000'000'000'000};  ///< no limit of its own
 inline constexpr double kMostSeconds = 1e9;                                          ///< of any waiting time
 
+/// Declares --token, which may also come from the environment: a command line is shown to everybody (ps).
+CLI::Option* AddToken(CLI::App& app, std::string* value, const std::string& help);
+
 }  // namespace consac::cli

@@ -3,6 +3,7 @@
 
 #include "cli/print.h"
 #include "cli/verbs.h"
+#include "consac/base/json.h"
 #include "consac/policy/policy.h"
 #include "consac/run/training.h"
 
@@ -31,8 +32,8 @@ void PrintPolicy(const Policy& policy) {
     Print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size,
           nn::NameOf(block.activation), block.input);
   }
-  const nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
-  Print("training     {}\n", training.dump(2));
+  const Result<nlohmann::json> training = ReadJson<nlohmann::json>(data.training_json);
+  PrintLines("training     " + (training.ok() ? JsonText(*training, 2) : training.status().message()));
 }
 
 void PrintTensors(const ModelFile& file) {
@@ -46,7 +47,10 @@ int Inspect(const InspectFlags& flags) {
   if (!path.ok()) return Fail("inspect", path.status());
   const Result<ModelFile> file = ModelFile::Load(*path);
   if (!file.ok()) return Fail("inspect", file.status());
-  const nlohmann::json spec = nlohmann::json::parse(file->spec_json, nullptr, false);
+  const Result<nlohmann::json> read = ReadJson<nlohmann::json>(file->spec_json);
+  if (!read.ok())
+    return Fail("inspect", {StatusCode::kDataLoss, "'" + *path + "': its specification is " + read.status().message()});
+  const nlohmann::json& spec = *read;
   const bool says_kind = spec.is_object() && spec.contains("kind") && spec["kind"].is_string();
   const std::string kind = says_kind ? spec["kind"].get<std::string>() : "?";
   std::optional<Policy> policy;
@@ -59,14 +63,14 @@ int Inspect(const InspectFlags& flags) {
     nlohmann::json tensors = nlohmann::json::object();
     for (const auto& [name, tensor] : file->tensors)
       tensors[name] = {{"dtype", NameOf(tensor.dtype)}, {"shape", tensor.shape}};
-    Print("{}\n", nlohmann::json({{"path", *path}, {"spec", spec}, {"tensors", tensors}}).dump(2));
+    PrintLines(AsciiJsonText(nlohmann::json({{"path", *path}, {"spec", spec}, {"tensors", tensors}}), 2));
     return 0;
   }
   Print("file         {}\nkind         {}\n", *path, kind);
   if (policy.has_value()) {
     PrintPolicy(*policy);
   } else {
-    Print("content      {}\n", spec.dump(2));
+    PrintLines("content      " + JsonText(spec, 2));
   }
   PrintTensors(*file);
   return 0;

@@ -6,6 +6,7 @@
 
 #include "cli/print.h"
 #include "cli/verbs.h"
+#include "consac/base/json.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
 #include "worlds/registry.h"
@@ -140,7 +141,7 @@ int List(const ListFlags& flags) {
                          "there is no list " + Quote(flags.what) + Suggestion(flags.what, kKinds)});
   }
   if (flags.json)
-    Print("{}\n", rows.dump(2));
+    PrintLines(AsciiJsonText(rows, 2));
   else
     PrintRows(rows);
   return 0;

@@ -3,6 +3,7 @@
 #if defined(_WIN32)
 #include <windows.h>
 #else
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -37,9 +39,40 @@ void LimitMemory() {
 #endif
 }
 
+void TakeStack() {
+#if !defined(_WIN32)
+  constexpr std::size_t kBytes = std::size_t{1} << 20, kStep = std::size_t{1} << 12;
+  [[maybe_unused]] volatile std::byte stack[kBytes];
+  for (std::size_t i = 0; i < kBytes; i += kStep) stack[i] = std::byte{0};
+#endif
+}
+
+void AllowManyFiles() {
+#if !defined(_WIN32)
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  (void)setrlimit(RLIMIT_NOFILE, &limit);
+#endif
+}
+
 #if defined(_WIN32)
 namespace {
 UINT code_page = 0;  // the console's, before us
+}  // namespace
+#endif
+
+#if !defined(_WIN32)
+namespace {
+
+// Where one of the first three descriptors is closed, the next file that is opened gets its number, and what is printed
+// lands in that file.
+void OpenStandardStreams() {
+  int descriptor = 0;
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) descriptor = open("/dev/null", O_RDWR);
+  if (descriptor > STDERR_FILENO) close(descriptor);
+}
+
 }  // namespace
 #endif
 
@@ -50,6 +83,7 @@ void PrepareOutput() {
   SetConsoleOutputCP(CP_UTF8);
   std::atexit([] { SetConsoleOutputCP(code_page); });
 #else
+  OpenStandardStreams();
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
   std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training
 #endif

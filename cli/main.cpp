@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <new>
 
 #include "cli/machine.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
+#include "consac/run/shortage.h"
 
 namespace consac::cli {
 namespace {
@@ -36,11 +36,18 @@ constexpr Verb kVerbs[] = {
      "consac doctor\nconsac doctor tcp://127.0.0.1:5005", AddDoctor},
 };
 
-std::atomic<bool> stop_flag{false};
+std::atomic<bool> stop_flag{false}, told_to_stop{false};
 std::string program_path = "consac";
 
 extern "C" void OnStopSignal(int) {
-  if (stop_flag.exchange(true)) std::_Exit(130);
+  stop_flag = true;
+  if (told_to_stop.exchange(true)) std::_Exit(130);
+}
+
+// A terminal that closes tells more than once, and a system that goes down sends SIGTERM as well: neither is
+// impatience.
+extern "C" void OnHangUp(int) {
+  stop_flag = true;
 }
 
 }  // namespace
@@ -83,10 +90,17 @@ const std::string& ProgramPath() {
 const std::atomic<bool>& StopSignal() {
   std::signal(SIGINT, OnStopSignal);
   std::signal(SIGTERM, OnStopSignal);
+#if defined(SIGHUP)
+  if (std::signal(SIGHUP, OnHangUp) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup
+#endif
 #if defined(SIGBREAK)
   std::signal(SIGBREAK, OnStopSignal);  // Windows: Ctrl-Break
 #endif
   return stop_flag;
+}
+
+bool Stopped() {
+  return stop_flag.load(std::memory_order_relaxed);
 }
 
 namespace {
@@ -108,20 +122,15 @@ int UnknownVerb(std::string_view name) {
 
 /// Libraries throw where memory runs out; nothing else is expected to.
 int Perform(const std::string& verb, const Action& action) {
-  try {
-    return action();
-  } catch (const std::bad_alloc&) {
-    return Fail(verb.c_str(), {StatusCode::kResourceExhausted,
-                               "there is not enough free memory for that; lower --envs or n_steps, or the network"});
-  } catch (const std::exception& error) {
-    return Fail(verb.c_str(), {StatusCode::kInternal, std::string("unexpected: ") + error.what()});
-  }
+  const Result<int> code = run::Guarded([&]() -> Result<int> { return action(); });
+  return code.ok() ? *code : Fail(verb.c_str(), code.status());
 }
 
 /// The exit code once everything is written: a disk that was full is an error, a reader that left is not.
 int AfterOutput(int code) {
   errno = 0;
-  const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  const bool written = FlushOutput();
+  if (!written && Stopped()) std::_Exit(code);  // exit() would wait for the reader
   if (written || OutputMayBeLost() || code != 0) return code;
   return Fail("output", {StatusCode::kResourceExhausted, std::string("standard output could not be written: ") +
                                                              std::strerror(errno != 0 ? errno : EIO)});
@@ -159,8 +168,11 @@ int Main(int argc, char** argv) {
 }  // namespace consac::cli
 
 int main(int argc, char** argv) {
+  consac::cli::TakeStack();
   consac::cli::PrepareOutput();
+  consac::cli::LogToStandardError();
   consac::cli::LimitMemory();
+  consac::cli::AllowManyFiles();
   consac::cli::program_path = argc > 0 ? argv[0] : "consac";
   return consac::cli::AfterOutput(consac::cli::Main(argc, argv));
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -11,7 +12,7 @@
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
-#include "consac/env/buffer.h"
+#include "consac/run/actors.h"
 #include "consac/run/training.h"
 
 namespace consac::cli {
@@ -35,7 +36,7 @@ struct PlayFlags {
   WalkOptions walk;
 };
 
-Status PlayWithEngine(Policy& policy, const PlayFlags& flags, const std::string& url) {
+Status PlayWithEngine(const std::vector<std::string>& models, const PlayFlags& flags, const std::string& url) {
   const Result<Endpoint> endpoint = Endpoint::Parse(url);
   if (!endpoint.ok()) return endpoint.status();
   Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, kConnectTimeout);
@@ -47,49 +48,89 @@ Status PlayWithEngine(Policy& policy, const PlayFlags& flags, const std::string&
   options.stop = &StopSignal();
   const Result<std::unique_ptr<EnvClient>> engine = EnvClient::Open(std::move(*transport), options);
   if (!engine.ok()) return engine.status();
-  return Walk(policy, **engine, flags.walk, StopSignal());
+  return Walk(models, **engine, flags.walk, StopSignal());
+}
+
+Status PlayIn(const std::vector<std::string>& models, const PlayFlags& flags) {
+  std::string id = flags.world;
+  if (id.empty()) {
+    const Result<Policy> policy = Policy::Load(models[0]);
+    if (!policy.ok()) return policy.status();
+    id = run::TrainedWorld(*policy);
+  }
+  if (run::IsUrl(id)) return PlayWithEngine(models, flags, id);
+  const Result<const worlds::World*> world = worlds::FindWorld(id);
+  return world.ok() ? Walk(models, **world, flags.walk, StopSignal()) : world.status();
 }
 
 int Play(const PlayFlags& flags) {
-  const Result<std::string> path = run::FindModel(flags.model, flags.directory);
-  if (!path.ok()) return Fail("play", path.status());
-  Result<Policy> policy = Policy::Load(*path);
-  if (!policy.ok()) return Fail("play", policy.status());
-  const std::string id = flags.world.empty() ? run::TrainedWorld(*policy) : flags.world;
-  Status status;
-  if (run::IsUrl(id)) {
-    status = PlayWithEngine(*policy, flags, id);
-  } else {
-    const Result<const worlds::World*> world = worlds::FindWorld(id);
-    if (!world.ok()) return Fail("play", world.status());
-    status = Walk(*policy, **world, flags.walk, StopSignal());
-  }
+  const Result<std::vector<std::string>> models = run::FindModels(flags.model, flags.directory);
+  if (!models.ok()) return Fail("play", models.status());
+  const Status status = PlayIn(*models, flags);
   if (StopSignal().load()) return 130;
   return status.ok() ? 0 : Fail("play", status);
 }
 
-/// Walks until it has gone far enough. `step` takes the world one step on; `picture` draws it, or is empty.
-Status WalkAlong(Policy& policy, BatchBuffer& buffer, const WalkOptions& options, const std::atomic<bool>& stop,
-                 const std::function<Status(Batch&)>& step, const std::function<std::string()>& picture) {
-  Rng rng(static_cast<std::uint64_t>(options.seed), StreamId("action_sampling"));
-  double total = 0.0;
-  std::int64_t episodes = 0;
-  for (std::int64_t i = 1; i <= options.steps && episodes < options.episodes && !stop.load(); ++i) {
-    const std::string drawn = picture ? "  " + picture() : "";
-    buffer.Advance();
-    Batch& batch = buffer.batch();
-    policy.Act(batch.observations, batch.action_masks, 1,
-               options.stochastic ? ActionMode::kSample : ActionMode::kDeterministic, rng, batch.actions);
-    CONSAC_RETURN_IF_ERROR(step(batch));
-    total += batch.rewards[0];
-    Print("{:4}  observation {:<12} action {:<4} reward {:<6.4g}{}\n", i,
-          RowText(policy.observation_layout(), batch.observations), RowText(policy.action_layout(), batch.actions),
-          batch.rewards[0], drawn);
-    if ((batch.terminated[0] | batch.truncated[0]) != 0) {
-      Print("episode over: return {:.4g}, {}\n", total, batch.terminated[0] != 0 ? "terminated" : "truncated");
-      total = 0.0;
-      ++episodes;
+/// What a walk asks of its world.
+struct Walked {
+  const EnvSpec& spec;
+  std::function<Status(std::span<Batch>)> step;                       ///< one step on
+  std::function<std::span<const std::uint8_t>(std::size_t)> present;  ///< as in VectorEnv
+  std::function<std::string()> picture;                               ///< draws it, or is empty
+};
+
+/// Tells of one agent of a behaviour; of another one where that has left.
+class Narrator {
+ public:
+  /// `name` stands in every line; empty: in none.
+  explicit Narrator(const std::string& name) : name_(name.empty() ? "" : name + "  ") {}
+
+  /// One line for a step of `acting`, and one for the episode that it ends.
+  void Tell(std::int64_t step, const Batch& batch, std::span<const std::int32_t> acting, const Policy& policy,
+            const std::string& drawn) {
+    if (acting.empty()) return;
+    if (std::find(acting.begin(), acting.end(), slot_) == acting.end()) {
+      slot_ = acting[0];
+      total_ = 0.0;
     }
+    const auto row = static_cast<std::size_t>(slot_);
+    const Layout &seen = policy.observation_layout(), &done = policy.action_layout();
+    total_ += batch.rewards[row];
+    Print("{:4}  {}observation {:<12} action {:<4} reward {:<6.4g}{}\n", step, name_,
+          RowText(seen, batch.observations + row * seen.row_bytes), RowText(done, batch.actions + row * done.row_bytes),
+          batch.rewards[row], drawn);
+    if ((batch.terminated[row] | batch.truncated[row]) == 0) return;
+    Print("{}episode over: return {:.4g}, {}\n", name_, total_,
+          batch.terminated[row] != 0 ? "terminated" : "truncated");
+    total_ = 0.0;
+    ++episodes_;
+  }
+  std::int64_t episodes() const { return episodes_; }
+
+ private:
+  const std::string name_;
+  std::int32_t slot_ = 0;
+  double total_ = 0.0;
+  std::int64_t episodes_ = 0;
+};
+
+/// Walks until it has gone far enough. The world has been reset into the actors' batches.
+Status WalkAlong(run::Actors& actors, const Walked& world, const WalkOptions& options, const std::atomic<bool>& stop) {
+  Rng rng(static_cast<std::uint64_t>(options.seed), StreamId("action_sampling"));
+  std::vector<Narrator> narrators;
+  for (const BehaviourSpec& behaviour : world.spec.behaviours)
+    narrators.emplace_back(actors.size() == 1 ? "" : behaviour.name);
+  const auto going_on = [&] {
+    return std::any_of(narrators.begin(), narrators.end(),
+                       [&](const Narrator& narrator) { return narrator.episodes() < options.episodes; });
+  };
+  for (std::int64_t i = 1; i <= options.steps && going_on() && !stop.load(); ++i) {
+    const std::string drawn = world.picture ? "  " + world.picture() : "";
+    for (std::size_t b = 0; b < actors.size(); ++b)
+      actors.Act(b, world.present(b), options.stochastic ? ActionMode::kSample : ActionMode::kDeterministic, rng);
+    CONSAC_RETURN_IF_ERROR(world.step(actors.batches()));
+    for (std::size_t b = 0; b < actors.size(); ++b)
+      narrators[b].Tell(i, actors.batches()[b], actors.acting(b), actors.policy(b), drawn);
     std::fflush(stdout);
     if (options.delay_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(options.delay_s));
   }
@@ -98,31 +139,34 @@ Status WalkAlong(Policy& policy, BatchBuffer& buffer, const WalkOptions& options
 
 }  // namespace
 
-Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& options, const std::atomic<bool>& stop) {
+Status Walk(const std::vector<std::string>& models, const worlds::World& world, const WalkOptions& options,
+            const std::atomic<bool>& stop) {
   const std::unique_ptr<VectorEnv> env = world.create(1);
-  CONSAC_RETURN_IF_ERROR(policy.Fits(env->spec().behaviours[0]));
-  BatchBuffer buffer(env->spec().behaviours[0]);
-  env->Reset(static_cast<std::uint64_t>(options.seed), {&buffer.batch(), 1});
-  std::function<std::string()> picture;
-  if (world.describe != nullptr) picture = [&] { return world.describe(*env, 0); };
-  const auto step = [&](Batch& batch) {
-    env->Step({&batch, 1});
+  Result<run::Actors> actors = run::Actors::Load(models, env->spec());
+  if (!actors.ok()) return actors.status();
+  env->Reset(static_cast<std::uint64_t>(options.seed), actors->batches());
+  const auto step = [&](std::span<Batch> batches) {
+    env->Step(batches);
     return Status::Ok();
   };
-  return WalkAlong(policy, buffer, options, stop, step, picture);
+  std::function<std::string()> picture;
+  if (world.describe != nullptr) picture = [&] { return world.describe(*env, 0); };
+  return WalkAlong(*actors, {env->spec(), step, [&](std::size_t b) { return env->present(b); }, picture}, options,
+                   stop);
 }
 
-Status Walk(Policy& policy, EnvClient& engine, const WalkOptions& options, const std::atomic<bool>& stop) {
-  CONSAC_RETURN_IF_ERROR(policy.Fits(engine.spec().behaviours[0]));
-  BatchBuffer buffer(engine.spec().behaviours[0]);
-  CONSAC_RETURN_IF_ERROR(engine.Reset(0, {&buffer.batch(), 1}));
-  const auto step = [&](Batch& batch) { return engine.Step({&batch, 1}, MoreSteps::kYes); };
-  return WalkAlong(policy, buffer, options, stop, step, {});
+Status Walk(const std::vector<std::string>& models, EnvClient& engine, const WalkOptions& options,
+            const std::atomic<bool>& stop) {
+  Result<run::Actors> actors = run::Actors::Load(models, engine.spec());
+  if (!actors.ok()) return actors.status();
+  CONSAC_RETURN_IF_ERROR(engine.Reset(0, actors->batches()));
+  const auto step = [&](std::span<Batch> batches) { return engine.Step(batches, MoreSteps::kYes); };
+  return WalkAlong(*actors, {engine.spec(), step, [&](std::size_t b) { return engine.present(b); }, {}}, options, stop);
 }
 
 Action AddPlay(CLI::App& app) {
   const auto flags = std::make_shared<PlayFlags>();
-  app.add_option("model", flags->model, "a .consac file or a run's name")->required();
+  app.add_option("model", flags->model, "a .consac file, or the name of a run, all of whose models act")->required();
   app.add_option("world", flags->world, "a built-in world or tcp://host:port; the one it was trained on unless given");
   app.add_option("--dir", flags->directory, "folder of the runs");
   AddWhole(app, "--steps", &flags->walk.steps, 1, kMostWhole, "at most so many steps");

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <vector>
 
-#include "consac/policy/policy.h"
 #include "consac/server/env_client.h"
 #include "worlds/registry.h"
 
@@ -14,15 +14,18 @@ namespace consac::cli {
 /// How long and how fast.
 struct WalkOptions {
   std::int64_t steps = 100;   ///< at most
-  std::int64_t episodes = 1;  ///< at most
+  std::int64_t episodes = 1;  ///< at most, of each behaviour
   std::int64_t seed = 1000;   ///< of the world
   double delay_s = 0.0;       ///< between steps
   bool stochastic = false;    ///< draw actions instead of taking the most likely
 };
 
-/// Prints the thesis' trajectory, a line per step: observation, action, reward. Ok at the end or when stopped.
-Status Walk(Policy& policy, const worlds::World& world, const WalkOptions& options, const std::atomic<bool>& stop);
-/// The same with the world of an engine.
-Status Walk(Policy& policy, EnvClient& engine, const WalkOptions& options, const std::atomic<bool>& stop);
+/// Prints the thesis' trajectory, a line per step: observation, action, reward; with several behaviours a line for an
+/// agent of each. `models` are the files of what acts (run::FindModels). Ok at the end or when stopped.
+Status Walk(const std::vector<std::string>& models, const worlds::World& world, const WalkOptions& options,
+            const std::atomic<bool>& stop);
+/// The same with the world of an engine, all of whose agents act.
+Status Walk(const std::vector<std::string>& models, EnvClient& engine, const WalkOptions& options,
+            const std::atomic<bool>& stop);
 
 }  // namespace consac::cli

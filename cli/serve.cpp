@@ -4,6 +4,7 @@
 #include "cli/verbs.h"
 #include "consac/base/file.h"
 #include "consac/base/text.h"
+#include "consac/run/shortage.h"
 #include "consac/server/env_server.h"
 #include "worlds/registry.h"
 
@@ -11,6 +12,7 @@ namespace consac::cli {
 namespace {
 
 constexpr std::int64_t kDefaultSteps = 100000;
+constexpr std::size_t kReserve = std::size_t{8} << 20;  // bytes, so that sessions outlive a short moment
 
 struct ServeFlags {
   std::string world, host = "127.0.0.1", port_file, model, token, protocol = "auto";
@@ -44,7 +46,10 @@ Result<std::unique_ptr<EnvServer>> OpenServer(const ServeFlags& flags, VectorEnv
   options.quiet_s = flags.quiet_time;
   options.wait_after_end = flags.wait_after_end;
   options.max_sessions = static_cast<std::int32_t>(flags.trainers);
-  options.make_env = [flags] { return MakeWorlds(flags); };
+  options.make_env = [flags] {
+    auto worlds = run::Guarded([&]() -> Result<std::unique_ptr<VectorEnv>> { return MakeWorlds(flags); });
+    return worlds.ok() ? std::move(*worlds) : nullptr;
+  };
   return EnvServer::Create(env, std::move(*listener), options);
 }
 
@@ -55,6 +60,7 @@ int Serve(const ServeFlags& flags) {
   const Status exposure = CheckExposure({flags.host, static_cast<int>(flags.port)}, flags.token);
   if (!exposure.ok()) return Fail("serve", {exposure.code(), "--host, --token: " + exposure.message()});
   const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
+  const run::MemoryReserve reserve(kReserve);
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);
   if (!server.ok()) return Fail("serve", server.status());
   const int port = (*server)->port();
@@ -89,7 +95,7 @@ Action AddServe(CLI::App& app) {
   AddWhole(app, "--trainers", &flags->trainers, 1, 1000, "trainers at once; each has copies of its own");
   app.add_option("--protocol", flags->protocol, "auto, text1 or 2: what trainers may speak")
       ->check(CLI::IsMember({"auto", "text1", "2"}));
-  app.add_option("--token", flags->token, "access token that trainers must show; needs protocol 2");
+  AddToken(app, &flags->token, "access token that trainers must show; needs protocol 2");
   app.add_option("--port-file", flags->port_file, "write the port that is open to this file");
   AddWhole(app, "--steps", &flags->steps, 0, kMostWhole, "training length sent to the trainer; 100000 unless given");
   app.add_option("--model", flags->model,

@@ -3,8 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/flags.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
+#include "consac/base/json.h"
 #include "consac/run/training.h"
 
 namespace consac::cli {
@@ -34,14 +36,23 @@ Status CheckCombination(const TrainFlags& flags, const run::RunConfig& config) {
   return Status::Ok();
 }
 
+/// Before any other setting, wherever on the line it stands.
+Status SetAlgorithm(const TrainFlags& flags, run::RunConfig* config) {
+  for (const std::vector<std::string>* given : {&flags.fields, &flags.settings}) {
+    for (const std::string& setting : *given) {
+      if (setting.starts_with(kAlgorithmField)) CONSAC_RETURN_IF_ERROR(run::ApplySetting(setting, config));
+    }
+  }
+  return Status::Ok();
+}
+
 Result<run::RunConfig> Resolve(const TrainFlags& flags) {
   run::RunConfig config;
-  for (const std::string& field : flags.fields) {  // the algorithm decides which keys the file may hold
-    if (field.starts_with(kAlgorithmField)) CONSAC_RETURN_IF_ERROR(run::ApplySetting(field, &config));
-  }
+  CONSAC_RETURN_IF_ERROR(SetAlgorithm(flags, &config));  // it decides which keys the file may hold
   if (!flags.config_file.empty()) CONSAC_RETURN_IF_ERROR(run::ReadYamlFile(flags.config_file, &config));
   if (!flags.worlds.empty())
     CONSAC_RETURN_IF_ERROR(run::ApplySetting(fmt::format("world={}", fmt::join(flags.worlds, ",")), &config));
+  CONSAC_RETURN_IF_ERROR(SetAlgorithm(flags, &config));  // and if it is another than the file's, with its own defaults
   for (const std::string& field : flags.fields) CONSAC_RETURN_IF_ERROR(run::ApplySetting(field, &config));
   for (const std::string& setting : flags.settings) CONSAC_RETURN_IF_ERROR(run::ApplySetting(setting, &config));
   if (flags.name.has_value()) config.name = *flags.name;
@@ -50,6 +61,7 @@ Result<run::RunConfig> Resolve(const TrainFlags& flags) {
   config.resume = flags.resume;
   config.force = flags.force;
   config.forever = flags.forever;
+  config.quiet = flags.json;
   if (flags.json) config.table = config.progress = false;
   CONSAC_RETURN_IF_ERROR(CheckCombination(flags, config));
   return config;
@@ -63,15 +75,23 @@ std::string ResumeCommand(const run::RunSummary& summary) {
                      folder == "runs" ? "" : " --dir " + Argument(folder));
 }
 
+nlohmann::json ModelJson(const run::ModelSummary& model) {
+  return {{"model", model.path},
+          {"updates", model.updates},
+          {"mean_episode_reward",
+           std::isfinite(model.mean_episode_reward) ? nlohmann::json(model.mean_episode_reward) : nlohmann::json()}};
+}
+
 void PrintJson(const run::RunSummary& summary) {
   nlohmann::json json = {
-      {"directory", summary.directory},   {"model", summary.model_path},
-      {"steps", summary.steps},           {"updates", summary.updates},
+      {"directory", summary.directory},   {"steps", summary.steps},
       {"seconds", summary.seconds},       {"interrupted", summary.interrupted},
       {"acted_only", summary.acted_only}, {"weights_hash", fmt::format("{:016x}", summary.weights_hash)}};
-  json["mean_episode_reward"] =
-      std::isfinite(summary.mean_episode_reward) ? nlohmann::json(summary.mean_episode_reward) : nlohmann::json();
-  Print("{}\n", json.dump());
+  if (summary.models.size() <= 1)
+    json.update(ModelJson(summary.models.empty() ? run::ModelSummary{} : summary.models[0]));
+  for (std::size_t b = 0; summary.models.size() > 1 && b < summary.models.size(); ++b)
+    json["behaviours"][summary.models[b].behaviour] = ModelJson(summary.models[b]);
+  Print("{}\n", AsciiJsonText(json));
 }
 
 int Train(const TrainFlags& flags) {
@@ -81,7 +101,12 @@ int Train(const TrainFlags& flags) {
   if (!summary.ok()) return Fail("train", summary.status());
   if (flags.json) PrintJson(*summary);
   if (!summary->interrupted) return 0;
-  if (summary->directory.empty())
+  if (config->forever)
+    PrintError("consac train: stopped after {} sessions{}\n", summary->sessions,
+               summary->models.empty() ? "" : "; the latest is " + run::ModelPaths(*summary));
+  else if (summary->acted_only)
+    PrintError("consac train: stopped after acting for {} steps\n", summary->steps);
+  else if (summary->directory.empty())
     PrintError("consac train: interrupted; no run had begun\n");
   else
     PrintError("consac train: interrupted after {} steps; everything is saved in {}; go on with\n  {}\n",
@@ -113,12 +138,14 @@ Action AddTrain(CLI::App& app) {
       "world", flags->worlds,
       "a built-in world (consac list worlds) or an engine at tcp://host:port; several engines train one model");
   AddField(app, flags, "--algo", "algorithm", "algorithm (consac list algorithms); ppo2 unless given");
+  AddField(app, flags, "--preset", "preset", "whose defaults the hyperparameters have: sb2 or sb3 of Stable Baselines");
   AddField(app, flags, "--steps", "steps", "agent steps; what the engine says, or 100000, unless given");
   AddField(app, flags, "--seed", "seed", "seed of everything");
   AddField(app, flags, "--envs", "envs", "copies of a built-in world");
   AddField(app, flags, "--threads", "threads", "cores to learn on; never changes the result");
   app.add_option("--set", flags->settings,
-                 "key=value: a hyperparameter or a field of the configuration; may be repeated");
+                 "key=value: a hyperparameter or a field of the configuration; several may follow (--set gamma=0.9 "
+                 "n_steps=64), and it may be repeated");
   app.add_option("--config", flags->config_file, "YAML file (docs/configuration.md)");
   app.add_option("--name", flags->name, "name of the run: its folder is DIR/NAME");
   app.add_option("--dir", flags->directory, "folder of the runs; 'runs' unless given");
@@ -130,11 +157,13 @@ Action AddTrain(CLI::App& app) {
   AddSwitch(app, flags, "--answer-done", "answer_done=true",
             "answer an episode's last observation, for engines that wait there");
   AddField(app, flags, "--protocol", "protocol", "what to speak with an engine: auto, text1 or 2; auto unless given");
-  app.add_option("--token", flags->token, "access token that the engine asks for");
+  AddToken(app, &flags->token, "access token that the engine asks for");
   AddField(app, flags, "--connect-timeout", "connect_timeout_s", "seconds to keep trying to reach an engine");
   AddField(app, flags, "--deadline", "deadline_s", "seconds of an engine's silence that end the session");
   AddField(app, flags, "--quiet-time", "quiet_s", "seconds of silence that end a message without newline");
   AddField(app, flags, "--log-interval", "log_interval", "updates between tables");
+  AddField(app, flags, "--table-every", "table_every_s",
+           "on a terminal: seconds between tables at least; 0: one for every update");
   AddSwitch(app, flags, "--no-table", "table=false", "print no tables");
   AddSwitch(app, flags, "--no-progress", "progress=false", "print no progress");
   AddSwitch(app, flags, "--no-tensorboard", "tensorboard=false", "write no TensorBoard logs");

@@ -41,7 +41,10 @@ int ExitCode(const Status& status);
 int Fail(const char* verb, const Status& status);
 /// The program as it was called, for advice that can be typed again: "build/release/cli/consac".
 const std::string& ProgramPath();
-/// Catches Ctrl-C and SIGTERM: the first sets the flag, the second ends the program at once.
+/// Catches Ctrl-C, SIGTERM and the end of the terminal: any of them sets the flag; Ctrl-C or SIGTERM once more ends the
+/// program at once.
 const std::atomic<bool>& StopSignal();
+/// Whether that flag is set.
+bool Stopped();
 
 }  // namespace consac::cli

@@ -7,6 +7,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   list(APPEND CONSAC_WARNINGS -Wno-restrict)
 endif()
 
+# A test's own code need not be fast, but there is much of it: lines in a debugger, no variables, is half the compile time.
+set(CONSAC_TEST_OPTIONS -O1 -g1)
+
 function(consac_part NAME)
   cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
@@ -29,17 +32,37 @@ function(consac_part NAME)
   endforeach()
 endfunction()
 
-# One test program per part; private headers of the part may be included.
+# Defines NAME="value" for those SOURCES that mention NAME alone: a path on every command line would keep a compiler's cache
+# from serving two checkouts.
+function(consac_define_where_used DEFINITION)
+  cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
+  string(REGEX REPLACE "=.*" "" name "${DEFINITION}")
+  foreach(source ${ARG_SOURCES})
+    file(STRINGS ${source} mentions REGEX "${name}" LIMIT_COUNT 1)
+    if(mentions)
+      set_property(SOURCE ${source} APPEND PROPERTY COMPILE_DEFINITIONS "${DEFINITION}")
+    endif()
+  endforeach()
+endfunction()
+
+# One test program per part; private headers of the part may be included. EXCLUDE: a folder that is a program of its own.
+# EACH_FILE_ALONE: its files share names.
 function(consac_tests NAME FOLDER)
-  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "EACH_FILE_ALONE" "EXCLUDE" "LINK" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)
+  if(ARG_EXCLUDE)
+    list(FILTER sources EXCLUDE REGEX "/${ARG_EXCLUDE}/")
+  endif()
   if(NOT sources)
     return()
   endif()
   add_executable(consac_${NAME}_tests ${sources})
-  target_compile_options(consac_${NAME}_tests PRIVATE ${CONSAC_WARNINGS})
+  target_compile_options(consac_${NAME}_tests PRIVATE ${CONSAC_WARNINGS} ${CONSAC_TEST_OPTIONS})
+  if(ARG_EACH_FILE_ALONE)
+    set_target_properties(consac_${NAME}_tests PROPERTIES UNITY_BUILD OFF)
+  endif()
   target_include_directories(consac_${NAME}_tests PRIVATE ${FOLDER}/src ${PROJECT_SOURCE_DIR})
-  target_compile_definitions(consac_${NAME}_tests PRIVATE CONSAC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  consac_define_where_used(CONSAC_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOURCES ${sources})
   target_link_libraries(consac_${NAME}_tests PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
   gtest_discover_tests(consac_${NAME}_tests TEST_PREFIX ${NAME}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()

@@ -8,6 +8,7 @@
 
 #include "consac/env/buffer.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/protocol/result_check.h"
 
 namespace {
 
@@ -60,7 +61,11 @@ void TryResult(std::span<const std::byte> payload) {
   static const protocol2::Blocks blocks(env);
   static BatchBuffer a(env.behaviours[0]), b(env.behaviours[1]);
   Batch batches[] = {a.batch(), b.batch()};
-  (void)protocol2::ReadResult(env, blocks, payload, batches);
+  const Status read = protocol2::ReadResult(env, blocks, payload, batches);
+  static const std::vector<std::byte> all(static_cast<std::size_t>(env.environments()), std::byte{1});
+  protocol2::ResultCheck check(env, protocol2::Autoreset::kSameStep);
+  check.Ask(protocol2::FrameType::kReset, all);
+  Require(!check.Judge(payload).ok() || read.ok());  // what the judge takes can be read
 }
 
 }  // namespace

@@ -26,7 +26,8 @@ void* TryCountedAllocate(std::size_t bytes, std::size_t alignment) noexcept {
 #endif
 }
 
-void Free(void* memory) noexcept {
+// Not inlined: GCC 12 would take the free() in it for a wrong end of what operator new has given.
+[[gnu::noinline]] void Free(void* memory) noexcept {
 #if defined(_WIN32)
   _aligned_free(memory);
 #else
@@ -35,9 +36,12 @@ void Free(void* memory) noexcept {
 }
 
 void* CountedAllocate(std::size_t bytes, std::size_t alignment) {
-  void* memory = TryCountedAllocate(bytes, alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
+  while (true) {
+    if (void* memory = TryCountedAllocate(bytes, alignment); memory != nullptr) return memory;
+    const std::new_handler handler = std::get_new_handler();
+    if (handler == nullptr) throw std::bad_alloc();
+    handler();
+  }
 }
 }  // namespace
 

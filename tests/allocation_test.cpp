@@ -12,40 +12,63 @@ namespace {
 
 using testing::AllocationCount;
 
-std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env) {
-  const learn::Algorithm* algorithm = *learn::FindAlgorithm("ppo2");
+std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env, const char* name) {
+  const learn::Algorithm* algorithm = *learn::FindAlgorithm(name);
   learn::LearnerOptions options;
   options.behaviour = env.spec().behaviours[0];
   options.total_steps = 100000;
   return std::move(*algorithm->create(options, learn::HyperparameterSet(algorithm->hyperparameters)));
 }
 
+void ExpectNoneWhileItLearns(const worlds::World& world, const char* algorithm) {
+  const std::unique_ptr<VectorEnv> env = world.create(8);
+  const std::unique_ptr<learn::Learner> learner = MakeLearner(*env, algorithm);
+  BatchBuffer first(env->spec().behaviours[0]);
+  env->Reset(1, {&first.batch(), 1});
+  learner->Begin(first.batch());
+  const auto step = [&] {
+    Batch batch = learner->Stage(first.batch().slots);
+    learner->Act(batch);
+    env->Step({&batch, 1});
+    learner->Record(batch);
+    while (learner->Learn({})) {
+    }
+  };
+  for (int i = 0; i < 2 * 128 + 1; ++i) step();
+  const std::int64_t before = AllocationCount();
+  for (int i = 0; i < 2 * 128; ++i) step();
+  EXPECT_EQ(AllocationCount(), before) << algorithm << " on " << world.id;
+  EXPECT_GE(learner->updates(), 4) << algorithm << " on " << world.id;
+}
+
 TEST(Allocations, NonePerStepOfTrainingInProcess) {
   for (const worlds::World& world : worlds::Worlds()) {
-    const std::unique_ptr<VectorEnv> env = world.create(8);
-    const std::unique_ptr<learn::Learner> learner = MakeLearner(*env);
-    BatchBuffer first(env->spec().behaviours[0]);
-    env->Reset(1, {&first.batch(), 1});
-    learner->Begin(first.batch());
-    const auto step = [&] {
-      Batch batch = learner->Stage(first.batch().slots);
-      learner->Act(batch);
-      env->Step({&batch, 1});
-      learner->Record(batch);
-      while (learner->Learn({})) {
-      }
-    };
-    for (int i = 0; i < 2 * 128 + 1; ++i) step();
-    const std::int64_t before = AllocationCount();
-    for (int i = 0; i < 2 * 128; ++i) step();
-    EXPECT_EQ(AllocationCount(), before) << world.id;
-    EXPECT_GE(learner->updates(), 4) << world.id;
+    for (const char* algorithm : {"ppo2", "a2c"}) ExpectNoneWhileItLearns(world, algorithm);
   }
+}
+
+TEST(Allocations, NoneOfTheFirstUpdateEither) {
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(8);
+  const std::unique_ptr<learn::Learner> learner = MakeLearner(*env, "ppo2");
+  BatchBuffer first(env->spec().behaviours[0]);
+  env->Reset(1, {&first.batch(), 1});
+  learner->Begin(first.batch());
+  while (!learner->LearningDue()) {
+    Batch batch = learner->Stage(first.batch().slots);
+    learner->Act(batch);
+    env->Step({&batch, 1});
+    learner->Record(batch);
+  }
+  const std::int64_t before = AllocationCount();
+  while (learner->Learn({1})) {
+  }
+  EXPECT_EQ(AllocationCount(), before);
+  EXPECT_EQ(learner->updates(), 1);
 }
 
 TEST(Allocations, NonePerActionOfAModel) {
   const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(1);
-  Result<Policy> policy = Policy::Create(MakeLearner(*env)->Snapshot(), 1);
+  Result<Policy> policy = Policy::Create(MakeLearner(*env, "ppo2")->Snapshot(), 1);
   ASSERT_TRUE(policy.ok()) << policy.status().message();
   const float observation[4] = {0.1f, 0.2f, -0.1f, 0.3f};
   std::int32_t action = 0;

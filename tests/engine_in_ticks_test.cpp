@@ -73,6 +73,7 @@ run::RunConfig Quiet(const std::string& world, const ScratchFolder& folder, cons
   config.steps = kSteps;
   config.seed = 11;
   config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
   config.lockstep = true;
   config.hyperparameters = {{"n_steps", "64"}};
   return config;
@@ -135,10 +136,10 @@ TEST(EngineInTicks, TeachesTheLearnerInsideTheSame) {
   options.hyperparameters = config.hyperparameters;
   auto driver = *host::Train(engine.world(), options);
   while (!driver->finished()) ASSERT_TRUE(engine.Tick(*driver, 0.01).ok());
-  EXPECT_EQ(driver->progress().updates, outside->updates);
+  EXPECT_EQ(driver->progress().updates, outside->models[0].updates);
   const std::string path = folder.path() + "/inside.consac";
   ASSERT_TRUE(driver->SaveModel(0, path).ok());
-  EXPECT_EQ(Policy::Load(path)->data().parameters, Policy::Load(outside->model_path)->data().parameters);
+  EXPECT_EQ(Policy::Load(path)->data().parameters, Policy::Load(outside->models[0].path)->data().parameters);
 }
 
 // The step that was under way is carried out once, whether its trainer was there to hear of it or not.

@@ -17,6 +17,7 @@ run::RunConfig RoadConfig(const std::string& directory, const std::string& world
   config.name = "walker";
   config.seed = 1;
   config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
   for (auto& setting : worlds::SuggestedSettings(**worlds::FindWorld("road-v0"), "ppo2")) {
     config.hyperparameters.push_back(setting);
   }
@@ -32,7 +33,7 @@ TEST(Learning, TheRoadOverTcpThenTheModelWalksToTheCoin) {
   const auto summary = run::Train(RoadConfig(scratch.path(), engine.url()), kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   EXPECT_EQ(summary->steps, 20000);
-  Result<Policy> policy = Policy::Load(summary->model_path);
+  Result<Policy> policy = Policy::Load(summary->models[0].path);
   ASSERT_TRUE(policy.ok()) << policy.status().message();
   EXPECT_GE(testing::RoadAccuracy(*policy), 0.97);
 }

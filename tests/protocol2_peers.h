@@ -139,9 +139,14 @@ class RawEngine {
     message.training_length = 100;
     blocks = Blocks(message.env);
   }
-  std::unique_ptr<Transport> Connect() const { return *ConnectTcp({"127.0.0.1", listener_->port()}, 2.0); }
-  /// Waits for the trainer's connection.
-  void Accept() { transport_ = *listener_->Accept(5.0); }
+  std::unique_ptr<Transport> Connect() const { return *ConnectTcp({"127.0.0.1", port()}, 2.0); }
+  int port() const { return listener_->port(); }
+  /// Waits for the trainer's connection, or one more of it: whether it came.
+  bool Accept(double wait_s = 5.0) {
+    transport_ = *listener_->Accept(wait_s);
+    reader_ = FrameReader(kLargestFrame);
+    return transport_ != nullptr;
+  }
   /// The trainer's next frame; type 0 when it is gone.
   Frame Next() {
     Frame frame;
@@ -155,11 +160,11 @@ class RawEngine {
   }
   void Send(std::span<const std::byte> bytes) { (void)transport_->Write(bytes, 2.0); }
   void Send(FrameType type, std::uint64_t request, std::string_view json) { Send(FrameBytes(type, request, json)); }
-  /// A RESULT with observation (0.5, -0.5), reward 1 and the given state.
+  /// A RESULT with observation (0.5, -0.5) and the given state; reward 1 unless an episode begins.
   std::vector<std::byte> ResultPayload(int state = kActive) const {
     std::vector<std::byte> payload(blocks.result_bytes);
     const float observation[2] = {0.5f, -0.5f};
-    const double reward = 1.0;
+    const double reward = state == (kFirst | kActive) ? 0.0 : 1.0;
     std::memcpy(payload.data() + blocks.behaviours[0].observations, observation, sizeof(observation));
     std::memcpy(payload.data() + blocks.behaviours[0].rewards, &reward, sizeof(reward));
     payload[blocks.behaviours[0].states] = static_cast<std::byte>(state);
@@ -167,9 +172,11 @@ class RawEngine {
   }
   /// HELLO, CONFIGURE and, with `reset`, RESET are answered as they should be.
   void Begin(bool reset = true) {
-    Accept();
+    ASSERT_TRUE(Accept());
     EXPECT_EQ(Next().header.type, FrameType::kHello);
-    Send(FrameType::kWelcome, 0, EncodeWelcome({}));
+    Welcome welcome;
+    welcome.resume = "of this session";
+    Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
     EXPECT_EQ(Next().header.type, FrameType::kConfigure);
     Send(FrameType::kSpec, 1, EncodeSpec(message));
     if (!reset) return;

@@ -18,6 +18,7 @@ std::int64_t AllocationsOfARun(const std::string& directory, std::int64_t steps)
   config.envs = 4;
   config.checkpoint_every_s = 0;
   config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
   config.hyperparameters = {{"n_steps", "20000"}, {"net_arch", "[{pi: [8], vf: [8]}]"}};
   const std::int64_t before = testing::AllocationCount();
   const Result<run::RunSummary> summary = run::Train(config, never);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Fails on an include against the arrows: a part may include only the parts its arrow names, and inside core and
-learn a module only those before it. Usage: check_includes.py [REPOSITORY]"""
+learn a module only those before it. And on a thread or a descriptor that is taken past the one place whose failure is
+a Status. Usage: check_includes.py [REPOSITORY]"""
 import pathlib
 import re
 import sys
@@ -19,11 +20,23 @@ ARROWS = {
 # modules, lowest first
 MODULES = {
     "core": ["base", "space", "nn", "model", "env", "policy", "protocol", "transport", "server"],
-    "learn": ["grad", "optim", "buffer", "algo"],
+    "learn": ["grad", "optim", "buffer", "collect", "algo"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]')
 EMBEDDED = ("core", "learn", "engines/host")
 FORBIDDEN = re.compile(r"\b(throw|try|dynamic_cast|typeid|std::cout|std::cerr|std::stoi|std::stof|std::exit|std::abort)\b|\.at\(|\.value\(\)")
+# What may fail where the system has no more of it: (how it is taken, the only files that may, what to use instead)
+SCARCE = [
+    (re.compile(r"\bstd::(thread\b(?!::)|jthread\b|async\b)|\bpthread_create\b|\b_beginthread"),
+     ("core/src/base/thread.cpp",), "start it by consac::Thread, which may fail with a Status"),
+    (re.compile(r"\basio::io_context\b|::socket\(|\baccept4?\(|\beventfd\("),
+     ("core/src/transport/tcp.cpp",), "connect and accept by Transport and Listener, which may fail with a Status"),
+    (re.compile(r"\bmemfd_create\b|\bshm_open\b"),
+     ("core/src/transport/shared_memory_memfd.cpp", "core/src/transport/shared_memory_posix.cpp", "core/src/base/linux_calls.h"),
+     "share memory by SharedRegion, which may fail with a Status"),
+    (re.compile(r"\bstd::(o|i)?fstream\b|\bfopen\("),
+     ("core/src/base/file.cpp", "cli/machine.cpp"), "read and write files by base/file.h or OutputFile, which may fail with a Status"),
+]
 
 
 def part_and_module(path: str):
@@ -64,6 +77,9 @@ def check_file(root: pathlib.Path, file: pathlib.Path):
         code = line.split("//")[0]
         if part in EMBEDDED and FORBIDDEN.search(re.sub(r'"[^"]*"', '""', code)):
             yield f"{where}: '{code.strip()}' cannot live in an engine (no exceptions, no RTTI, no printing)"
+        for taken, places, instead in SCARCE:
+            if taken.search(re.sub(r'"[^"]*"', '""', code)) and str(relative) not in places:
+                yield f"{where}: '{code.strip()}': {instead}"
         match = INCLUDE.match(line)
         if not match:
             continue
@@ -76,15 +92,18 @@ def check_file(root: pathlib.Path, file: pathlib.Path):
             yield f"{where}: module {module} may not include {target_module}, which stands above it"
 
 
+def sources(root: pathlib.Path, parts):
+    """The C++ files of `parts` that are no tests."""
+    for part in parts:
+        for file in sorted((root / part).rglob("*")):
+            is_test = file.name.endswith("_test.cpp") or {"test", "ConsacTests"} & set(file.relative_to(root).parts[:-1])
+            if file.suffix in (".h", ".cpp") and not is_test:
+                yield file
+
+
 def check_tree(root: pathlib.Path):
     """All faults of a repository."""
-    faults = []
-    for part in ARROWS:
-        for file in sorted((root / part).rglob("*")):
-            is_test = file.name.endswith("_test.cpp") or "test" in file.relative_to(root).parts[:-1]
-            if file.suffix in (".h", ".cpp") and not is_test:
-                faults.extend(check_file(root, file))
-    return faults
+    return [fault for file in sources(root, ARROWS) for fault in check_file(root, file)]
 
 
 if __name__ == "__main__":

@@ -1,18 +1,28 @@
 #!/usr/bin/env bash
-# Runs every fuzz target for SECONDS each on a copy of its seeds.
+# Runs every fuzz target on a copy of its seeds: SECONDS of a core in all, shared evenly by however many there are.
 #   tools/fuzz.sh SECONDS
 set -euo pipefail
 cd "$(dirname "$0")/.."
-seconds=${1:-60}
+in_all=${1:-480}
+command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
 cmake --preset release -B build/fuzz -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_C_COMPILER=clang -DCONSAC_BUILD_FUZZ=ON \
-  -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING
+  -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING >/dev/null
 cmake --build build/fuzz -j "$(nproc)"
-for target in build/fuzz/fuzz/*_fuzz; do
+
+# One target; its last lines, and its exit status.
+fuzz_one() {
+  local target=$1 seconds=$2 name corpus log status=0
   name=$(basename "$target" _fuzz)
   corpus=build/fuzz/corpus/$name
+  log=build/fuzz/$name.log
   mkdir -p "$corpus"
-  echo "fuzz: $name for $seconds s"
-  "$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 "$corpus" "fuzz/seeds/$name" 2>&1 \
-    | grep -E 'ERROR|SUMMARY|stat::number_of_executed_units|cov:' | tail -n 3
-  test "${PIPESTATUS[0]}" -eq 0
-done
+  "$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 "$corpus" "fuzz/seeds/$name" >"$log" 2>&1 || status=$?
+  printf 'fuzz: %s for %s s: %s\n' "$name" "$seconds" "$(grep -oE 'number_of_executed_units: [0-9]+' "$log" | tail -n 1)"
+  ((status == 0)) || grep -E 'ERROR|SUMMARY|Test unit written' "$log" | tail -n 5
+  return "$status"
+}
+export -f fuzz_one
+
+targets=(build/fuzz/fuzz/*_fuzz)
+seconds=$((in_all / ${#targets[@]}))
+printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I{} bash -c 'fuzz_one {} '"$seconds"

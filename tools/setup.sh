@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs what CONSAC needs on Debian 12, and nothing that is there already. Run it as often as you like.
 #   tools/setup.sh build   compiler and libraries: enough for `make run`
-#   tools/setup.sh test    also what the tests need (clang, GoogleTest, a Python environment in .venv)
+#   tools/setup.sh test    also what the tests need (clang, GoogleTest, node and Mono, a Python environment in .venv)
 #   tools/setup.sh unreal  what is staged into the Unreal plugin: libraries' headers, one library's source
+#   tools/setup.sh unreal-compilers  also compilers as Unreal's: clang 16 with libc++ 16, and zig for glibc 2.17 and macOS (in .venv)
 #   tools/setup.sh windows-program  what the program for Windows is built with here (a cross-compiler, sources of libraries)
 #   tools/setup.sh windows also what its tests need (Wine, GoogleTest, the Python environment in .venv)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
@@ -16,8 +17,9 @@ stage=${1:-build}
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
-  python3 python3-venv git locales)
+  python3 python3-venv git locales nodejs mono-mcs mono-runtime libmono-system-core4.0-cil)
 bench_packages=(libtorch-dev)
+unreal_compiler_packages=(clang-16 libc++-16-dev libc++abi-16-dev python3 python3-venv ccache)
 windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev make xz-utils)
 windows_packages=(googletest wine wine64)
 godot_packages=(xvfb)
@@ -93,6 +95,8 @@ case $stage in
   test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
          sources highway; python_environment tools/requirements-test.txt ;;
   unreal) install_packages "${build_packages[@]}" python3; sources highway ;;
+  unreal-compilers) install_packages "${build_packages[@]}" "${unreal_compiler_packages[@]}"; sources highway
+         python_environment tools/requirements-unreal.txt ;;
   windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_sources[@]}" ;;
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_program_packages[@]}" "${windows_packages[@]}"
            sources "${windows_sources[@]}"; python_environment tools/requirements-test.txt ;;
@@ -102,6 +106,6 @@ case $stage in
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, windows-program, windows, godot, bench or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"

@@ -4,15 +4,21 @@ __version__ = "0.1.0"
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, Refused, SpecMismatch
 
 _LAZY = {"make": "env", "ConsacEnv": "env", "make_vec": "vector", "ConsacVectorEnv": "vector", "ConsacParallelEnv": "pettingzoo", "ConsacVecEnv": "sb3",
-         "Connection": "client", "connect": "client", "Server": "serve", "serve": "serve", "load_policy": "policy"}
+         "Connection": "client", "connect": "client", "Server": "serve", "load_policy": "policy", "load_policies": "policy"}
 
-__all__ = ["__version__", "ConnectionLost", "ConsacError", "DeadlineExceeded", "EngineBusy", "EngineError", "ProtocolError", "Refused", "SpecMismatch", *_LAZY]
+_MODULES = ("env", "vector", "pettingzoo", "sb3", "rllib", "client", "policy", "serve", "wire")
+
+__all__ = ["__version__", "ConnectionLost", "ConsacError", "DeadlineExceeded", "EngineBusy", "EngineError", "ProtocolError", "Refused", "SpecMismatch", *_LAZY, "serve"]
 
 
 def __getattr__(name: str):
-    if name not in _LAZY:
+    if name not in _LAZY and name not in _MODULES:
         raise AttributeError(f"module 'consac' has no attribute {name!r}")
     import importlib
 
-    module = importlib.import_module(f".{_LAZY[name]}", __name__)
-    return module if name == _LAZY[name] else getattr(module, name)
+    module = importlib.import_module(f".{_LAZY.get(name, name)}", __name__)
+    return module if name in _MODULES else getattr(module, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_MODULES})

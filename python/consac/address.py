@@ -11,11 +11,11 @@ from .errors import ConnectionLost, ConsacError
 
 def parse_url(url: str) -> tuple[str, int]:
     """Host and port of `tcp://host:port`."""
-    parts = urlsplit(url if "://" in url else f"tcp://{url}")
     try:
+        parts = urlsplit(url if "://" in url else f"tcp://{url}")
         host, port = parts.hostname, parts.port
-    except ValueError:
-        host = port = None
+    except (TypeError, ValueError):
+        raise ConsacError(f"{url!r} is no engine's address; write tcp://host:port") from None
     if parts.scheme != "tcp" or not host or not port or parts.path not in ("", "/"):
         raise ConsacError(f"{url!r} is no engine's address; write tcp://host:port")
     return host, port

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import struct
+from typing import TYPE_CHECKING
 
 import gymnasium
 import numpy as np
@@ -12,6 +13,11 @@ from . import wire
 from .client import Connection
 from .face import RENDER_FPS, Face
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .options import Options
+
 REMOTE_ID = "consac/Remote-v0"
 _FACE = Face("disabled", environments="use consac.make_vec", protocol="auto")
 _INT = struct.Struct("<i")
@@ -21,9 +27,9 @@ _TAIL = struct.Struct("<dB")  # reward and state of a single slot
 class ConsacEnv(gymnasium.Env):
     """An engine with one environment and one agent, as `consac.make` returns it.
 
-    `url`: tcp://host:port. `protocol`: "auto", 2 or "text1". The other arguments are client.Connection's."""
+    `url`: tcp://host:port. `protocol`: "auto", 2 or "text1". The other arguments are in options.py."""
 
-    def __init__(self, url: str, render_mode: str | None = None, protocol="auto", **options):
+    def __init__(self, url: str, render_mode: str | None = None, protocol="auto", **options: Unpack[Options]):
         self._connection, modes = _FACE.open(url, render_mode, {"protocol": protocol, **options})
         connection = self._connection
         self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS}
@@ -79,9 +85,9 @@ class ConsacEnv(gymnasium.Env):
             self._connection.close()
 
 
-def make(url: str, *, max_episode_steps: int | None = None, **options) -> gymnasium.Env:
+def make(url: str, *, max_episode_steps: int | None = None, render_mode: str | None = None, protocol="auto", **options: Unpack[Options]) -> gymnasium.Env:
     """The environment that an engine offers at `url`; `max_episode_steps` truncates its episodes here."""
-    env = ConsacEnv(url, **options)
+    env = ConsacEnv(url, render_mode, protocol, **options)
     return gymnasium.wrappers.TimeLimit(env, max_episode_steps) if max_episode_steps else env
 
 
@@ -96,7 +102,7 @@ def row_writer(connection: Connection):
         def write_choice(action):
             try:
                 pack(out, at, action)
-            except struct.error:
+            except (struct.error, TypeError):
                 put(views[0][0:1].reshape(()), action, layout.leaves[0])
 
         return write_choice
@@ -134,7 +140,10 @@ def pick(layout: wire.Layout, value, leaf: wire.Leaf):
 
 def put(row: np.ndarray, value, leaf: wire.Leaf) -> None:
     """Copies `value` into `row`, which may be one row or all; ValueError where its shape or kind does not fit."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # lists of different lengths
+        raise ValueError(f"an action that is no array: {value!r}") from None
     where = f" for {'/'.join(map(str, leaf.path))}" if leaf.path else ""
     if array.shape != row.shape:
         raise ValueError(f"an action of shape {array.shape}{where}, expected {row.shape}: {value!r}")

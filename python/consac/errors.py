@@ -1,9 +1,14 @@
 """What can go wrong between a trainer and its engine, one class each; all are ConsacError."""
 from __future__ import annotations
 
+from .names import LONGEST_LINE, printable_line
+
 
 class ConsacError(Exception):
-    """Anything that CONSAC raises on purpose."""
+    """Anything that CONSAC raises on purpose. Says it in one line, whoever the words are from."""
+
+    def __init__(self, message=""):
+        super().__init__(printable_line(message, 4 * LONGEST_LINE))
 
 
 class ConnectionLost(ConsacError, ConnectionError):
@@ -18,6 +23,7 @@ class ProtocolError(ConsacError):
     """The peer sent bytes that its protocol does not allow; the connection is closed."""
 
     def __init__(self, code: str, message: str):
+        message = printable_line(message)
         super().__init__(f"{code}: {message}")
         self.code, self.message = code, message
 
@@ -26,8 +32,9 @@ class EngineError(ConsacError):
     """An ERROR that the engine sent. `fatal` says that it closed the connection."""
 
     def __init__(self, code: str, message: str, env: int | None = None, path: str | None = None, retry_after_s: float | None = None, fatal: bool = False):
+        code, message = printable_line(code, 80), printable_line(message)
         place = "".join([f" (environment {env})" if env is not None else "", f" (at {path})" if path else ""])
-        super().__init__(f"{code}: {message}{place}")
+        super().__init__(f"{code}: {message}{place[:400]}")
         self.code, self.message, self.env, self.path, self.retry_after_s, self.fatal = code, message, env, path, retry_after_s, fatal
 
     @classmethod

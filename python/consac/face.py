@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 from .client import Connection, connect
 from .errors import ConsacError
+from .options import Options, check
 from .text1 import TextConnection
 
 RENDER_FPS = 30
+_KNOWN = frozenset({*Options.__annotations__, "protocol"})
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,8 @@ class Face:
     protocol: str | int = 2
 
     def open(self, url: str, render_mode: str | None, options: dict) -> tuple[Connection | TextConnection, list[str]]:
-        """A connection with client.Connection's `options`, and the render modes that there are; ConsacError where it does not fit."""
+        """A connection with `options` as options.Options has them, and `protocol`, and the render modes that there are; ConsacError where it does not fit."""
+        check(options, _KNOWN)
         connection = connect(url, options.get("protocol", self.protocol), autoreset=self.autoreset, **{key: value for key, value in options.items() if key != "protocol"})
         try:
             modes = ["rgb_array"] if "render" in connection.capabilities else []

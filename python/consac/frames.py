@@ -1,7 +1,6 @@
 """STEP, RESET and RESULT of a session as arrays over their bytes. What sends and receives them is in client.py."""
 from __future__ import annotations
 
-import json
 import struct
 
 import numpy as np
@@ -13,18 +12,12 @@ _WORDS = struct.Struct("<II")
 _LENGTH = struct.Struct("<I")
 
 
-def read_json(payload, quick: bool = False) -> dict:
-    """A JSON payload, or ProtocolError; `quick` leaves out the check of its depth, which json makes too."""
+def read_json(payload) -> dict:
+    """A JSON payload, or ProtocolError."""
     try:
-        if quick and len(payload) <= wire.LARGEST_JSON:
-            value = json.loads(bytes(payload))
-            if isinstance(value, dict):
-                return value
         return wire.load_json(payload)
     except wire.WireError as error:
         raise ProtocolError(error.code, error.message) from None
-    except (ValueError, RecursionError) as error:
-        raise ProtocolError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
 
 
 class StepFrame:
@@ -53,7 +46,7 @@ def reset_payload(environments: int, mask, seeds, options: dict | None) -> bytea
     flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0)
     blocks = [(np.ones(environments, np.uint8) if mask is None else np.asarray(mask, np.uint8)).tobytes()]
     if seeds is not None:
-        blocks.append(np.asarray(seeds, "<i8").tobytes())
+        blocks.append(np.array([_seed(seed) for seed in seeds], "<i8").tobytes())
     if options is not None:
         try:
             text = wire.dump_json(options)
@@ -65,6 +58,13 @@ def reset_payload(environments: int, mask, seeds, options: dict | None) -> bytea
         payload += block
         payload += bytes(wire.align(len(payload)) - len(payload))
     return payload
+
+
+def _seed(seed) -> int:
+    """A seed that every engine takes."""
+    if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 1 << 63:
+        raise ValueError(f"seed={seed!r}; seeds are whole numbers from 0 to 2**63 - 1")
+    return int(seed)
 
 
 class Rows:
@@ -97,8 +97,24 @@ class ResultFrame:
             self.plain_size = wire.align(self.plain_end)
             finals += block
         self.largest = self.plain_size + finals
+        self._padding = self._padding_of_plain()
         self.rows: list[Rows] = []
         self._buffer = None
+
+    def _padding_of_plain(self) -> np.ndarray:
+        """Where zeros lie in a plain one."""
+        at, padding = wire.HEADER.size + 8, []
+        for behaviour in self._behaviours:
+            for size in (behaviour.slots * behaviour.observation.row_bytes, 9 * behaviour.slots, behaviour.slots * behaviour.action.mask_bytes * behaviour.masks_actions):
+                end = at + size
+                at = wire.align(end)
+                padding += range(end, at)
+        return np.array(padding, np.intp)
+
+    def check_padding(self) -> None:
+        """ProtocolError where it is not 0 (R62)."""
+        if len(self._padding) and self._buffer[self._padding].any():
+            raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding between its blocks is not 0 (R62)")
 
     def lay_over(self, buffer: np.ndarray) -> list[Rows]:
         """Rows over a buffer of bytes that every RESULT comes to lie in."""
@@ -126,19 +142,25 @@ class ResultFrame:
         if end >= at and parts & wire.PART_FINALS:
             at = self._map_finals(payload, at)
         if end >= at and parts & wire.PART_INFOS:
+            if any(payload[at:wire.align(at)]):
+                raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding before its infos is not 0 (R62)")
             begin = wire.align(at) + 4
             at = begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= end else 0)
             if at <= end:
-                said = read_json(payload[begin:at], quick=True)
+                said = read_json(payload[begin:at])
                 infos, final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"))
-        if not at <= end <= wire.align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
-            raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {at}")
+        if end != wire.align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
+            raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {wire.align(at)} (R60, R61)")
+        if any(payload[at:end]):
+            raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding at its end is not 0 (R62)")
         return parts, infos, final_infos
 
     def _map_finals(self, payload: memoryview, at: int) -> int:
         """Lays the final rows over the payload from `at`; where they end."""
         for behaviour, rows in zip(self._behaviours, self.rows):
             rows.final_slots = np.flatnonzero(rows.states & wire.FINAL)
+            if any(payload[at:wire.align(at)]):
+                raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding behind final rows is not 0 (R62)")
             begin, at = wire.align(at), wire.align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
             if at > len(payload):
                 break

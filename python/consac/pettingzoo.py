@@ -1,19 +1,26 @@
 """An engine with several agents as a PettingZoo ParallelEnv."""
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from pettingzoo import ParallelEnv
 
 from . import wire
 from .env import mask_value, row_reader, slot_writer
 from .face import RENDER_FPS, Face
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .options import Options
+
 _FACE = Face("disabled", text1="which has one agent; use consac.make", environments="serve one for PettingZoo", agents=None)
 
 
 class ConsacParallelEnv(ParallelEnv):
-    """One environment with all its agents. Arguments are client.Connection's."""
+    """One environment with all its agents. Other arguments are in options.py."""
 
-    def __init__(self, url: str, render_mode: str | None = None, **options):
+    def __init__(self, url: str, render_mode: str | None = None, **options: Unpack[Options]):
         self.connection, modes = _FACE.open(url, render_mode, options)
         connection = self.connection
         self.metadata = {"name": connection.id, "render_modes": modes, "render_fps": RENDER_FPS, "is_parallelizable": True}

@@ -1,48 +1,24 @@
-"""A trained policy from a `.consac` model file, with numpy: `load_policy("model.consac").act(observation)`.
+"""A trained policy from a `.consac` model file or a run's folder, with numpy: `load_policy("runs/first").act(observation)`.
 
-spec/model_file.md is the law. Nothing in a file is executed; damaged, cut and foreign files are refused.
+spec/model_file.md is the law; model_file.py reads the bytes.
 """
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from gymnasium import spaces
 
 from consac import wire
-from consac.errors import ConsacError
+from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model, whole
+from consac.names import check_name, quote
 
-VERSION = 1
-LARGEST_HEADER = 100_000_000
 LARGEST_LAYER = 1 << 20  # as in the C++ reader
-DEEPEST_HEADER = 8
 MASKED = -1e8  # the logit of a choice that is not legal
 HEADS = {"categorical", "gaussian", "bernoulli"}
 OPS = {"dense"}
-
-
-class ModelError(ConsacError, ValueError):
-    """A model file that cannot be used; says why in one line."""
-
-
-class ModelDamaged(ModelError):
-    """Cut, changed, inconsistent, or its own self-test fails."""
-
-
-class ModelForeign(ModelError):
-    """Something else than a CONSAC policy."""
-
-
-class ModelTooNew(ModelError):
-    """Needs what this program does not know."""
-
-
-class ModelMisfit(ModelError):
-    """The observation or the mask does not fit the policy's spaces."""
 
 
 ACTIVATIONS = {
@@ -63,14 +39,6 @@ def _sigmoid(x):
 
 
 @dataclass
-class ModelFile:
-    """A `.consac` container: its specification and its tensors."""
-
-    spec: dict
-    tensors: dict[str, np.ndarray] = field(repr=False)
-
-
-@dataclass
 class Dense:
     """One block: `target` = act(weights `source` + bias)."""
 
@@ -81,111 +49,16 @@ class Dense:
     activation: str
 
 
-def read_model(data: bytes) -> ModelFile:
-    """The container in `data`, checked as spec/model_file.md says."""
-    if len(data) < 8:
-        raise ModelDamaged(f"not a usable model file: it has only {len(data)} bytes")
-    size = struct.unpack_from("<Q", data)[0]
-    if size > LARGEST_HEADER or size > len(data) - 8:
-        if all(byte >= 9 for byte in data[:8]):
-            raise ModelForeign(f"this is no .consac file: it begins {data[:8]!r}")
-        raise ModelDamaged(f"not a usable model file: its header claims {size} bytes of a file of {len(data)}")
-    header = _header(data[8:8 + size])
-    body = memoryview(data)[8 + size:]
-    metadata = header.pop("__metadata__", None)
-    if not isinstance(metadata, dict) or not all(isinstance(value, str) for value in metadata.values()):
-        raise ModelForeign("a safetensors file without CONSAC's metadata; convert it first")
-    if metadata.get("format") != "consac":
-        raise ModelForeign(f"a safetensors file of format {metadata.get('format')!r}, not 'consac'")
-    version = metadata.get("consac.version", "")
-    if not (version.isascii() and version.isdigit() and len(version) < 10 and int(version) >= 1):
-        raise ModelDamaged(f"its version {version!r} is no number from 1")
-    if int(version) > VERSION:
-        raise ModelTooNew(f"it has format version {version}, this program reads up to {VERSION}; use a newer consac")
-    tensors = _tensors(header, body)
-    spec = metadata.get("consac.spec", "")
-    try:
-        text = spec.encode()
-    except UnicodeEncodeError:
-        raise ModelDamaged("not a usable model file: its specification is no UTF-8") from None
-    digest = hashlib.sha256(text)
-    digest.update(body)
-    if digest.hexdigest() != metadata.get("consac.sha256"):
-        raise ModelDamaged("not a usable model file: its SHA-256 does not match; the file is damaged")
-    try:
-        return ModelFile(wire.load_json(text) if len(text) <= wire.LARGEST_JSON else _json(text), tensors)
-    except wire.WireError as error:
-        raise ModelDamaged(f"the model's specification is no JSON object: {error.message}") from None
-
-
-def _header(text: bytes) -> dict:
-    if not text.startswith(b"{"):
-        raise ModelDamaged("not a usable model file: its header is no JSON object")
-    header = _json(text)
-    if not _shallow(header, DEEPEST_HEADER):
-        raise ModelDamaged("not a usable model file: its header is nested too deep")
-    return header
-
-
-def _json(text: bytes) -> dict:
-    def no_twice(pairs):
-        if len({key for key, _ in pairs}) != len(pairs):
-            raise ModelDamaged("not a usable model file: a key of its header stands twice")
-        return dict(pairs)
-
-    try:
-        value = json.loads(text.decode(), object_pairs_hook=no_twice)
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, ModelError):
-            raise
-        raise ModelDamaged(f"not a usable model file: its header cannot be read: {str(error)[:120]}") from None
-    if not isinstance(value, dict):
-        raise ModelDamaged("not a usable model file: its header is no JSON object")
-    return value
-
-
-def _shallow(value, levels: int) -> bool:
-    below = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return levels >= 0 and all(_shallow(item, levels - 1) for item in below)
-
-
-def _count(value) -> bool:
-    return type(value) is int and 0 <= value < 1 << 62
-
-
-def _tensors(header: dict, body) -> dict[str, np.ndarray]:
-    places = []
-    for name, entry in header.items():
-        dtype, shape, offsets = (entry.get(key) for key in ("dtype", "shape", "data_offsets")) if isinstance(entry, dict) else (None, None, None)
-        if not isinstance(dtype, str) or dtype not in wire.DTYPES:
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has dtype {dtype!r}, which is not known")
-        if not isinstance(shape, list) or len(shape) > 16 or not all(map(_count, shape)):
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has an impossible size")
-        if not isinstance(offsets, list) or len(offsets) != 2 or not all(map(_count, offsets)):
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has no usable data_offsets")
-        needed = math.prod(shape) * np.dtype(wire.DTYPES[dtype]).itemsize
-        if offsets[1] - offsets[0] != needed:
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has {offsets[1] - offsets[0]} bytes, its shape needs {needed}")
-        places.append((*offsets, name, dtype, shape))
-    at, tensors = 0, {}
-    for begin, end, name, dtype, shape in sorted(places):
-        if begin != at:
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} begins at byte {begin}, expected {at}")
-        at = end
-    if at != len(body):
-        raise ModelDamaged(f"not a usable model file: it has {len(body)} bytes of data, its tensors need {at}")
-    for begin, end, name, dtype, shape in places:
-        tensors[name] = np.frombuffer(body[begin:end], np.dtype(wire.DTYPES[dtype]).newbyteorder("<")).reshape(shape)
-    return tensors
-
-
 class Policy:
     """Acts as the trained agent. `observation_space` and `action_space` are Gymnasium spaces; `spec` is all the file says."""
 
     def __init__(self, file: ModelFile):
         self.spec, self._tensors = file.spec, file.tensors
         interface = _check_kind(self.spec)
-        self.behaviour = interface.get("behaviour", "default")
+        try:
+            self.behaviour = check_name("behaviour", interface.get("behaviour", "default"))
+        except ValueError as error:
+            raise ModelDamaged(str(error)) from None
         self.observation_space, self.action_space = (_space(interface, name) for name in ("observation", "action"))
         self._observation, self._action = wire.Layout.of(self.observation_space), wire.Layout.of(self.action_space)
         self.features = sum(_features(leaf) for leaf in self._observation.leaves)
@@ -211,6 +84,8 @@ class Policy:
 
     def act(self, observation, deterministic: bool = True, mask=None, rng: np.random.Generator | None = None):
         """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic."""
+        if not isinstance(deterministic, (bool, np.bool_)):
+            raise TypeError(f"deterministic is True or False, not a {type(deterministic).__name__}; a mask is given as mask=...")
         features, single = self._flatten(observation)
         head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))
         rng = None if deterministic else self._rng if rng is None else rng
@@ -255,7 +130,7 @@ class Policy:
                 place = f" at {'/'.join(map(str, leaf.path))}" if leaf.path else ""
                 raise ModelMisfit(f"an observation of shape {part.shape} and type {part.dtype}{place}; expected {space}, one or many")
             single = alone
-            rows = (part[None] if alone else part).reshape(1 if alone else len(part), -1)
+            rows = (part[None] if alone else part).reshape(1 if alone else len(part), math.prod(leaf.shape))
             if isinstance(space, (spaces.Discrete, spaces.MultiDiscrete)):
                 choices = [int(space.n)] if isinstance(space, spaces.Discrete) else [int(n) for n in np.ravel(space.nvec)]
                 start = int(space.start) if isinstance(space, spaces.Discrete) else 0
@@ -286,12 +161,19 @@ class Policy:
     def _mask_rows(self, mask, rows: int) -> np.ndarray | None:
         if mask is None:
             return None
-        if isinstance(mask, (tuple, list)) and mask and isinstance(mask[0], np.ndarray):
-            mask = np.concatenate([np.asarray(part).reshape(rows, -1) if rows > 1 else np.ravel(part)[None] for part in mask], 1)
-        flat = np.asarray(mask)
-        if flat.size != rows * self._action.mask_bytes or flat.size == 0 or flat.dtype.kind not in "bui":
-            raise ModelMisfit(f"a mask of shape {flat.shape} for {rows} observations; expected {self._action.mask_bytes} choices each, 1 where legal")
-        return flat.reshape(rows, -1) != 0
+        choices = self._action.mask_bytes
+        expected = f"expected {choices} choices for each of {rows} observations, 1 where legal"
+        try:
+            if isinstance(mask, (tuple, list)) and mask and isinstance(mask[0], np.ndarray) and rows != 1:
+                mask = np.concatenate([np.asarray(part).reshape(rows, -1) for part in mask], 1)
+            if rows == 1 and (isinstance(mask, (dict, tuple)) or np.size(mask) != choices):
+                mask = np.concatenate(_legal(self.action_space, mask))
+            flat = np.asarray(mask)
+        except (KeyError, IndexError, TypeError, ValueError):
+            raise ModelMisfit(f"a mask that does not fit {self.action_space}; {expected}") from None
+        if flat.size != rows * choices or choices == 0 or flat.dtype.kind not in "bui":
+            raise ModelMisfit(f"a mask of shape {flat.shape} and type {flat.dtype}; {expected}")
+        return flat.reshape(rows, choices) != 0
 
     def _mask_logits(self, head: np.ndarray, mask: np.ndarray | None) -> np.ndarray:
         if mask is None:
@@ -342,10 +224,10 @@ class Policy:
         sizes, dense = {inputs[0]["name"]: self.features}, []
         for entry in blocks:
             source, target, name, activation = (entry.get(key) for key in ("in", "out", "name", "act"))
-            if not all(isinstance(text, str) for text in (source, target, name)) or entry.get("op") not in OPS or activation not in ACTIVATIONS:
+            if not all(isinstance(text, str) for text in (source, target, name, entry.get("op"), activation)) or entry["op"] not in OPS or activation not in ACTIVATIONS:
                 raise ModelDamaged(f"the model's block {name!r} has op {entry.get('op')!r} and activation {activation!r}; known are {sorted(OPS)} and {sorted(ACTIVATIONS)}")
             in_size, out_size = entry.get("in_size"), entry.get("out_size")
-            if sizes.get(source) != in_size or target in sizes or not _count(out_size) or not 1 <= out_size <= LARGEST_LAYER:
+            if sizes.get(source) != in_size or target in sizes or not whole(out_size) or not 1 <= out_size <= LARGEST_LAYER:
                 raise ModelDamaged(f"the model's block {name!r} goes from {source!r} ({in_size}) to {target!r} ({out_size}), which does not fit the blocks before it")
             sizes[target] = out_size
             weights, bias = self._floats(f"{name}/w", (out_size, in_size)), self._floats(f"{name}/b", (out_size,))
@@ -356,8 +238,8 @@ class Policy:
         for block in reversed(dense):
             if block.target in needed:
                 needed.add(block.source)
-                used.insert(0, block)
-        return inputs[0]["name"], used, outputs[0]
+                used.append(block)
+        return inputs[0]["name"], used[::-1], outputs[0]
 
     def _read_normaliser(self, normalise):
         if normalise is None:
@@ -402,7 +284,7 @@ def _check_kind(spec: dict) -> dict:
 def _space(interface: dict, name: str) -> spaces.Space:
     value = interface.get(name)
     try:
-        if _elements(value) > LARGEST_LAYER:
+        if wire.numbers_in(value, one_hot=True) > LARGEST_LAYER:
             raise ModelDamaged(f"the model's {name} space has over {LARGEST_LAYER} elements")
         return wire.space_from_json(value)
     except ModelError:
@@ -411,15 +293,19 @@ def _space(interface: dict, name: str) -> spaces.Space:
         raise ModelDamaged(f"the model's {name} space cannot be read: {type(error).__name__}: {str(error)[:120]}") from None
 
 
-def _elements(value: dict) -> int:
-    """How many numbers a space has once it is flat, before anything of that size is made."""
-    kind = value["type"]
-    sizes = value["shape"] if kind == "box" else [value["n"]] if kind in ("discrete", "multi_binary") else value["nvec"] if kind == "multi_discrete" else []
-    if not all(map(_count, sizes)) or not all(map(_count, value.get("shape", []))):
-        raise ValueError("a size that is no whole number from 0")
-    if kind in ("dict", "tuple"):
-        return sum(_elements(child["space"]) for child in value["spaces"])
-    return max(sum(sizes) if kind == "multi_discrete" else math.prod(sizes), math.prod(value.get("shape", [])))
+def _legal(space: spaces.Space, mask) -> list[np.ndarray]:
+    """Flat pieces of a mask as `space.sample(mask)` takes it, in a mask row's order."""
+    if isinstance(space, spaces.Dict):
+        return [piece for name in sorted(space.spaces, key=str.encode) for piece in _legal(space.spaces[name], mask[name])]
+    if isinstance(space, (spaces.Tuple, spaces.MultiDiscrete)):
+        below = space.spaces if isinstance(space, spaces.Tuple) else [spaces.Discrete(n) for n in np.ravel(space.nvec)]
+        if len(mask) != len(below):
+            raise ValueError
+        return [piece for child, part in zip(below, mask) for piece in _legal(child, part)]
+    if isinstance(space, spaces.Box):
+        return []
+    flat = np.ravel(mask)
+    return [np.stack([flat != 1, flat != 0], 1).ravel() if isinstance(space, spaces.MultiBinary) else flat]
 
 
 def _features(leaf: wire.Leaf) -> int:
@@ -437,11 +323,39 @@ def _choose(logits: np.ndarray, rng: np.random.Generator | None) -> np.ndarray:
     return (rng.random((len(logits), 1)) * ends[:, -1:] >= ends).sum(1)
 
 
-def load_policy(path) -> Policy:
-    """The policy in the file at `path`; ModelError says in one line why it cannot be used."""
-    with open(path, "rb") as file:
-        data = file.read()
+def load_policy(path, behaviour: str | None = None) -> Policy:
+    """The policy in the model file or the run's folder at `path`; of several behaviours the named one. ModelError says in one line why it cannot be used."""
+    policies = load_policies(path)
+    if behaviour is None and len(policies) == 1:
+        return next(iter(policies.values()))
+    names = ", ".join(map(quote, policies))
+    if behaviour is None:
+        raise ModelMisfit(f"'{path}' has models of the behaviours {names}; name one with behaviour=..., or take all with load_policies")
+    if behaviour not in policies:
+        raise ModelMisfit(f"'{path}' has no model of the behaviour {quote(behaviour)}; there is {names}")
+    return policies[behaviour]
+
+
+def load_policies(path) -> dict[str, Policy]:
+    """The policies at `path`, a model file or a run's folder, by the names of their behaviours."""
+    path = Path(path)
+    if not path.is_dir():
+        files = [path]
+    elif not (files := [path / "model.consac"] if (path / "model.consac").is_file() else sorted(path.glob("*.consac"))):
+        raise ModelForeign(f"'{path}' is a folder without a model; name a run's folder, or a .consac file")
+    policies: dict[str, Policy] = {}
+    for file in files:
+        policy = _load(file)
+        if policies.setdefault(policy.behaviour, policy) is not policy:
+            raise ModelDamaged(f"'{file}' is a second model of the behaviour {quote(policy.behaviour)} in its folder; name a file")
+    return policies
+
+
+def _load(path: Path) -> Policy:
+    data = path.read_bytes()
     try:
         return Policy(read_model(data))
     except ModelError as error:
         raise type(error)(f"'{path}': {error}") from None
+    except (TypeError, ValueError, KeyError, AttributeError, ArithmeticError, RecursionError) as error:  # a member of a kind that no reader expects there
+        raise ModelDamaged(f"'{path}': not a usable model file: {type(error).__name__}: {quote(error, 120)}") from None

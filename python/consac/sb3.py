@@ -1,6 +1,8 @@
 """All environments of an engine as a Stable Baselines3 VecEnv, without a second copy of anything."""
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from gymnasium import spaces
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
@@ -11,13 +13,18 @@ from .errors import ConsacError
 from .face import Face
 from .vector import batch_reader, batch_writer
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .options import Options
+
 _FACE = Face("same_step", text1="which has one environment; use DummyVecEnv([lambda: consac.make(url)])")
 
 
 class ConsacVecEnv(VecEnv):
-    """For `PPO("MlpPolicy", ConsacVecEnv("tcp://127.0.0.1:5005"))`. Arguments are client.Connection's."""
+    """For `PPO("MlpPolicy", ConsacVecEnv("tcp://127.0.0.1:5005"))`. Other arguments are in options.py."""
 
-    def __init__(self, url: str, render_mode: str | None = None, **options):
+    def __init__(self, url: str, render_mode: str | None = None, **options: Unpack[Options]):
         self.connection, _ = _FACE.open(url, render_mode, options)
         connection = self.connection
         behaviour = connection.behaviours[0]

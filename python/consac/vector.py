@@ -1,6 +1,8 @@
 """All environments of an engine as a Gymnasium VectorEnv: one message steps them all."""
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
@@ -12,6 +14,11 @@ from .errors import ConsacError
 from .env import REMOTE_ID, mask_value, pick, put, row_reader
 from .face import RENDER_FPS, Face
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .options import Options
+
 _WIRE_MODES = {AutoresetMode.NEXT_STEP: "next_step", AutoresetMode.SAME_STEP: "same_step", AutoresetMode.DISABLED: "disabled"}
 _ANY_WAY = ("next_step", "same_step")
 _TERMINATED, _TRUNCATED = (np.array([state & bit != 0 for state in range(256)]) for bit in (wire.TERMINATED, wire.TRUNCATED))  # by state: faster than bits
@@ -21,9 +28,9 @@ class ConsacVectorEnv(VectorEnv):
     """An engine's environments, one agent each, as `consac.make_vec` returns them.
 
     Without an autoreset_mode it is Gymnasium's default, NEXT_STEP, or SAME_STEP where the engine knows no other way.
-    With copy=False observations are views of the receive buffer, which hold until the next step. Other arguments are client.Connection's."""
+    With copy=False observations are views of the receive buffer, which hold until the next step. Other arguments are in options.py."""
 
-    def __init__(self, url: str, autoreset_mode: str | AutoresetMode | None = None, render_mode: str | None = None, copy: bool = True, **options):
+    def __init__(self, url: str, autoreset_mode: str | AutoresetMode | None = None, render_mode: str | None = None, copy: bool = True, **options: Unpack[Options]):
         ways = _ANY_WAY if autoreset_mode is None else (_WIRE_MODES[autoreset_mode_of(autoreset_mode)],)
         face = Face(ways, text1="which has one environment; use consac.make")
         self.connection, modes = face.open(url, render_mode, options)
@@ -68,11 +75,11 @@ class ConsacVectorEnv(VectorEnv):
             return None
         if isinstance(seed, (int, np.integer)):
             return [int(seed) + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
+        if isinstance(seed, (str, bytes)) or not hasattr(seed, "__len__") or len(seed) != self.num_envs:
+            raise ValueError(f"seed={seed!r} for {self.num_envs} environments; it is a whole number, or a list of one for each")
         if all(one is None for one in seed):
             return None
-        return [int(self.np_random.integers(1 << 31)) if one is None else int(one) for one in seed]
+        return [int(self.np_random.integers(1 << 31)) if one is None else one for one in seed]
 
     def _infos(self, mask=None) -> dict:
         connection, rows, count = self.connection, self._rows, self.num_envs
@@ -98,9 +105,9 @@ class ConsacVectorEnv(VectorEnv):
         return infos
 
 
-def make_vec(url: str, **options) -> ConsacVectorEnv:
+def make_vec(url: str, *, autoreset_mode: str | AutoresetMode | None = None, render_mode: str | None = None, copy: bool = True, **options: Unpack[Options]) -> ConsacVectorEnv:
     """All environments that an engine offers at `url`."""
-    return ConsacVectorEnv(url, **options)
+    return ConsacVectorEnv(url, autoreset_mode, render_mode, copy, **options)
 
 
 def autoreset_mode_of(mode: str | AutoresetMode) -> AutoresetMode:
@@ -130,7 +137,7 @@ def columns(said: dict | None, count: int) -> dict:
 
 def _add(infos: dict, key: str, slots: list, values: list, count: int) -> None:
     kind = type(values[0]) if values else object
-    if kind is dict:
+    if kind is dict and all(type(value) is dict for value in values):
         array: dict = {}
         inner: dict = {}
         for slot, value in zip(slots, values):
@@ -140,16 +147,25 @@ def _add(infos: dict, key: str, slots: list, values: list, count: int) -> None:
                 column[1].append(part)
         for name, (below, parts) in inner.items():
             _add(array, name, below, parts, count)
-    elif kind in (int, float, bool):
-        array = np.zeros(count, kind)
-        array[slots] = values
     else:
-        array = np.full(count, None, object)
-        for slot, value in zip(slots, values):
-            array[slot] = value
+        array = _numbers(slots, values, count) if kind in (int, float, bool) else None
+        if array is None:
+            array = np.full(count, None, object)
+            for slot, value in zip(slots, values):
+                array[slot] = value
     given = np.zeros(count, np.bool_)
     given[slots] = True
     infos[key], infos[f"_{key}"] = array, given
+
+
+def _numbers(slots: list, values: list, count: int) -> np.ndarray | None:
+    """An array of the first value's type, as Gymnasium has it; None where others do not fit that."""
+    array = np.zeros(count, type(values[0]))
+    try:
+        array[slots] = values
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return array
 
 
 def batch_writer(layout: wire.Layout, views: list[np.ndarray]):

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 import struct
 from dataclasses import dataclass, field
 
@@ -16,7 +18,10 @@ OPTIONAL = 0x8000  # a type with this bit is skipped by those who do not know it
 LARGEST_BEFORE_WELCOME = 4096
 LARGEST_FRAME = 64 << 20
 LARGEST_JSON = 1 << 20
-DEEPEST_JSON = 32
+DEEPEST_JSON = 64
+MOST_JSON_VALUES = 1 << 18
+_STRING = re.compile(rb'"[^"]*"?')
+_NO_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 
 HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED, RENDER, FRAME = range(1, 17)
 
@@ -126,44 +131,59 @@ def canonical_json(value) -> bytes:
     return json.dumps(value, separators=(",", ":"), sort_keys=True, allow_nan=False).encode()
 
 
-def load_json(payload) -> dict:
-    """The object in a JSON payload; MALFORMED says what is wrong with it."""
-    if len(payload) > LARGEST_JSON:
-        raise WireError("MALFORMED", f"a JSON payload of {len(payload)} bytes; at most {LARGEST_JSON} are taken")
+def load_json(payload, limit: int = LARGEST_JSON) -> dict:
+    """The object in a JSON payload of at most `limit` bytes, in time linear in them; MALFORMED says what is wrong with it."""
+    if len(payload) > limit:
+        raise WireError("MALFORMED", f"a JSON payload of {len(payload)} bytes; at most {limit} are taken")
 
     def no_constant(text):
         raise WireError("MALFORMED", f"{text} in a JSON payload; an unbounded side is null")
 
     def no_twice(pairs):
-        keys = [key for key, _ in pairs]
-        if len(keys) != len(set(keys)):
-            raise WireError("MALFORMED", f"a JSON object names {next(k for k in keys if keys.count(k) > 1)!r} twice")
-        return dict(pairs)
+        read = dict(pairs)
+        if len(read) != len(pairs):
+            seen: set = set()
+            twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+            raise WireError("MALFORMED", f"a JSON object names {twice[:80]!r} twice")
+        return read
 
     text = bytes(payload)
-    depth = deepest = 0
-    quoted = escaped = False
-    for byte in text:
-        if escaped:
-            escaped = False
-        elif byte == 0x5C and quoted:
-            escaped = True
-        elif byte == 0x22:
-            quoted = not quoted
-        elif not quoted and byte in b"[{":
-            depth += 1
-            deepest = max(deepest, depth)
-        elif not quoted and byte in b"]}":
-            depth -= 1
-    if deepest > DEEPEST_JSON:
-        raise WireError("MALFORMED", f"JSON nested {deepest} deep; at most {DEEPEST_JSON} is taken")
+    _check_bounds(text)
     try:
         value = json.loads(text.decode(), parse_constant=no_constant, object_pairs_hook=no_twice)
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise WireError("MALFORMED", f"a JSON payload cannot be read: {error}") from None
+    except (ValueError, RecursionError) as error:  # not UTF-8, not JSON, or an integer of more digits than Python converts
+        raise WireError("MALFORMED", f"a JSON payload cannot be read: {str(error)[:200]}") from None
     if not isinstance(value, dict):
         raise WireError("MALFORMED", "a JSON payload is no object")
     return value
+
+
+def _check_bounds(text: bytes) -> None:
+    """MALFORMED where JSON is nested too deep or has too many values. Without its strings, only brackets and commas count."""
+    bare = _STRING.sub(b"", text.replace(b"\\\\", b"").replace(b'\\"', b""))
+    if bare.count(b",") + bare.count(b"[") + bare.count(b"{") > MOST_JSON_VALUES:
+        raise WireError("MALFORMED", f"a JSON payload of over {MOST_JSON_VALUES} values")
+    depth = deepest = 0
+    for bracket in bare.translate(None, _NO_BRACKETS):
+        depth += 1 if bracket in b"[{" else -1
+        deepest = max(deepest, depth)
+    if deepest > DEEPEST_JSON:
+        raise WireError("MALFORMED", f"JSON nested {deepest} deep; at most {DEEPEST_JSON} is taken")
+
+
+_KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", list: "a list"}
+
+
+def member(value: dict, name: str, kind: type, *otherwise):
+    """A member of a message, of its kind (R9 of spec/protocol2.md); what holds where it is missing comes last, and there is none where it is required."""
+    if name not in value and otherwise:
+        return otherwise[0]
+    if name not in value:
+        raise WireError("MALFORMED", f"{name} is missing")
+    found = value[name]
+    if type(found) is not kind and not (kind is float and type(found) is int):
+        raise WireError("MALFORMED", f"{name} is {str(found)[:80]!r}, expected {_KINDS[kind]}")
+    return found
 
 
 # ---- spaces
@@ -192,6 +212,28 @@ def space_to_json(space: spaces.Space) -> dict:
 def _bounds(bounds: np.ndarray):
     flat = [None if np.isinf(bound) else bound.item() for bound in np.ravel(bounds)]
     return flat[0] if len(flat) > 1 and all(bound == flat[0] for bound in flat) and flat[0] is not None else flat
+
+
+def numbers_in(value: dict, one_hot: bool = False) -> int:
+    """How many numbers a space's value has, before anything of that size is made; with `one_hot` each choice counts as many as it offers."""
+    kind = value["type"]
+    if kind in ("dict", "tuple"):
+        return sum(numbers_in(child["space"], one_hot) for child in value["spaces"])
+    shape, choices = value.get("shape", []), [value["n"]] if kind in ("discrete", "multi_binary") else value["nvec"] if kind == "multi_discrete" else []
+    if kind == "box":
+        shape = value["shape"]
+    if not all(type(size) is int and 0 <= size < 1 << 62 for size in (*shape, *choices)):
+        raise ValueError("a size that is no whole number from 0")
+    numbers = choices[0] if kind == "multi_binary" else sum(choices) if one_hot else len(choices)
+    return max(numbers, math.prod(shape) if shape or kind == "box" else 0)
+
+
+def bytes_in(value: dict) -> int:
+    """Bytes of a space's value in a row, without padding."""
+    if value["type"] in ("dict", "tuple"):
+        return sum(bytes_in(child["space"]) for child in value["spaces"])
+    size = np.dtype(DTYPES[value["dtype"]]).itemsize if value["type"] == "box" else 1 if value["type"] == "multi_binary" else 4
+    return size * numbers_in(value)
 
 
 def space_from_json(value: dict) -> spaces.Space:
@@ -279,6 +321,8 @@ class Layout:
 
     def views(self, buffer, slots: int, offset: int) -> list[np.ndarray]:
         """For each leaf an array [slots, *shape] over `slots` rows that lie in `buffer` from `offset`: no copy."""
+        if slots == 0:  # which may stand at the very end, with no byte left for a leaf to begin at
+            return [np.empty((0, *leaf.shape), leaf.dtype) for leaf in self.leaves]
         return [np.ndarray((slots, *leaf.shape), leaf.dtype, buffer, offset + leaf.offset, (self.row_bytes, *_strides(leaf))) for leaf in self.leaves]
 
     def pick(self, value, leaf: Leaf):
@@ -332,9 +376,13 @@ class Behaviour:
     def from_json(cls, value: dict, environments: int) -> "Behaviour":
         observation, action = Layout.of(space_from_json(value["observation"])), Layout.of(space_from_json(value["action"]))
         for layout, key in ((observation, "observation_row"), (action, "action_row")):
-            if layout.to_json() != value[key]:
+            if first_difference(layout.to_json(), value[key]):
                 raise WireError("MALFORMED", f"the server lays out {key} as {value[key]}, expected {layout.to_json()}")
-        return cls(value["name"], value["agents"], observation, action, environments * len(value["agents"]), value.get("masks_actions", False))
+        masked = member(value, "masks_actions", bool, False)
+        if member(value, "mask_bytes", int, action.mask_bytes * masked) != action.mask_bytes * masked:
+            raise WireError("MALFORMED", f"mask_bytes is {value['mask_bytes']}, expected {action.mask_bytes * masked}")
+        agents = member(value, "agents", list)
+        return cls(member(value, "name", str), agents, observation, action, environments * len(agents), masked)
 
     def to_json(self) -> dict:
         return {"name": self.name, "agents": self.agents, "observation": space_to_json(self.observation.space), "action": space_to_json(self.action.space),
@@ -353,7 +401,7 @@ def first_difference(expected, found, path: str = "") -> tuple[str, object, obje
         return None
     if isinstance(expected, list) and isinstance(found, list) and len(expected) == len(found):
         for index, (value, other) in enumerate(zip(expected, found)):
-            name = value["name"] if isinstance(value, dict) and "space" in value else index
+            name = value.get("name", index) if isinstance(value, dict) and "space" in value else index
             difference = first_difference(value, other, f"{path}/{name}" if path else str(name))
             if difference:
                 return difference

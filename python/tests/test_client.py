@@ -4,6 +4,7 @@ import subprocess
 import sys
 import threading
 import time
+import tracemalloc
 import warnings
 from pathlib import Path
 
@@ -164,6 +165,11 @@ def test_who_is_let_in(serve):
     env.close()
     with pytest.raises(ConsacError, match="make_vec"):
         consac.make(serve("CartPole-v1", 2), protocol=2)
+
+
+def test_no_final_rows_at_the_very_end_of_a_result():
+    layout = wire.Layout.of(spaces.Dict({"far": spaces.Box(0, 1, (3,)), "near": spaces.Box(0, 1, (2,))}))
+    assert [view.shape for view in layout.views(memoryview(bytes(64)), 0, 64)] == [(0, 3), (0, 2)]
 
 
 def test_expected_spaces(serve):
@@ -476,11 +482,26 @@ def test_specs_that_cannot_be(change):
             consac.make(server.url, protocol=2)
 
 
-def test_a_small_spec_makes_no_large_arrays():
-    box = {"type": "box", "shape": [1 << 20, 1 << 20], "dtype": "F32", "low": 0, "high": 1}
-    with ToyServer(spec={"behaviours": [{"name": "a", "agents": ["b"], "observation": box, "action": box}]}) as server:
-        with pytest.raises(ProtocolError, match="max_frame"):
-            consac.make(server.url, protocol=2)
+def box(shape, dtype="F32"):
+    return {"type": "box", "shape": shape, "dtype": dtype, "low": 0, "high": 1}
+
+
+@pytest.mark.parametrize("change", [
+    {"behaviours": [{"name": "a", "agents": ["b"], "observation": box([1 << 20, 1 << 20]), "action": box([1])}]},
+    {"behaviours": [{"name": f"a{i}", "agents": ["b"], "observation": box([1 << 20]), "action": box([1])} for i in range(100)]},
+    {"behaviours": [{"name": "a", "agents": ["b"], "observation": box([1 << 24], "F64"), "action": box([1])}]},
+    {"behaviours": [{"name": "a", "agents": ["b"], "observation": {"type": "multi_binary", "n": 1 << 40}, "action": box([1])}]},
+    {"environments": 1 << 40, "behaviours": [{"name": "a", "agents": ["b"] * 99, "observation": box([1]), "action": box([1])}]},
+], ids=["one space", "a hundred spaces", "wide numbers", "bits", "environments"])
+def test_a_small_spec_makes_no_large_arrays(change):
+    tracemalloc.start()
+    try:
+        with ToyServer(spec=change) as server:
+            with pytest.raises(ProtocolError, match="max_frame|at most"):
+                consac.make(server.url, protocol=2)
+        assert tracemalloc.get_traced_memory()[1] < 16 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_forgotten_environment_says_bye():
@@ -624,7 +645,8 @@ def test_an_old_and_slow_engine_is_met_without_hello():
 
 @pytest.mark.parametrize("setup, message", {
     b"busy: another trainer\n": "serves another", b"D#2#0#B#1#0,1\n": "fields", b"D#0#0#B#1#0,1#5\n": "size", b"D#2#0#B#2#0,1#5\n": "numbers",
-    b"D#2#0#B#1#1,0#5\n": "above", b"D#2#0#C#1#1,0#5\n": "expected D or B", b"D#2#0#B#1#0,1#x\n": "whole", b"D#2#0#B#1#0,nan#4\n": "finite"}.items())
+    b"D#2#0#B#1#1,0#5\n": "above", b"D#2#0#C#1#1,0#5\n": "expected D or B", b"D#2#0#B#1#0,1#x\n": "whole", b"D#2#0#B#1#0,nan#4\n": "finite",
+    b"D#2#0#B#1#0,4_0#4\n": "no number", b"D#2#0#B#1#0,1#0#\x1b[31m\n": "does not show"}.items())
 def test_setups_that_are_wrong(setup, message):
     with ToyServer(first=setup) as server:
         with pytest.raises(ConsacError, match=message):
@@ -632,7 +654,7 @@ def test_setups_that_are_wrong(setup, message):
 
 
 @pytest.mark.parametrize("observation, message", {
-    b"1#0\n": "fields", b"1,2#0#0\n": "numbers", b"5#0#0\n": "outside", b"1#x#0\n": "no number", b"1#0#2\n": "done is", b"error: no\n": "error: no", b"\xff#0#0\n": "no text"}.items())
+    b"1#0\n": "fields", b"1,2#0#0\n": "numbers", b"5#0#0\n": "outside", b"1#x#0\n": "no number", b"1#1_0#0\n": "no number", b"1#0#2\n": "done is", b"error: no\n": "error: no", b"\xff#0#0\n": "no text"}.items())
 def test_observations_that_are_wrong(observation, message):
     with ToyServer(first=b"D#2#0#B#1#0,3#10\n" + observation) as server:
         env = consac.make(server.url, timeout=2)

@@ -1,4 +1,5 @@
-"""spec/conformance/protocol2: the frames through our reader, the conversations with our server."""
+"""spec/conformance/protocol2: the frames through our reader, the conversations with our server, the RESULTs before a judge of our own."""
+import contextlib
 import json
 import os
 import pathlib
@@ -12,11 +13,14 @@ import numpy as np
 import pytest
 
 from consac import wire
+from consac.client import connect
+from consac.errors import ConsacError
 from consac.serve import Server
+from result_check import ResultCheck
 
 CASES = pathlib.Path(__file__).parents[2] / "spec/conformance/protocol2"
 PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
-FRAMES, CONVERSATIONS = (json.loads((CASES / name).read_text()) for name in ("frames.json", "server.json"))
+FRAMES, CONVERSATIONS, RESULTS = (json.loads((CASES / name).read_text()) for name in ("frames.json", "server.json", "results.json"))
 
 
 def read(stream, cut, limit):
@@ -39,74 +43,120 @@ def test_frames(case):
 
 
 class Conversation:
-    """One case under way."""
+    """One case under way, with a server of an action space of two choices. Every RESULT is judged."""
 
     def __init__(self, port):
-        self.port, self.session, self.kept = port, 0, {}
+        self.port, self.kept, self.last, self.judged, self.resume, self.over, self.envs = port, {}, 0, 0, "", False, 1
         self.connect()
 
-    def connect(self):
+    def connect(self, _=None):
         self.sock, self.reader = socket.create_connection(("127.0.0.1", self.port), 5), wire.FrameReader(wire.LARGEST_FRAME)
+        self.session, self.flags = 0, 0
 
     def next(self):
-        while not (frame := self.reader.next()):
-            data = self.sock.recv(65536)
-            if not data:
-                return None
-            self.reader.feed(data)
-        return self.next() if frame.type == wire.PING else frame
+        while True:
+            while not (frame := self.reader.next()):
+                data = self.sock.recv(65536)
+                if not data:
+                    return None
+                self.reader.feed(data)
+            if frame.type == wire.PING:
+                self.write(wire.PONG, 0, bytes(frame.payload))
+            elif frame.type not in (wire.PAUSED, wire.RESUMED) and not frame.type & wire.OPTIONAL:
+                return frame
+
+    def write(self, kind, request, payload=b"", session=None):
+        self.sock.sendall(wire.pack(wire.Frame(kind, payload, request, self.session if session is None else session, self.flags)))
 
     def send(self, what):
         if "hex" in what:
             return self.sock.sendall(bytes.fromhex(what["hex"]))
-        payload = wire.dump_json(what["json"]) if "json" in what else what.get("text", "").encode()
+        kind = what["type"] if isinstance(what["type"], int) else getattr(wire, what["type"])
+        payload = what.get("text", "").encode()
+        if "json" in what:
+            payload = wire.dump_json(what["json"] | ({"resume": self.resume} if "resume" in what else {}))
         if "payload" in what:
             payload = self.payload(what["payload"])
-        kind = what["type"] if isinstance(what["type"], int) else getattr(wire, what["type"])
-        self.sock.sendall(wire.pack(wire.Frame(kind, payload, what["request"], self.session)))
+        request = self.last + 1 if what["request"] == "next" else what["request"]
+        if what.get("other_session"):
+            return self.write(kind, request, payload, self.session + 1)
+        self.ask(kind, request, payload)
+
+    def ask(self, kind, request, payload):
+        if kind in (wire.RESET, wire.STEP) and len(payload) >= 8 + self.envs and request != self.judged:
+            self.check.ask(kind == wire.STEP, payload[8:8 + self.envs])
+        if request == self.last + 1:
+            self.last = request
+        self.write(kind, request, payload)
 
     def payload(self, kind):
         pad = lambda data: data + bytes(-len(data) % 8)
-        if kind in ("all", "none", "seeded"):
-            out = pad(struct.pack("<II", kind == "seeded", 0) + bytes([kind != "none"] * self.envs))
-            return out + struct.pack(f"<{self.envs}q", *range(11, 11 + self.envs)) * (kind == "seeded")
-        actions = [0] * self.envs
-        if kind == "illegal":
-            actions[0] = 100000
-        out = pad(pad(bytes(8) + b"\1" * self.envs) + np.array(actions, "<i4").tobytes())
-        return out[:-1] if kind == "short" else out
+        only_first, others = bytes([1] + [0] * (self.envs - 1)), bytes([0] + [1] * (self.envs - 1))
+        reset = lambda flags=0, chosen=b"\1" * self.envs: pad(struct.pack("<II", flags, 0) + chosen)
+        step = lambda chosen=b"\1" * self.envs, first=0, zero=0: pad(pad(struct.pack("<II", 0, zero) + chosen) + np.array([first] + [0] * (self.envs - 1), "<i4").tobytes())
+        seeds = lambda first=11: struct.pack(f"<{self.envs}q", first, *range(12, 11 + self.envs))
+        options = lambda text: pad(reset(2) + struct.pack("<I", len(text)) + text)
+        two = bytes([2] + [1] * (self.envs - 1))
+        return {
+            "empty": lambda: b"", "none": lambda: reset(0, bytes(self.envs)), "all": reset, "two reset": lambda: reset(0, two), "first reset": lambda: reset(0, only_first),
+            "unknown flag": lambda: reset(64), "seeded": lambda: reset(1) + seeds(), "negative seed": lambda: reset(1) + seeds(-5), "options": lambda: options(b'{"difficulty":1}'),
+            "bad options": lambda: options(b'{"difficulty"'), "short reset": lambda: reset()[:-8], "long reset": lambda: reset() + bytes(8), "legal": step,
+            "short": lambda: step()[:-1], "long": lambda: step() + bytes(8), "nonzero": lambda: step(zero=1), "two": lambda: step(two), "first": lambda: step(only_first),
+            "others": lambda: step(others), "illegal": lambda: step(first=100000), "illegal but not stepped": lambda: step(others, 100000),
+        }[kind]()
 
     def expect(self, what):
         frame = self.next()
         if what.get("closed"):
             assert frame is None, frame
             return
-        assert frame is not None and frame.type == getattr(wire, what["type"]), (what, frame)
+        assert frame is not None, what
+        said = json.loads(bytes(frame.payload)) if frame.type in (wire.WELCOME, wire.SPEC, wire.ERROR) else {}
+        if "unless" in what and said.get("code") == what["unless"]:
+            self.over = True
+            return
+        assert frame.type == getattr(wire, what["type"]), (what, frame)
         assert frame.request == what.get("request", frame.request)
-        said = json.loads(frame.payload) if frame.type in (wire.WELCOME, wire.SPEC, wire.ERROR) else {}
         if frame.type == wire.WELCOME:
-            self.session, self.resume = said["session"], said["resume"]
+            self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
         if frame.type == wire.SPEC:
-            self.envs = said["environments"]
-        for key in ("severity", "resumed", "last_request"):
-            assert said.get(key) == what.get(key, said.get(key)), (key, said)
-        if "code" in what:
-            assert said["code"] in (what["code"] if isinstance(what["code"], list) else [what["code"]]), said
+            assert said["autoreset"] == what.get("autoreset", "same_step")
+            self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"])
+        code = what.get("code", said.get("code"))
+        assert said.get("code") in (code if isinstance(code, list) else [code]), said
+        for key, value in what.get("members", {}).items():
+            assert said.get(key) == value, (key, said)
+        assert said.get("severity") == what.get("severity", said.get("severity")), said
         assert "path" not in what or isinstance(said["path"], str)
+        assert "env" not in what or isinstance(said["env"], int)
         assert "text" not in what or bytes(frame.payload) == what["text"].encode()
         payload = bytearray(frame.payload)
         if frame.type == wire.RESULT:
             payload[4:8] = bytes(4)  # the time that the engine took
+            if frame.request != self.judged:
+                assert self.check.judge(payload) is None
+                self.judged = frame.request
+            assert "somebody" not in what or any(state & wire.ACTIVE for states in self.check.states for state in states)
         if "same_as" in what:
             assert payload == self.kept[what["same_as"]]
         if "keep" in what:
             self.kept[what["keep"]] = payload
 
+    def play(self, what):
+        for _ in range(what["steps"]):
+            ended = bytes(self.check.over(env) for env in range(self.envs))
+            if "until" in what and any(ended):
+                return
+            reset = self.autoreset == "disabled" and any(ended)
+            self.ask(wire.RESET if reset else wire.STEP, self.last + 1, (bytes(8) + ended + bytes(-self.envs % 8)) if reset else self.payload("legal"))
+            self.expect({"type": "RESULT", "request": self.last})
+        self.over = self.over or "until" in what
+
     def reconnect(self, _):
         self.sock.close()
         for _ in range(100):
             self.connect()
-            self.sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json({"protocol": [2, 2], "resume": self.resume}), 0, self.session)))
+            self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume}))
             data = self.sock.recv(65536)
             self.reader.feed(data)
             peek = wire.FrameReader(wire.LARGEST_FRAME)
@@ -126,7 +176,35 @@ def test_conversations_with_our_server(case):
         for step in case["steps"]:
             (name, what), = step.items()
             getattr(conversation, name)(what)
+            if conversation.over:  # the server cannot do what the case is of, and said so
+                break
         conversation.sock.close()
+
+
+@pytest.mark.parametrize("case", RESULTS["cases"], ids=lambda case: case["name"])
+def test_results(case):
+    check = ResultCheck(RESULTS["specs"][case["spec"]], case["autoreset"])
+    for answer in case["answers"]:
+        check.ask(answer["to"] == "STEP", answer.get("environments", [1] * check.environments))
+        assert check.judge(bytes.fromhex("".join(answer["result"]))) == answer.get("breaks")
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+def test_every_case_holds_for_our_client():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with subprocess.Popen([PROGRAM, "doctor", "--conformance-trainer", f"tcp://127.0.0.1:{port}", "--timeout", "30"], stdout=subprocess.PIPE, text=True) as doctor:
+        doctor.stdout.readline()
+        while doctor.poll() is None:
+            try:
+                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2)) as connection:
+                    connection.reset()
+                    while True:
+                        connection.step()  # zeros are legal
+            except (ConsacError, OSError):
+                pass
+        said = doctor.stdout.read()
+    assert doctor.returncode == 0, said
 
 
 @pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")

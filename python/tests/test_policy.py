@@ -12,7 +12,7 @@ import pytest
 from gymnasium import spaces
 
 from consac import wire
-from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, ModelMisfit, ModelTooNew, Policy, load_policy, read_model
+from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, ModelMisfit, ModelTooNew, Policy, load_policies, load_policy, read_model
 
 PROGRAM = Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli" / "consac"
 needs_program = pytest.mark.skipif(not os.environ.get("CONSAC_BUILD_DIR") or not PROGRAM.exists(), reason="set CONSAC_BUILD_DIR to a build with cli/consac")
@@ -293,3 +293,98 @@ def test_foreign_files_are_refused(tmp_path):
         assert "\n" not in str(told.value) and str(path) in str(told.value)
     with pytest.raises(FileNotFoundError):
         load_policy(tmp_path / "none.consac")
+
+
+# ---- runs and files
+
+def test_a_run_with_one_behaviour_and_with_several(tmp_path):
+    spec, tensors = make()
+    (tmp_path / "one").mkdir(), (tmp_path / "none").mkdir(), (tmp_path / "several").mkdir()
+    (tmp_path / "one/model.consac").write_bytes(model_bytes(spec, tensors))
+    assert load_policy(tmp_path / "one").act(np.zeros(3)) == load_policy(str(tmp_path / "one/model.consac")).act(np.zeros(3))
+    for name in ("hunt", "../flee"):
+        named = spec | {"interface": spec["interface"] | {"behaviour": name}}
+        (tmp_path / "several" / f"{name.replace('../', '%2E%2E%2F')}.consac").write_bytes(model_bytes(named, tensors))
+    assert set(load_policies(tmp_path / "several")) == {"hunt", "../flee"}
+    assert load_policy(tmp_path / "several", behaviour="../flee").behaviour == "../flee"
+    for folder, named, why in (("several", {}, "'hunt'.*name one"), ("several", {"behaviour": "fly"}, "no model of the behaviour 'fly'"), ("none", {}, "without a model")):
+        with pytest.raises(ModelError, match=why):
+            load_policy(tmp_path / folder, **named)
+    (tmp_path / "several/copy.consac").write_bytes((tmp_path / "several/hunt.consac").read_bytes())
+    with pytest.raises(ModelError, match="second model"):
+        load_policies(tmp_path / "several")
+
+
+@needs_program
+def test_a_run_that_the_program_trained_is_loaded_by_its_folder(trained):
+    assert load_policy(trained["road-v0"].parent).behaviour == "default"
+
+
+def test_a_model_with_anything_anywhere_is_refused_in_words(tmp_path):
+    """Whatever stands in a specification: it is used, or a ModelError says why not."""
+    spec, tensors = make(normalise=True)
+    odd = [None, -1, 1 << 70, 10 ** 400, 1.5, float("inf"), "x", [], {}, [1 << 70], [[]], True, "a\nb", {"a": []}]
+    paths = []
+
+    def walk(value, path):
+        paths.append(path)
+        for key, below in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+            walk(below, (*path, key))
+    walk(spec, ())
+    file, refused = tmp_path / "odd.consac", 0
+    for path in paths[1:]:
+        for value in odd:
+            changed = json.loads(json.dumps(spec))
+            at = changed
+            for key in path[:-1]:
+                at = at[key]
+            at[path[-1]] = value
+            file.write_bytes(model_bytes(changed, tensors))
+            try:
+                load_policy(file)
+            except ModelError as error:
+                assert "\n" not in str(error) and len(str(error)) < 3000
+                refused += 1
+    assert refused > 200
+
+
+def test_a_header_with_anything_anywhere_is_refused_in_words(tmp_path):
+    good = model_bytes(*make())
+    length = struct.unpack_from("<Q", good)[0]
+    header, file = json.loads(good[8:8 + length]), tmp_path / "odd.consac"
+    for name, entry in header.items():
+        for key in entry if name != "__metadata__" else ():
+            for value in (None, 1 << 70, "x", ["F32"], [0, 1 << 61, 1 << 61], [[]], {}, [1 << 70, 1 << 70], "7" * 5000):
+                text = json.dumps(header | {name: entry | {key: value}}).replace('"' + "7" * 5000 + '"', "7" * 5000).encode()
+                file.write_bytes(struct.pack("<Q", len(text)) + text + good[8 + length:])
+                with pytest.raises(ModelError):
+                    load_policy(file)
+
+
+def test_an_empty_batch_is_an_empty_batch_of_actions():
+    assert policy_of().act(np.zeros((0, 3), np.float32)).shape == (0,)
+    assert policy_of().act(np.zeros((0, 3), np.float32), mask=np.ones((0, 3), np.int8), deterministic=False).shape == (0,)
+
+
+def test_a_mask_by_position_is_refused_in_words():
+    with pytest.raises(TypeError, match="mask=") as told:
+        policy_of().act(np.zeros(3, np.float32), np.ones(3, np.int8))
+    assert "truth value" not in str(told.value)
+
+
+@pytest.mark.parametrize("action", [ACTIONS, spaces.Tuple([spaces.Discrete(3), spaces.MultiBinary(2)]), spaces.MultiBinary(3), spaces.MultiDiscrete([2, 3]), spaces.Discrete(4)])
+def test_a_mask_as_sample_takes_it_is_the_same_as_its_flat_row(action):
+    from consac.env import mask_value
+
+    policy, rng = policy_of(action=action), np.random.default_rng(1)
+    size = wire.Layout.of(action).mask_bytes
+    for _ in range(50):
+        row, observation = rng.integers(0, 2, size).astype(np.uint8), rng.normal(size=3).astype(np.float32)
+        try:
+            expected = policy.logits(observation, row)
+        except ModelMisfit:
+            continue  # nothing is legal
+        assert np.array_equal(policy.logits(observation, mask_value(action, row)), expected)
+    for bad in ({}, (), {"x": 1}, [np.ones(1)], "abc", [[1], [1, 0]]):
+        with pytest.raises(ModelMisfit):
+            policy.act(np.zeros(3, np.float32), mask=bad)

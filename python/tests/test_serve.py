@@ -1,4 +1,5 @@
 """consac.serve spoken to in raw frames: states, limits, exactly-once, resuming, autoreset, text protocol 1."""
+import errno
 import hashlib
 import json
 import os
@@ -446,10 +447,10 @@ def test_several_agents():
 # ---- states
 
 def test_wrong_states(counters):
-    client = Raw(counters, hello=False)
     for kind in (CONFIGURE, RESET, STEP, RENDER):
-        assert client.error(kind, b"{}")["code"] == "BAD_STATE"
-    client.number = 0
+        error = Raw(counters, hello=False).error(kind, b"{}")
+        assert (error["code"], error["severity"]) == ("BAD_STATE", "connection")
+    client = Raw(counters, hello=False)
     welcome = client.ask_json(HELLO, {"protocol": [1, 9], "capabilities": ["render", "novel"], "news": {}})
     assert (welcome["protocol"], welcome["capabilities"], welcome["resumed"], welcome["last_request"]) == (2, ["render"], False, 1)
     client.session = welcome["session"]
@@ -883,3 +884,220 @@ def test_command_line(tmp_path):
     for arguments in (["NoSuch-v0"], ["CartPole-v1", "--host", "0.0.0.0", "--port", "0"], ["no.module:thing"]):
         done = subprocess.run([sys.executable, "-m", "consac.serve", *arguments], env=environment, capture_output=True, text=True, timeout=20)
         assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+
+
+# ---- environments that fail, are misspelt, draw, or have kinds of agents
+
+WORLDS = '''
+import gymnasium
+import numpy as np
+
+class Drawing(gymnasium.Env):
+    metadata = {"render_modes": ["rgb_array"]}
+    observation_space, action_space = gymnasium.spaces.Box(0, 1, (1,), np.float32), gymnasium.spaces.Discrete(2)
+
+    def __init__(self, render_mode=None):
+        self.render_mode = render_mode
+
+    def reset(self, *, seed=None, options=None):
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        raise RuntimeError("line one\\nline two\\x1b[2J")
+
+    def render(self):
+        return np.full((2, 2, 3), 7, np.uint8)
+
+class Mute(Drawing):
+    metadata = {}
+
+    def __init__(self):
+        super().__init__("rgb_array")
+
+class Blunt(Drawing):
+    def reset(self, **_):
+        raise RuntimeError("first\\nreset")
+
+class Old:
+    observation_space, action_space = Drawing.observation_space, Drawing.action_space
+
+    def reset(self):
+        return np.zeros(1, np.float32)
+
+    def step(self, action):
+        return np.zeros(1, np.float32), 0.0, False, {}
+
+class Older(Old):
+    def close(self):
+        pass
+'''
+
+
+@pytest.fixture
+def worlds(tmp_path, monkeypatch):
+    (tmp_path / "worlds_of_ours.py").write_text(WORLDS)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield "worlds_of_ours"
+    sys.modules.pop("worlds_of_ours", None)
+
+
+def test_an_environment_that_fails_is_told_with_its_place_and_the_server_has_the_traceback(worlds):
+    said = []
+    with Server(f"{worlds}:Drawing", log=said.append) as server:
+        client = Raw(server)
+        client.reset()
+        error = client.error(STEP, step_payload(1, [0]))
+    line = WORLDS.split("\n").index('        raise RuntimeError("line one\\nline two\\x1b[2J")') + 1
+    assert error["code"] == "ENV_FAILED" and f"RuntimeError: line one line two\\x1b[2J (worlds_of_ours.py, line {line}, in step)" in error["message"]
+    assert any(f'worlds_of_ours.py", line {line}, in step' in one for one in said) and not any("\n" in one or "\x1b" in one for one in said)
+
+
+def test_a_first_reset_that_fails_is_told_with_its_place(worlds, tmp_path):
+    done = subprocess.run([sys.executable, "-m", "consac.serve", f"{worlds}:Blunt", "--port", "0"], env=dict(os.environ, PYTHONPATH=os.pathsep.join([str(tmp_path), *sys.path])),
+                          capture_output=True, text=True, timeout=20)
+    last = done.stderr.splitlines()[-1]
+    assert done.returncode == 2 and last.startswith("consac.serve: RuntimeError: first reset (worlds_of_ours.py, line ") and last.endswith("in reset)") and "Traceback" in done.stderr
+
+
+def test_environments_of_a_module_are_drawn_where_they_say_so(worlds):
+    for name, renders in (("Drawing", True), ("Mute", False)):
+        with Server(f"{worlds}:{name}") as server:
+            client = Raw(server, hello={"capabilities": ["render"]})
+            assert ("render" in client.welcome["capabilities"]) == renders
+            if renders:
+                client.reset()
+                assert client.ask(RENDER, b'{"env":0}').payload[8:] == b"\7" * 12
+    from consac.serve.world import environment_maker
+
+    assert environment_maker(f"{worlds}:Drawing", render=False)().render_mode is None
+
+
+@pytest.mark.parametrize("name, why", [("Drawnig", "did you mean worlds_of_ours:Drawing"), ("nothing_like_it", "has no callable"), ("Old", "no close.*old gym"), ("Older", "gave a ndarray.*old gym")])
+def test_environments_that_are_none(worlds, name, why):
+    with pytest.raises((TypeError, ValueError), match=why):
+        Server(f"{worlds}:{name}")
+
+
+class Pack(Agents):
+    """Two kinds of equal spaces."""
+
+    possible_agents = ["wolf_0", "wolf_1", "sheep_0"]
+
+    def observation_space(self, agent):
+        return spaces.Box(-9, 9, (1,), np.float32)
+
+
+def test_kinds_of_agents_do_not_share_a_policy_unless_asked():
+    for group, expected in (("kind", [("wolf", ["wolf_0", "wolf_1"]), ("sheep", ["sheep_0"])]), ("spaces", [("default", ["wolf_0", "wolf_1", "sheep_0"])])):
+        with Server(Pack, group=group) as server:
+            assert [(b["name"], b["agents"]) for b in Raw(server).spec["behaviours"]] == expected
+
+    class Numbered(Pack):
+        possible_agents = [0, 1, 2]
+
+    with Server(Numbered) as server:
+        assert [(b["name"], b["agents"]) for b in Raw(server).spec["behaviours"]] == [("default", ["0", "1", "2"])]
+    with pytest.raises(ValueError, match="kind or spaces"):
+        Server(Pack, group="all")
+
+
+def test_the_command_says_which_agents_share_a_policy(tmp_path):
+    (tmp_path / "pack.py").write_text("from test_serve import Pack\n\ndef parallel_env(render_mode=None):\n    return Pack()\n")
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(tmp_path), os.path.dirname(__file__), *sys.path]))
+    with subprocess.Popen([sys.executable, "-u", "-m", "consac.serve", "--pettingzoo", "pack", "--port", "0"], env=environment, stdout=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()
+        assert process.stdout.readline() == "agents that share a policy (--group kind): wolf: wolf_0, wolf_1; sheep: sheep_0\n"
+        process.terminate()
+
+
+def test_agents_without_good_names_are_not_served():
+    class Twice(Pack):
+        possible_agents = ["wolf", "Wolf"]
+
+    with pytest.raises(ValueError, match="capitals"):
+        Server(Twice)
+
+
+@pytest.mark.parametrize("payload", [b'{"autoreset":' + b"7" * 5000 + b"}", b'{"a":' + b"[" * 1500 + b"]" * 1500 + b"}"], ids=["digits", "depth"])
+def test_json_that_python_does_not_read_is_answered(payload, capfd):
+    with Server(Counter) as server:
+        client = Raw(server)
+        assert client.error(CONFIGURE, payload)["code"] == "MALFORMED" and client.is_closed()
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_flood_of_empty_lines_does_not_defeat_the_deadline_of_text_protocol_1():
+    said = []
+    with Server(Counter, protocol="text1", training_length=9, limits=Limits(text_s=0.3), log=said.append) as server:
+        text = Text(server)
+        text.line(), text.line()
+        begun = time.monotonic()
+        with pytest.raises(OSError):
+            while time.monotonic() - begun < 10:
+                text.sock.sendall(b"\n" * 10_000)
+        assert time.monotonic() - begun < 5
+
+
+ODD = ["null", "-1", "1.5", "1e999", str(1 << 70), "7" * 3000, '"x"', '"\\ud800"', "[]", "{}", "[[]]", '[{"space":1}]', '[{"space":1},{"name":[],"space":{}}]', "true", '{"a":[{"space":{}}]}']
+
+
+def test_requests_with_anything_in_them_are_answered(capfd):
+    with Server(Counter, token="sesame", limits=Limits(max_sessions=1000)) as server:
+        tried = 0
+        for member in ("protocol", "client", "capabilities", "token", "resume", "max_frame"):
+            for odd in ODD:
+                client = Raw(server, hello=False)
+                text = json.dumps({"protocol": [2, 2], "token": "sesame", member: "HERE"}).replace('"HERE"', odd)
+                client.send(HELLO, text.encode())
+                assert client.take().type in (WELCOME, ERROR)
+                client.close()
+                tried += 1
+        client = Raw(server, hello={"token": "sesame", "capabilities": ["render"]})
+        for kind, member in ((CONFIGURE, "autoreset"), (CONFIGURE, "expect"), (CONFIGURE, "transport"), (RENDER, "env")):
+            for odd in ODD:
+                try:
+                    answer = client.ask(kind, f'{{"{member}":{odd}}}'.encode())
+                except EOFError:
+                    answer = None
+                assert answer is not None and answer.type in (SPEC, ERROR, FRAME)
+                if answer.type == ERROR and json.loads(answer.payload)["severity"] == "connection":
+                    client = Raw(server, hello={"token": "sesame", "capabilities": ["render"]})
+                tried += 1
+    assert tried == 150 and "Traceback" not in capfd.readouterr().err
+
+
+def test_a_server_without_descriptors_or_threads_goes_on_when_there_are_some_again(monkeypatch):
+    said = []
+    with Server(Counter, log=said.append) as server:
+        first = Raw(server)
+        first.reset()
+        listener, failures = server._listener, [errno.EMFILE, errno.ENFILE, errno.ECONNABORTED]
+
+        class Failing:
+            def accept(self):
+                if failures:
+                    raise OSError(failures.pop(), "no more of them")
+                return listener.accept()
+
+            def __getattr__(self, name):
+                return getattr(listener, name)
+
+        server._listener = Failing()
+        Raw(server).close()  # by the accept() that was under way
+        second = Raw(server)  # accepted once there are descriptors again
+        assert not failures and sum("no more of them" in one for one in said) == 3
+        start = threading.Thread.start
+
+        def no_thread(thread):
+            if failures:
+                raise RuntimeError(failures.pop())
+            start(thread)
+
+        failures.append("can't start new thread")
+        monkeypatch.setattr(threading.Thread, "start", no_thread)
+        refused = Raw(server, hello=False)
+        error = json.loads(refused.take().payload)
+        assert error["code"] == "CAPACITY" and "can't start new thread" in error["message"] and refused.is_closed()
+        for client in (first, second, Raw(server)):
+            client.reset()
+            assert client.step([0]).states == [16]

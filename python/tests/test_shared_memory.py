@@ -257,16 +257,18 @@ class Nonsense(ToyServer):
         super().__exit__()
 
 
-def plain(request, parts=0, state=wire.ACTIVE, tail=b"", kind=wire.RESULT):
+def plain(request, parts=0, state=wire.ACTIVE, tail=b"", kind=wire.RESULT, reward=1.0):
     """A RESULT of one world with 8 floats."""
-    return wire.pack(wire.Frame(kind, struct.pack("<II", parts, 0) + bytes(32) + struct.pack("<dB7x", 1.0, state) + tail, request))
+    return wire.pack(wire.Frame(kind, struct.pack("<II", parts, 0) + bytes(32) + struct.pack("<dB7x", reward, state) + tail, request))
 
 
-GOOD = lambda frame: plain(frame.request)
+def good(frame):
+    """The answer to a RESET or a STEP."""
+    return plain(frame.request, state=wire.FIRST | wire.ACTIVE, reward=0.0) if frame.type == wire.RESET else plain(frame.request)
 
 
 def test_a_toy_engine_in_memory():
-    with Nonsense(GOOD) as server, consac.make(server.url) as env:
+    with Nonsense(good) as server, consac.make(server.url) as env:
         assert env.connection.in_memory
         env.reset()
         assert env.step(0)[1] == 1.0
@@ -284,7 +286,7 @@ def test_a_toy_engine_in_memory():
     (lambda frame: wire.HEADER.pack(wire.MAGIC, wire.RESULT, 0, 1 << 30, 0, frame.request, 0, 0), "FRAME_TOO_LARGE"),
 ], ids=["no frame", "another request", "another type", "too long", "too short", "a final row that is not there", "infos that are not there", "unknown parts", "beyond the region"])
 def test_nonsense_in_memory_is_an_error_and_no_more(write, code):
-    answers = iter([GOOD, write])
+    answers = iter([good, write])
     with Nonsense(lambda frame: next(answers)(frame)) as server, consac.make(server.url) as env:
         env.reset()
         with pytest.raises(ProtocolError, match=code):
@@ -411,6 +413,38 @@ def test_consac_train_in_memory_with_python_worlds(tmp_path, envs):
     assert "in shared memory" in done.stdout + done.stderr
 
 
+class Hung(gymnasium.Env):
+    """Its tenth step ends with the test."""
+
+    observation_space, action_space, over = gymnasium.spaces.Box(0, 1, (1,), np.float32), gymnasium.spaces.Discrete(2), None
+
+    def reset(self, *, seed=None, options=None):
+        self.steps = 0
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        self.steps += 1
+        if self.steps == 10:
+            self.over.wait(60)
+        return np.zeros(1, np.float32), 0.0, False, False, {}
+
+
+@in_cpp
+@pytest.mark.parametrize("memory", [True, False])
+def test_a_hung_environment_ends_the_training_at_its_deadline(tmp_path, memory, monkeypatch):
+    """Though the server sends PINGs, since it is alive."""
+    monkeypatch.setattr(Hung, "over", threading.Event())
+    if not memory:
+        monkeypatch.setattr(shared_memory, "AVAILABLE", False)
+    with Server(Hung, limits=Limits(heartbeat_s=0.2)) as server:
+        try:
+            done = subprocess.run([PROGRAM, "train", f"tcp://127.0.0.1:{server.port}", "--steps", "2000", "--dir", tmp_path, "--no-tensorboard", "--deadline", "1"], capture_output=True, text=True, timeout=30)
+        finally:
+            Hung.over.set()
+    assert done.returncode != 0 and "is silent for 1 s" in done.stderr, done.stderr
+    assert ("in shared memory" in done.stdout + done.stderr) == memory
+
+
 class Slow(gymnasium.Env):
     """Counts its steps, of which number 2 takes long."""
 
@@ -454,7 +488,7 @@ def test_deadlines_stop_while_the_engine_is_paused():
             server.open[-1].sendall(wire.pack(wire.Frame(wire.PAUSED)))
             time.sleep(0.5)
             server.open[-1].sendall(wire.pack(wire.Frame(wire.RESUMED)))
-        return plain(frame.request)
+        return good(frame)
 
     with Nonsense(write) as server, consac.make(server.url, timeout=0.2) as env:
         env.reset()

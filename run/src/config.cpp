@@ -14,6 +14,10 @@ namespace {
 constexpr std::string_view kHyperparameters = "hyperparameters";
 
 Status UnknownKey(std::string_view name, std::span<const learn::Hyperparameter> table) {
+  if (name == kHyperparameters) {
+    return {StatusCode::kInvalidArgument,
+            "'hyperparameters' is a heading of the file, with 'name: value' lines below it; give each by its own name"};
+  }
   std::vector<std::string_view> known;
   for (const Field& field : Fields()) known.emplace_back(field.name);
   known.push_back(kHyperparameters);
@@ -115,20 +119,14 @@ struct Setting {
 
 std::vector<Setting> ResolvedHyperparameters(const RunConfig& config) {
   std::vector<Setting> settings;
-  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
-  if (!algorithm.ok()) {
+  const Result<learn::HyperparameterSet> values = HyperparametersOf(config);
+  if (!values.ok()) {
     for (const auto& [name, value] : config.hyperparameters) settings.push_back({name, value, "", true});
     return settings;
   }
-  // Defaults pass through Set as well, so that a value has one spelling whoever gave it.
-  learn::HyperparameterSet values((*algorithm)->hyperparameters);
-  for (const learn::Hyperparameter& row : values.table()) (void)values.Set(row.name, row.default_value);
-  for (const auto& [name, value] : config.hyperparameters) {
-    if (!values.Set(name, value).ok()) settings.push_back({name, value, "", true});
-  }
-  for (const learn::Hyperparameter& row : values.table()) {
+  for (const learn::Hyperparameter& row : values->table()) {
     const bool text = row.type == learn::ParameterType::kText || row.type == learn::ParameterType::kChoice;
-    settings.push_back({row.name, values.Text(row.name), row.meaning, text});
+    settings.push_back({row.name, values->Text(row.name), row.meaning, text});
   }
   return settings;
 }

@@ -12,10 +12,14 @@
 namespace consac::run {
 namespace {
 
-constexpr double kMost = 9.0e18;  // of a 64-bit whole number
+constexpr auto kMost = static_cast<double>(kMostSteps);  // of any whole number
 
 Status CheckAlgorithm(std::string_view value) {
   return learn::FindAlgorithm(value).status();
+}
+
+Status CheckPreset(std::string_view value) {
+  return value.empty() ? Status::Ok() : learn::ParseGeneration(value).status();
 }
 
 Status CheckWorld(std::string_view value) {
@@ -38,12 +42,14 @@ Status CheckNonFinite(std::string_view value) {
   return {StatusCode::kInvalidArgument, "non_finite = " + Quote(value) + " cannot be used; expected error or replace"};
 }
 
-// `token` is a secret and is written nowhere. `name`, `directory`, `resume`, `force` and `forever` belong to one start
-// of a run, not to the run: flags only.
+// `token` is a secret and is written nowhere. `name`, `directory`, `quiet`, `resume`, `force` and `forever` belong to
+// one start of a run, not to the run: flags only.
 constexpr Field kFields[] = {
     {"world", &RunConfig::world, 0, 0, OnResume::kMustStay, CheckWorld,
      "a built-in world, or tcp://host:port of an engine, of several with commas between"},
     {"algorithm", &RunConfig::algorithm, 0, 0, OnResume::kMustStay, CheckAlgorithm, "which algorithm learns"},
+    {"preset", &RunConfig::preset, 0, 0, OnResume::kMustStay, CheckPreset,
+     "whose defaults the hyperparameters have: sb2 or sb3 of Stable Baselines; empty: the algorithm's own"},
     {"steps", &RunConfig::steps, -1, kMost, OnResume::kMayChange, nullptr,
      "agent steps to train; -1: what the engine says, else 100000"},
     {"seed", &RunConfig::seed, 0, kMost, OnResume::kMustStay, nullptr, "of every random number"},
@@ -58,6 +64,8 @@ constexpr Field kFields[] = {
      "older ones are deleted"},
     {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr, "updates between tables"},
     {"table", &RunConfig::table, 0, 0, OnResume::kMayChange, nullptr, "print the table of each update"},
+    {"table_every_s", &RunConfig::table_every_s, 0, 1e9, OnResume::kMayChange, nullptr,
+     "on a terminal: seconds between tables at least; 0: one for every update"},
     {"progress", &RunConfig::progress, 0, 0, OnResume::kMayChange, nullptr,
      "show a progress bar, or lines where there is no terminal"},
     {"tensorboard", &RunConfig::tensorboard, 0, 0, OnResume::kMayChange, nullptr, "write TensorBoard events"},
@@ -163,7 +171,9 @@ const Field* FindField(std::string_view name) {
 }
 
 Status SetField(const Field& field, std::string_view text, RunConfig* config) {
+  const std::string algorithm = config->algorithm;
   const Status set = std::visit([&](auto member) { return Setter{field, text}(&(config->*member)); }, field.member);
+  if (config->algorithm != algorithm) config->hyperparameters.clear();  // they were of another table
   if (set.ok() && !WasGiven(field, *config)) config->given.emplace_back(field.name);
   return set;
 }
@@ -178,6 +188,23 @@ std::string FieldText(const Field& field, const RunConfig& config) {
 
 const char* FieldType(const Field& field) {
   return std::visit([](auto member) { return TypeNamer{}(RunConfig{}.*member); }, field.member);
+}
+
+Result<learn::HyperparameterSet> HyperparametersOf(const RunConfig& config) {
+  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
+  if (!algorithm.ok()) return algorithm.status();
+  learn::HyperparameterSet values((*algorithm)->hyperparameters);
+  if (!config.preset.empty()) {
+    const Result<learn::Generation> generation = learn::ParseGeneration(config.preset);
+    if (!generation.ok()) return generation.status();
+    values.UseDefaultsOf(*generation);
+  }
+  // Defaults pass through Set as well, so that a value has one spelling whoever gave it.
+  for (const learn::Hyperparameter& row : values.table()) {
+    CONSAC_RETURN_IF_ERROR(values.Set(row.name, std::string(values.Text(row.name))));
+  }
+  for (const auto& [name, text] : config.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
+  return values;
 }
 
 }  // namespace consac::run

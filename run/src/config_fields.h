@@ -7,6 +7,7 @@
 #include <string_view>
 #include <variant>
 
+#include "consac/learn/algo/hyperparameters.h"
 #include "consac/run/config.h"
 
 namespace consac::run {
@@ -14,6 +15,9 @@ namespace consac::run {
 /// Which member a row speaks of, and thereby which values it takes.
 using FieldMember = std::variant<std::string RunConfig::*, std::int64_t RunConfig::*, std::uint64_t RunConfig::*,
                                  std::int32_t RunConfig::*, double RunConfig::*, bool RunConfig::*>;
+
+/// The most steps that a run can be given, whoever gives them.
+inline constexpr std::int64_t kMostSteps = 9'000'000'000'000'000'000;
 
 /// Whether a resumed run may be given another value than it began with.
 enum class OnResume : std::uint8_t { kMayChange, kMustStay };
@@ -40,5 +44,9 @@ bool WasGiven(const Field& field, const RunConfig& config);
 std::string FieldText(const Field& field, const RunConfig& config);
 /// "whole number", "true or false", ...
 const char* FieldType(const Field& field);
+
+/// Every hyperparameter of the configuration's algorithm: its own defaults or the preset's, then what is given. The
+/// error is that of the first that cannot be used.
+Result<learn::HyperparameterSet> HyperparametersOf(const RunConfig& config);
 
 }  // namespace consac::run

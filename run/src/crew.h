@@ -6,9 +6,9 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <thread>
 #include <vector>
 
+#include "consac/base/thread.h"
 #include "worker.h"
 
 namespace consac::run {
@@ -16,7 +16,7 @@ namespace consac::run {
 /// Where a step is taken.
 enum class Where : std::uint8_t {
   kHere,   ///< in Next
-  kAside,  ///< on the worker's thread
+  kAside,  ///< on the worker's thread; in Next where the system gives none
 };
 
 /// Workers, and what they are doing.
@@ -57,19 +57,21 @@ class Crew {
   };
   struct Member {
     std::unique_ptr<Worker> worker;
-    std::thread thread;
+    Thread thread;
     Job job;            // guarded by mutex_
     bool busy = false;  // known to the caller's thread only
   };
 
   void Send(std::size_t i, const Job& job);
-  void Work(std::size_t i, Member& member);
-  Outcome Do(std::size_t i, const Job& job, Worker& worker);
+  Status StartThread(std::size_t i);
+  void Work(std::size_t i);
+  Outcome Do(std::size_t i, const Job& job);
+  Status ConnectUntilStopped(Worker& worker, const Job& job);
 
   std::vector<std::unique_ptr<Member>> members_;
   std::size_t under_way_ = 0;
-  Job here_;                 // the step that Next takes itself
-  std::size_t here_at_ = 0;  // whose it is
+  std::vector<std::pair<std::size_t, Job>> here_;  // what Next does itself, in this order
+  bool said_no_thread_ = false;
 
   std::mutex mutex_;
   std::condition_variable sent_, came_back_;

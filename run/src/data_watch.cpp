@@ -71,26 +71,9 @@ bool Varies(const Layout& layout) {
   return false;
 }
 
-/// Mask bytes of each choice that an action leaf makes.
-void AppendChoices(const Leaf& leaf, std::vector<std::int64_t>* choices) {
-  switch (leaf.space.kind()) {
-    case SpaceKind::kDiscrete:
-      choices->push_back(leaf.space.n());
-      break;
-    case SpaceKind::kMultiDiscrete:
-      choices->insert(choices->end(), leaf.space.nvec().begin(), leaf.space.nvec().end());
-      break;
-    case SpaceKind::kMultiBinary:
-      choices->insert(choices->end(), static_cast<std::size_t>(leaf.count), 2);
-      break;
-    default:
-      break;
-  }
-}
-
 double Replacement(double value, double low, double high) {
   const double bound = value > 0.0 ? high : low;
-  if (std::isinf(value) && std::isfinite(bound)) return bound;
+  if (!std::isnan(value) && std::isfinite(static_cast<float>(bound))) return bound;
   return std::clamp(0.0, low, high);
 }
 
@@ -115,7 +98,7 @@ DataWatch::DataWatch(const BehaviourSpec& behaviour, const DataWatchOptions& opt
       lengths_(static_cast<std::size_t>(behaviour.slots)),
       equal_(static_cast<std::size_t>(behaviour.slots)) {
   if (behaviour.masks_actions) {
-    for (const Leaf& leaf : behaviour.action_layout.leaves) AppendChoices(leaf, &choices_);
+    choices_ = MaskedChoices(behaviour.action_layout);
     mask_bytes_ = static_cast<std::size_t>(behaviour.action_layout.mask_bytes);
   }
   for (const Leaf& leaf : behaviour.observation_layout.leaves) {
@@ -199,7 +182,7 @@ Status DataWatch::CheckLeaf(WatchedLeaf& watched, std::int32_t slot, std::byte* 
   for (std::int64_t i = 0; i < leaf.count; ++i) {
     const double value = ReadElement(leaf, row, i);
     const auto [low, high] = ElementBounds(leaf, i);
-    const bool finite = std::isfinite(value);
+    const bool finite = std::isfinite(static_cast<float>(value));  // learners take numbers as float32
     if (finite && value >= low && value <= high) continue;
     const auto element = [&] {
       return fmt::format("{}{}, element {}, is {}", which, leaf.name.empty() ? "" : " '" + leaf.name + "'", i, value);
@@ -252,15 +235,11 @@ Status DataWatch::CheckReward(std::int32_t slot, float* reward) {
 }
 
 Status DataWatch::CheckMask(std::int32_t slot, const std::uint8_t* mask) const {
-  for (std::size_t choice = 0; choice < choices_.size(); ++choice) {
-    std::uint8_t any = 0;
-    for (std::int64_t i = 0; i < choices_[choice]; ++i) any |= *mask++;
-    if (any != 0) continue;
-    return {StatusCode::kProtocol,
-            fmt::format("{}: choice {} of the action has no legal action left; let the world leave at least one",
-                        Where(slot), choice)};
-  }
-  return Status::Ok();
+  const std::int64_t choice = ChoiceWithNothingLegal(choices_, mask);
+  if (choice < 0) return Status::Ok();
+  return {StatusCode::kProtocol,
+          fmt::format("{}: choice {} of the action has no legal action left; let the world leave at least one",
+                      Where(slot), choice)};
 }
 
 void DataWatch::WatchStandstill(std::int32_t slot, const Batch& batch, std::size_t row) {

@@ -12,8 +12,9 @@ namespace consac::run {
 /// Sums of the episodes under way.
 class EpisodeSums {
  public:
-  explicit EpisodeSums(std::int32_t slots)
-      : rewards_(static_cast<std::size_t>(slots)), lengths_(static_cast<std::size_t>(slots)) {}
+  /// Of behaviour `b`.
+  explicit EpisodeSums(std::int32_t slots, std::size_t b = 0)
+      : behaviour_(b), rewards_(static_cast<std::size_t>(slots)), lengths_(static_cast<std::size_t>(slots)) {}
 
   /// Adds one step; tells the report of episodes that ended.
   void Add(const Batch& batch, std::int64_t steps, Report& report) {
@@ -22,7 +23,7 @@ class EpisodeSums {
       rewards_[slot] += batch.rewards[i];
       ++lengths_[slot];
       if ((batch.terminated[i] | batch.truncated[i]) == 0) continue;
-      report.OnEpisode({batch.slots[i], rewards_[slot], lengths_[slot], steps});
+      report.OnEpisode({batch.slots[i], rewards_[slot], lengths_[slot], steps, behaviour_});
       Clear(slot);
     }
   }
@@ -46,6 +47,7 @@ class EpisodeSums {
     lengths_[slot] = 0;
   }
 
+  std::size_t behaviour_;
   std::vector<double> rewards_;        // [slots] of the episode under way
   std::vector<std::int64_t> lengths_;  // [slots] of the episode under way
 };

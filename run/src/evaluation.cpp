@@ -3,9 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "consac/base/json.h"
 #include "consac/base/text.h"
-#include "consac/env/buffer.h"
-#include "consac/policy/policy.h"
 #include "consac/run/training.h"
 #include "link.h"
 
@@ -14,7 +13,8 @@ namespace {
 
 constexpr std::int64_t kMostCopies = 16;
 
-/// Returns of finished episodes. Each slot contributes its share, so that short episodes are not favoured.
+/// Returns of finished episodes. Each slot contributes its share, so that short episodes are not favoured; the share of
+/// a slot whose agent is away while nobody else has anything left to contribute is the others'.
 /// Source: Stable Baselines3, evaluate_policy.
 class Returns {
  public:
@@ -23,9 +23,10 @@ class Returns {
     for (std::int64_t i = 0; i < episodes % slots; ++i) ++left_[static_cast<std::size_t>(i)];
   }
 
-  /// Adds one step; an episode also ends after `limit` steps (0: never).
-  void Add(const Batch& batch, std::int64_t limit) {
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
+  /// Adds one step of the slots `acting` in a batch of all slots; an episode also ends after `limit` steps (0: never).
+  void Add(const Batch& batch, std::span<const std::int32_t> acting, std::int64_t limit) {
+    for (const std::int32_t slot : acting) {
+      const auto i = static_cast<std::size_t>(slot);
       sums_[i] += batch.rewards[i];
       ++lengths_[i];
       const bool ended = (batch.terminated[i] | batch.truncated[i]) != 0 || (limit > 0 && lengths_[i] >= limit);
@@ -35,16 +36,27 @@ class Returns {
         returns_.push_back(sums_[i]);
         steps_ += static_cast<double>(lengths_[i]);
       }
-      sums_[i] = 0.0;
-      lengths_[i] = 0;
+      Forget(i);
     }
+  }
+  /// Who takes the coming step, one byte per slot; empty: all.
+  void Present(std::span<const std::uint8_t> present) {
+    if (present.empty()) return;
+    std::int64_t here = 0, left_here = 0, left_away = 0;
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      here += present[i] != 0 ? 1 : 0;
+      (present[i] != 0 ? left_here : left_away) += left_[i];
+      if (present[i] == 0) Forget(i);
+    }
+    if (here > 0 && left_here == 0) PassOn(present, std::min(here, left_away));
   }
   bool complete() const {
     return std::all_of(left_.begin(), left_.end(), [](std::int64_t left) { return left == 0; });
   }
 
-  EvaluateSummary Summary() const {
+  EvaluateSummary Summary(const std::string& behaviour) const {
     EvaluateSummary summary;
+    summary.behaviour = behaviour;
     summary.episodes = static_cast<std::int64_t>(returns_.size());
     if (returns_.empty()) return summary;
     const auto n = static_cast<double>(returns_.size());
@@ -58,7 +70,23 @@ class Returns {
     return summary;
   }
 
+  std::int64_t episodes() const { return static_cast<std::int64_t>(returns_.size()); }
+
  private:
+  void Forget(std::size_t slot) {
+    sums_[slot] = 0.0;
+    lengths_[slot] = 0;
+  }
+  /// One episode each of `count` that absent slots owe becomes one of a present slot.
+  void PassOn(std::span<const std::uint8_t> present, std::int64_t count) {
+    for (std::size_t away = 0, here = 0; count > 0; --count) {
+      while (present[away] != 0 || left_[away] == 0) ++away;
+      while (present[here] == 0) ++here;
+      --left_[away];
+      ++left_[here++];
+    }
+  }
+
   std::vector<double> sums_;           // [slots] of the episode under way
   std::vector<std::int64_t> lengths_;  // [slots]
   std::vector<std::int64_t> left_;     // [slots] episodes still wanted
@@ -75,54 +103,105 @@ Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, con
   engine.connect_timeout_s = options.connect_timeout_s;
   engine.client.deadline_s = options.deadline_s;
   engine.client.stop = &stop;
-  return ConnectEngine(engine, [](const std::string& line) { Log(LogLevel::kInfo, line); });
+  return ConnectEngine(engine, options.say);
 }
+
+/// The world that is named, or the one that the models were trained on.
+Result<std::unique_ptr<WorldLink>> OpenWorldFor(const EvaluateOptions& options, const std::vector<std::string>& models,
+                                                const std::atomic<bool>& stop) {
+  if (!options.world.empty()) return OpenWorld(options, options.world, stop);
+  const Result<Policy> policy = Policy::Load(models[0]);
+  if (!policy.ok()) return policy.status();
+  const std::string world = TrainedWorld(*policy);
+  if (world.empty())
+    return Status{StatusCode::kInvalidArgument, "'" + models[0] + "' does not say which world it is for; name one"};
+  Result<std::unique_ptr<WorldLink>> link = OpenWorld(options, world, stop);
+  if (link.ok() || link.status().code() != StatusCode::kNotFound) return link;
+  return Status{StatusCode::kNotFound, "the model was trained on " + Quote(world) +
+                                           ", which is no built-in world; name a world or an engine's URL"};
+}
+
+/// Behaviours that are judged together.
+class Judgement {
+ public:
+  Judgement(const EvaluateOptions& options, const EnvSpec& spec)
+      : options_(options), spec_(spec), limit_(spec.max_episode_steps > 0 ? 0 : options.max_episode_steps) {
+    for (const BehaviourSpec& behaviour : spec.behaviours) {
+      returns_.emplace_back(options.episodes, behaviour.slots);
+      somebody_.push_back(Now());
+    }
+  }
+
+  bool complete() const {
+    return std::all_of(returns_.begin(), returns_.end(), [](const Returns& returns) { return returns.complete(); });
+  }
+  bool any() const {
+    return std::any_of(returns_.begin(), returns_.end(), [](const Returns& returns) { return returns.episodes() > 0; });
+  }
+  /// What a step has brought.
+  void Add(Actors& actors, const WorldLink& link) {
+    for (std::size_t b = 0; b < returns_.size(); ++b) {
+      returns_[b].Add(actors.batches()[b], actors.acting(b), limit_);
+      returns_[b].Present(link.present(b));
+      if (!actors.acting(b).empty() || returns_[b].complete()) somebody_[b] = Now();
+      if (Now() - somebody_[b] < kPatience) continue;
+      somebody_[b] = Now();
+      options_.say("no agent of " + Quote(spec_.behaviours[b].name) + " is there to be judged; waiting for one");
+    }
+  }
+  std::vector<EvaluateSummary> Summaries() const {
+    std::vector<EvaluateSummary> summaries;
+    for (std::size_t b = 0; b < returns_.size(); ++b)
+      summaries.push_back(returns_[b].Summary(spec_.behaviours[b].name));
+    return summaries;
+  }
+
+ private:
+  static constexpr double kPatience = 5.0;  // s
+
+  const EvaluateOptions& options_;
+  const EnvSpec& spec_;
+  const std::int64_t limit_;
+  std::vector<Returns> returns_;
+  std::vector<double> somebody_;  // when an agent of the behaviour last was there, or its absence was said
+};
 
 }  // namespace
 
 std::string TrainedWorld(const Policy& policy) {
-  const nlohmann::json training = nlohmann::json::parse(policy.data().training_json, nullptr, false);
-  const auto world = training.is_object() ? training.find("world") : training.end();
-  return world != training.end() && world->is_string() ? world->get<std::string>() : std::string();
+  const Result<nlohmann::json> training = ReadJson<nlohmann::json>(policy.data().training_json);
+  if (!training.ok() || !training->is_object()) return {};
+  const auto world = training->find("world");
+  return world != training->end() && world->is_string() ? world->get<std::string>() : std::string();
 }
 
-Result<EvaluateSummary> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop) {
+Result<std::vector<EvaluateSummary>> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop) {
   if (options.episodes < 1)
     return Status{StatusCode::kInvalidArgument,
                   "an evaluation needs at least 1 episode, not " + std::to_string(options.episodes)};
-  const Result<std::string> path = FindModel(options.model, options.directory);
-  if (!path.ok()) return path.status();
-  Result<Policy> policy = Policy::Load(*path, kMostCopies);
-  if (!policy.ok()) return policy.status();
-  const std::string world = options.world.empty() ? TrainedWorld(*policy) : options.world;
-  if (world.empty())
-    return Status{StatusCode::kInvalidArgument, "'" + *path + "' does not say which world it is for; name one"};
-  Result<std::unique_ptr<WorldLink>> link = OpenWorld(options, world, stop);
-  if (!link.ok() && options.world.empty() && link.status().code() == StatusCode::kNotFound)
-    return Status{StatusCode::kNotFound, "the model was trained on " + Quote(world) +
-                                             ", which is no built-in world; name a world or an engine's URL"};
+  const Result<std::vector<std::string>> models = FindModels(options.model, options.directory);
+  if (!models.ok()) return models.status();
+  Result<std::unique_ptr<WorldLink>> link = OpenWorldFor(options, *models, stop);
   if (!link.ok()) return link.status();
-  const BehaviourSpec& behaviour = (*link)->spec().behaviours[0];
-  CONSAC_RETURN_IF_ERROR(policy->Fits(behaviour));
+  const EnvSpec& spec = (*link)->spec();
+  Result<Actors> actors = Actors::Load(*models, spec);
+  if (!actors.ok()) return actors.status();
 
-  BatchBuffer buffer(behaviour);
-  Returns returns(options.episodes, behaviour.slots);
+  Judgement judgement(options, spec);
   Rng rng(options.seed, StreamId("action_sampling"));
-  const std::int64_t limit = (*link)->spec().max_episode_steps > 0 ? 0 : options.max_episode_steps;
-  CONSAC_RETURN_IF_ERROR((*link)->Reset(options.seed, {&buffer.batch(), 1}));
-  while (!returns.complete() && !stop.load(std::memory_order_relaxed)) {
-    buffer.Advance();
-    Batch& batch = buffer.batch();
-    policy->Act(batch.observations, batch.action_masks, batch.rows(),
-                options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample, rng, batch.actions);
-    const Status status = (*link)->Step({&batch, 1}, MoreSteps::kYes);
+  CONSAC_RETURN_IF_ERROR((*link)->Reset(options.seed, actors->batches()));
+  while (!judgement.complete() && !stop.load(std::memory_order_relaxed)) {
+    for (std::size_t b = 0; b < actors->size(); ++b)
+      actors->Act(b, (*link)->present(b), options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample,
+                  rng);
+    const Status status = (*link)->Step(actors->batches(), MoreSteps::kYes);
     if (status.code() == StatusCode::kCancelled) break;
-    if (!status.ok() && status.code() == StatusCode::kUnavailable && returns.Summary().episodes > 0)
+    if (!status.ok() && status.code() == StatusCode::kUnavailable && judgement.any())
       break;  // the engine has seen enough
     if (!status.ok()) return status;
-    returns.Add(batch, limit);
+    judgement.Add(*actors, **link);
   }
-  return returns.Summary();
+  return judgement.Summaries();
 }
 
 }  // namespace consac::run

@@ -2,41 +2,78 @@
 #include <algorithm>
 
 #include "consac/base/text.h"
+#include "consac/run/actors.h"
 #include "consac/run/path.h"
-#include "consac/run/training.h"
 
 namespace consac::run {
 namespace {
 
 namespace fs = std::filesystem;
 
+bool IsFile(const std::string& path) {
+  std::error_code none;
+  return fs::is_regular_file(ToPath(path), none);
+}
+
+/// The models in a folder, sorted; none where it is no folder.
+std::vector<std::string> ModelsIn(const std::string& folder) {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (fs::directory_iterator entry(ToPath(folder), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
+    const std::string path = folder + "/" + FromPath(entry->path().filename());
+    if (path.ends_with(".consac") && IsFile(path)) found.push_back(path);
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 std::vector<std::string> RunsWithModels(const std::string& directory) {
   std::vector<std::string> names;
   std::error_code ignored;
   for (fs::directory_iterator entry(ToPath(directory), ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
-    std::error_code none;
-    if (fs::is_regular_file(entry->path() / "model.consac", none)) names.push_back(FromPath(entry->path().filename()));
+    const std::string name = FromPath(entry->path().filename());
+    if (!ModelsIn(directory + "/" + name).empty()) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
 }
 
-}  // namespace
-
-Result<std::string> FindModel(const std::string& model, const std::string& directory) {
-  std::error_code ignored;
-  if (fs::is_regular_file(ToPath(model), ignored)) return model;
-  for (const std::string& path :
-       {model + "/model.consac", directory + "/" + model + "/model.consac", directory + "/" + model + ".consac"}) {
-    if (fs::is_regular_file(ToPath(path), ignored)) return path;
-  }
-  if (fs::exists(ToPath(model), ignored) && !fs::is_directory(ToPath(model), ignored))
-    return Status{StatusCode::kInvalidArgument, Quote(model) + " is no regular file, so it holds no model"};
+Status NoModel(const std::string& model, const std::string& directory) {
   const std::vector<std::string> names = RunsWithModels(directory);
   const std::vector<std::string_view> known(names.begin(), names.end());
-  return Status{StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" +
-                                           directory + "')" + Suggestion(model, known)};
+  return {StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" + directory +
+                                     "')" + Suggestion(model, known)};
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> FindModels(const std::string& model, const std::string& directory) {
+  if (model.empty()) return NoModel(model, directory);
+  if (IsFile(model)) return std::vector<std::string>{model};
+  for (const std::string& folder : {model, directory + "/" + model}) {
+    std::vector<std::string> found = ModelsIn(folder);
+    if (!found.empty()) return found;
+  }
+  const std::string lone = directory + "/" + model + ".consac";
+  if (IsFile(lone)) return std::vector<std::string>{lone};
+  std::error_code ignored;
+  if (fs::exists(ToPath(model), ignored) && !fs::is_directory(ToPath(model), ignored))
+    return Status{StatusCode::kInvalidArgument, Quote(model) + " is no regular file, so it holds no model"};
+  return NoModel(model, directory);
+}
+
+Result<std::string> FindModel(const std::string& model, const std::string& directory) {
+  const Result<std::vector<std::string>> found = FindModels(model, directory);
+  if (!found.ok()) return found.status();
+  if (found->size() == 1) return found->front();
+  for (const std::string& path : *found) {
+    if (path.ends_with("/model.consac")) return path;
+  }
+  std::string all;
+  for (const std::string& path : *found) all += (all.empty() ? "'" : ", '") + path + "'";
+  return Status{StatusCode::kInvalidArgument,
+                Quote(model) + " holds " + std::to_string(found->size()) + " models; name one of them: " + all};
 }
 
 }  // namespace consac::run

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "worlds/registry.h"
@@ -111,12 +112,17 @@ Result<std::unique_ptr<WorldLink>> ConnectEngine(const EngineOptions& options,
   const Result<Endpoint> endpoint = Endpoint::Parse(options.url);
   if (!endpoint.ok()) return endpoint.status();
   const double start = Now();
-  double next_line = start + 1.0;
+  double next_line = start;
   while (true) {
     const std::atomic<bool>* stop = options.client.stop;
     if (stop != nullptr && stop->load())
       return Status{StatusCode::kCancelled, "stopped while waiting for an engine at " + options.url};
-    Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, 2.0);
+    const double not_before = options.client.not_before != nullptr ? options.client.not_before->load() : 0.0;
+    Result<std::unique_ptr<Transport>> transport =
+        Now() >= not_before
+            ? ConnectTcp(*endpoint, kReconnectTimeout)
+            : Status{StatusCode::kUnavailable, fmt::format("{} has asked to be left alone for {:.0f} s more",
+                                                           options.url, std::ceil(not_before - Now()))};
     if (transport.ok()) return OpenEitherProtocol(*endpoint, std::move(*transport), options.client);
     if (transport.status().code() != StatusCode::kUnavailable) return transport.status();
     const double waited = Now() - start;

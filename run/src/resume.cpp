@@ -1,9 +1,11 @@
 #include "resume.h"
 
 #include "config_fields.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/run/path.h"
+#include "consac/run/run_directory.h"
 #include "link.h"
 
 namespace consac::run {
@@ -25,14 +27,12 @@ Status MergeField(const Field& field, const RunConfig& asked, RunConfig* config)
 }
 
 Status CheckHyperparameters(const RunConfig& asked, const RunConfig& config) {
-  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
-  if (!algorithm.ok()) return algorithm.status();
-  learn::HyperparameterSet began((*algorithm)->hyperparameters);
-  for (const auto& [name, text] : config.hyperparameters) CONSAC_RETURN_IF_ERROR(began.Set(name, text));
-  learn::HyperparameterSet given = began;
+  const Result<learn::HyperparameterSet> began = HyperparametersOf(config);
+  if (!began.ok()) return began.status();
+  learn::HyperparameterSet given = *began;
   for (const auto& [name, text] : asked.hyperparameters) {
     CONSAC_RETURN_IF_ERROR(given.Set(name, text));
-    if (given.Text(name) != began.Text(name)) return MustStay(name, began.Text(name), text);
+    if (given.Text(name) != began->Text(name)) return MustStay(name, began->Text(name), text);
   }
   return Status::Ok();
 }
@@ -42,11 +42,9 @@ Status CheckHyperparameters(const RunConfig& asked, const RunConfig& config) {
 Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   if (asked.name.empty())
     return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("run", asked.name));
   const std::string folder = asked.directory + "/" + asked.name;
-  std::error_code ignored;
-  if (!std::filesystem::exists(ToPath(folder + "/config.yaml"), ignored)) {
-    return Status{StatusCode::kNotFound, "there is no run '" + folder + "' to resume; start it without --resume"};
-  }
+  CONSAC_RETURN_IF_ERROR(CheckRunName(asked.directory, asked.name, ExistingRun::kResume));
   RunConfig config;
   CONSAC_RETURN_IF_ERROR(ReadYamlFile(folder + "/config.yaml", &config));
   for (const Field& field : Fields()) CONSAC_RETURN_IF_ERROR(MergeField(field, asked, &config));
@@ -54,6 +52,7 @@ Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   config.name = asked.name;
   config.directory = asked.directory;
   config.forever = asked.forever;
+  config.quiet = asked.quiet;
   config.token = asked.token;
   config.given = asked.given;
   config.resume = true;

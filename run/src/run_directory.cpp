@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
+#include "consac/base/file.h"
+#include "consac/base/json.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/model/model_file.h"
 #include "consac/run/path.h"
@@ -16,70 +20,128 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What Windows takes for a device, with or without an extension.
-bool IsDevice(const std::string& name) {
-  std::string stem = name.substr(0, name.find('.'));
-  std::transform(stem.begin(), stem.end(), stem.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt"))) return stem[3] >= '0' && stem[3] <= '9';
-  return stem == "con" || stem == "nul" || stem == "aux" || stem == "prn";
-}
-
-// A name becomes a folder, so it must not lead out of the runs folder, and be the same folder on every system.
-Status CheckName(const std::string& name) {
-  const bool plain = !name.empty() && name[0] != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
-  });
-  if (plain && name.size() <= 128 && name.back() != '.' && !IsDevice(name)) return Status::Ok();
-  return {StatusCode::kInvalidArgument, "run name " + Quote(name) +
-                                            " cannot be a folder; use letters, digits, '_', '-' and '.', none of the "
-                                            "last at an end, and no name of a device (con, nul)"};
-}
-
-bool HoldsRun(const std::string& path) {
+bool Exists(const std::string& path) {
   std::error_code ignored;
-  return fs::exists(ToPath(path + "/config.yaml"), ignored) || fs::exists(ToPath(path + "/model.consac"), ignored);
+  return fs::exists(ToPath(path), ignored);
+}
+
+std::vector<std::string> FilesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(ToPath(folder), error), end; !error && entry != end; entry.increment(error))
+    names.push_back(FromPath(entry->path().filename()));
+  return names;
+}
+
+constexpr std::string_view kModelEnd = ".consac", kHalfWritten = ".tmp-";
+constexpr std::string_view kRunFiles[] = {"config.yaml", "progress.csv"};
+// Of each behaviour; where a run has several, behind its model's name: "hunter.monitor.csv".
+constexpr std::string_view kBehaviourFiles[] = {"monitor.csv", "curve.svg", "curve.png"};
+
+bool IsRunsFile(std::string_view name) {
+  return std::ranges::find(kRunFiles, name) != std::end(kRunFiles) ||
+         std::ranges::any_of(kBehaviourFiles, [name](std::string_view file) {
+           return name.ends_with(file) && (name.size() == file.size() || name[name.size() - file.size() - 1] == '.');
+         });
+}
+
+bool IsCheckpoint(std::string_view name) {
+  return name.starts_with("step_") && name.ends_with(kModelEnd);
+}
+
+// What a process that was killed while it wrote has left: WriteFileAtomically's name, of a file that a run writes.
+bool IsHalfWritten(std::string_view name) {
+  const std::size_t at = name.rfind(kHalfWritten);
+  if (at == std::string_view::npos) return false;
+  const std::string_view number = name.substr(at + kHalfWritten.size()), of = name.substr(0, at);
+  const bool numbered = !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
+  return numbered && (of.ends_with(kModelEnd) || IsRunsFile(of));
+}
+
+// What is there before config.yaml is, which is a run's first file.
+bool IsUnborn(const std::string& path) {
+  for (const std::string& name : FilesIn(path)) {
+    const bool empty_folder = name == "checkpoints" && FilesIn(path + "/" + name).empty();
+    if (name != ".lock" && !empty_folder && !IsHalfWritten(name)) return false;
+  }
+  return true;
+}
+
+void Remove(const std::string& path) {
+  std::error_code ignored;
+  fs::remove(ToPath(path), ignored);
+}
+
+// model.consac, or BEHAVIOUR.consac of that behaviour; a model that somebody put there keeps a name of its own.
+bool IsOwnModel(const std::string& path, const std::string& name) {
+  if (!name.ends_with(kModelEnd)) return false;
+  if (name == "model.consac") return true;
+  const Result<ModelFile> file = ModelFile::Load(path + "/" + name);
+  if (!file.ok()) return false;
+  const Result<nlohmann::json> spec = ReadJson<nlohmann::json>(file->spec_json);
+  if (!spec.ok() || !spec->is_object()) return false;
+  const auto interface = spec->find("interface");
+  if (interface == spec->end() || !interface->is_object()) return false;
+  const auto behaviour = interface->find("behaviour");
+  return behaviour != interface->end() && behaviour->is_string() &&
+         FileNameOf(behaviour->get_ref<const std::string&>(), kModelEnd) == name;
 }
 
 // Only what a run writes; whatever else somebody put there stays.
 void RemoveRun(const std::string& path) {
-  std::error_code ignored;
-  for (const char* name :
-       {"config.yaml", "checkpoints", "progress.csv", "monitor.csv", "tensorboard", "curve.svg", "curve.png"}) {
-    fs::remove_all(ToPath(path + "/" + name), ignored);
+  for (const std::string_view name : kRunFiles) Remove(path + "/" + std::string(name));
+  for (const std::string_view name : kBehaviourFiles) Remove(path + "/" + std::string(name));
+  for (const std::string& name : FilesIn(path + "/checkpoints")) {
+    if (IsCheckpoint(name)) Remove(path + "/checkpoints/" + name);
   }
-  std::vector<fs::path> models;  // model.consac, or one for each behaviour
-  for (fs::directory_iterator entry(ToPath(path), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
-    if (entry->path().extension() == ".consac") models.push_back(entry->path());
+  for (const std::string& name : FilesIn(path + "/tensorboard")) {
+    if (name.starts_with("events.out.tfevents.")) Remove(path + "/tensorboard/" + name);
   }
-  for (const fs::path& model : models) fs::remove(model, ignored);
+  for (const std::string& name : FilesIn(path)) {
+    if (!IsOwnModel(path, name)) continue;
+    const std::string behaviour = path + "/" + name.substr(0, name.size() - kModelEnd.size()) + ".";
+    for (const std::string_view file : kBehaviourFiles) Remove(behaviour + std::string(file));
+    Remove(path + "/" + name);
+  }
 }
 
-// Temporary files of a process that was killed while it wrote (WriteFileAtomically). Only under the lock.
+// Only under the lock.
 void RemoveHalfWritten(const std::string& folder) {
-  std::vector<fs::path> found;
-  std::error_code ignored;
-  for (fs::directory_iterator entry(ToPath(folder), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
-    if (FromPath(entry->path().filename()).find(".tmp-") != std::string::npos) found.push_back(entry->path());
+  for (const std::string& name : FilesIn(folder)) {
+    if (IsHalfWritten(name)) Remove(folder + "/" + name);
   }
-  for (const fs::path& path : found) fs::remove(path, ignored);
 }
 
 }  // namespace
 
+Status CheckRunName(const std::string& directory, const std::string& name, ExistingRun existing) {
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("run", name));
+  if (directory.empty()) return {StatusCode::kInvalidArgument, "the folder of the runs is ''; name one"};
+  const std::string path = directory + "/" + name;
+  const bool exists = Exists(path + "/config.yaml");
+  if (existing == ExistingRun::kResume && !exists)
+    return {StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
+  for (const std::string& file : FilesIn(path)) {  // whoever opens a pipe waits for ever
+    std::error_code ignored;
+    if (existing == ExistingRun::kResume && IsRunsFile(file) && fs::is_fifo(ToPath(path + "/" + file), ignored))
+      return {StatusCode::kDataLoss, "'" + path + "/" + file + "' is a pipe and no file; take it away"};
+  }
+  if (!exists && !IsUnborn(path)) {
+    return {StatusCode::kAlreadyExists, "'" + path +
+                                            "' holds files but no config.yaml, so it is no run's folder and is left "
+                                            "alone; choose another --name, or empty it"};
+  }
+  if (exists && existing == ExistingRun::kRefuse) {
+    return {StatusCode::kAlreadyExists,
+            "run '" + path + "' exists; go on with it by --resume, overwrite it by --force, or choose another --name"};
+  }
+  return Status::Ok();
+}
+
 Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name,
                                                          ExistingRun existing) {
-  CONSAC_RETURN_IF_ERROR(CheckName(name));
-  if (directory.empty()) return Status{StatusCode::kInvalidArgument, "the folder of the runs is ''; name one"};
+  CONSAC_RETURN_IF_ERROR(CheckRunName(directory, name, existing));
   const std::string path = directory + "/" + name;
-  const bool exists = HoldsRun(path);
-  if (exists && existing == ExistingRun::kRefuse) {
-    return Status{
-        StatusCode::kAlreadyExists,
-        "run '" + path + "' exists; go on with it by --resume, overwrite it by --force, or choose another --name"};
-  }
-  if (!exists && existing == ExistingRun::kResume) {
-    return Status{StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
-  }
   std::error_code error;
   fs::create_directories(ToPath(path + "/checkpoints"), error);
   if (error) return Status{StatusCode::kDataLoss, "cannot make folder '" + path + "': " + error.message()};
@@ -106,13 +168,17 @@ RunDirectory::~RunDirectory() {
   Close(lock_);
 }
 
+Status RunDirectory::CheckOurs() const {
+  if (IsStillAt(lock_, File(".lock"))) return Status::Ok();
+  return {StatusCode::kDataLoss, "the folder of run '" + path_ +
+                                     "' was deleted, or belongs to another run now; what was learned here since its "
+                                     "latest checkpoint cannot be saved in it"};
+}
+
 std::vector<std::string> RunDirectory::Checkpoints() const {
   std::vector<std::string> found;
-  std::error_code error;
-  for (fs::directory_iterator entry(ToPath(path_ + "/checkpoints"), error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string file = FromPath(entry->path().filename());
-    if (file.ends_with(".consac")) found.push_back(path_ + "/checkpoints/" + file);
+  for (const std::string& name : FilesIn(path_ + "/checkpoints")) {
+    if (IsCheckpoint(name)) found.push_back(path_ + "/checkpoints/" + name);
   }
   std::sort(found.begin(), found.end());  // the step count has a fixed width
   return found;
@@ -123,13 +189,13 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   ModelFile file;
   file.spec_json = description;
   file.PutState(state);
+  CONSAC_RETURN_IF_ERROR(CheckOurs());
   const std::string path = fmt::format("{}/checkpoints/step_{:012d}.consac", path_, steps);
   CONSAC_RETURN_IF_ERROR(file.Save(path));
   // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
   std::vector<std::string> all = Checkpoints();
-  std::error_code ignored;
-  for (; !all.empty() && all.back() != path; all.pop_back()) fs::remove(ToPath(all.back()), ignored);
-  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) fs::remove(ToPath(all[i]), ignored);
+  for (; !all.empty() && all.back() != path; all.pop_back()) Remove(all.back());
+  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) Remove(all[i]);
   return Status::Ok();
 }
 
@@ -138,6 +204,10 @@ Result<StateMap> RunDirectory::LoadCheckpoint() const {
   for (auto path = all.rbegin(); path != all.rend(); ++path) {
     const Result<ModelFile> file = ModelFile::Load(*path);
     if (file.ok()) return file->TakeState();
+    if (!ReadRegularFile(*path).ok()) {
+      return Status{StatusCode::kDataLoss, "checkpoint '" + *path + "' cannot be read (" + file.status().message() +
+                                               "), and may be whole; make it readable, or take it away"};
+    }
     Log(LogLevel::kWarning, "passing over a checkpoint: " + file.status().message());
   }
   if (all.empty()) return Status{StatusCode::kNotFound, "run '" + path_ + "' has no checkpoint yet"};

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include "acting.h"
+#include "config_fields.h"
+#include "consac/base/names.h"
 #include "consac/nn/kernels.h"
 #include "consac/run/path.h"
+#include "consac/run/shortage.h"
 
 namespace consac::run {
 namespace {
@@ -13,7 +16,7 @@ constexpr std::int64_t kDefaultSteps = 100000;
 
 std::string DefaultName(const RunConfig& config, const WorldLink& link) {
   const std::string& id = link.spec().id;
-  return fmt::format("{}__{}__{}", id.empty() ? "engine" : id, config.algorithm, config.seed);
+  return fmt::format("{}__{}__{}", id.empty() ? "engine" : AsFolderName(id), config.algorithm, config.seed);
 }
 
 /// The name, or the name with the first number behind it that no run has: one session after another has its own.
@@ -25,42 +28,59 @@ std::string UnusedName(const RunConfig& config) {
   return name;
 }
 
+/// Length 0 with a model's name. Whoever goes on with a run by hand means to train, whatever the engine asks for.
+bool AsksToAct(const RunConfig& config, const SessionRequest& request) {
+  if (!IsUrl(config.world) || request.training_length != 0 || request.model_name.empty()) return false;
+  return !config.resume || config.forever;
+}
+
+/// Fills in what the configuration leaves to the engine, or to nobody: how long, and under which name.
+Status Settle(const WorldLink& first, RunConfig* config) {
+  const SessionRequest request = IsUrl(config->world) ? first.request() : SessionRequest();
+  if (config->steps < 0)
+    config->steps = request.training_length > 0 ? std::min(request.training_length, kMostSteps) : kDefaultSteps;
+  if (config->name.empty())
+    config->name = request.model_name.empty() ? DefaultName(*config, first) : request.model_name;
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("run", config->name));
+  const bool further = config->forever && request.model_name.empty() && !config->force && !config->resume;
+  if (further) config->name = UnusedName(*config);
+  if (config->steps == 0) return {StatusCode::kInvalidArgument, "0 steps train nothing; give --steps at least 1"};
+  return Status::Ok();
+}
+
+void TellBegin(const RunConfig& config, const std::string& where, Training& training) {
+  const std::int64_t steps = training.config().steps, rollout = training.steps_per_update();
+  if (config.table || config.progress) {
+    training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm,
+                                       where, steps, config.seed, nn::InstructionSet(), config.directory, config.name));
+  }
+  if (!config.quiet && steps < rollout) {
+    training.report().Line(fmt::format(
+        "warning: {} steps are fewer than the {} of one rollout, so nothing will be learned; raise --steps or lower "
+        "n_steps",
+        steps, rollout));
+  }
+}
+
 }  // namespace
 
 Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<WorldSource> worlds,
                               const std::atomic<bool>& stop) {
   WorldLink& first = *worlds[0].link;
-  const SessionRequest request = first.request();
-  const bool engine = IsUrl(config.world);
-  if (engine && request.training_length == 0 && length == Length::kOfEngine) return ActForEngine(config, first, stop);
-  if (config.steps < 0) config.steps = engine ? request.training_length : kDefaultSteps;
-  if (config.name.empty())
-    config.name = engine && !request.model_name.empty() ? request.model_name : DefaultName(config, first);
-  if (config.forever && request.model_name.empty() && !config.force && !config.resume) config.name = UnusedName(config);
-  if (config.steps == 0) return Status{StatusCode::kInvalidArgument, "0 steps train nothing; give --steps at least 1"};
+  if (length == Length::kOfEngine && AsksToAct(config, first.request())) return ActForEngine(config, first, stop);
+  CONSAC_RETURN_IF_ERROR(Settle(first, &config));
   std::string where = first.description();
   for (std::size_t i = 1; i < worlds.size(); ++i) where += " and " + worlds[i].link->description();
 
   Training training(config, length, stop);
   CONSAC_RETURN_IF_ERROR(training.Start(std::move(worlds)));
-  if (config.table || config.progress) {
-    training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm,
-                                       where, training.config().steps, config.seed, nn::InstructionSet(),
-                                       config.directory, config.name));
-    const std::int64_t rollout = training.steps_per_update();
-    if (training.config().steps < rollout) {
-      training.report().Line(fmt::format(
-          "warning: {} steps are fewer than the {} of one rollout, so nothing will be learned; raise --steps or lower "
-          "n_steps",
-          training.config().steps, rollout));
-    }
-  }
+  TellBegin(config, where, training);
   const double start = Now();
-  const Status looped = training.Loop();
-  Result<RunSummary> summary = training.Finish(Now() - start);
+  const Status looped = Guarded([&] { return training.Loop(); });
+  Result<RunSummary> summary = Guarded([&] { return training.Finish(Now() - start); });
   const bool failed = !looped.ok() && looped.code() != StatusCode::kCancelled;
   if (!summary.ok()) {
-    if (!failed) return summary;
+    if (!failed || looped.message() == summary.status().message()) return summary;
     return Status{looped.code(), looped.message() + "; and then: " + summary.status().message()};
   }
   if (failed) {
@@ -70,9 +90,10 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<World
                     looped.message(), training.config().steps - summary->steps, training.config().steps,
                     summary->directory, config.name)};
   }
-  if (!summary->interrupted && (config.table || config.progress)) {
-    training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, model {}", summary->steps,
-                                       summary->seconds, summary->model_path));
+  if (!summary->interrupted && !config.quiet) {
+    training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, {} {}", summary->steps,
+                                       summary->seconds, summary->models.size() == 1 ? "model" : "models",
+                                       ModelPaths(*summary)));
   }
   return summary;
 }

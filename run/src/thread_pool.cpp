@@ -1,12 +1,25 @@
 #include "consac/run/thread_pool.h"
 
+#include <thread>
+#include <utility>
+
 namespace consac::run {
 namespace {
 constexpr int kSpins = 2000;  // about 20 us: the gap between two minibatches
 }
 
-ThreadPool::ThreadPool(int threads) {
-  for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { Work(); });
+// A constructor that has come to its end here: whatever fails below, the destructor ends what has begun.
+ThreadPool::ThreadPool(int threads) : ThreadPool() {
+  for (int i = 1; i < threads; ++i) {
+    auto worker = std::make_unique<Thread>();
+    const Status started = worker->Start([this] { Work(); });
+    if (!started.ok()) {
+      Log(LogLevel::kWarning, "learning on " + std::to_string(i) + " of " + std::to_string(threads) +
+                                  " threads, with the same result: " + started.message());
+      return;
+    }
+    workers_.push_back(std::move(worker));
+  }
 }
 
 ThreadPool::~ThreadPool() {
@@ -15,7 +28,7 @@ ThreadPool::~ThreadPool() {
     stop_ = true;
   }
   wake_.notify_all();
-  for (std::thread& worker : workers_) worker.join();
+  for (const std::unique_ptr<Thread>& worker : workers_) worker->Join();
 }
 
 Executor ThreadPool::executor() {
@@ -27,7 +40,12 @@ Executor ThreadPool::executor() {
 }
 
 void ThreadPool::TakeBlocks() {
-  for (std::int64_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) task_(context_, i);
+  try {
+    for (std::int64_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) task_(context_, i);
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    if (failure_ == nullptr) failure_ = std::current_exception();
+  }
 }
 
 // Every worker takes part in every job, so that none can still be in the last one when the next begins.
@@ -44,6 +62,7 @@ void ThreadPool::Run(std::int64_t count, void (*task)(void*, std::int64_t), void
   wake_.notify_all();
   TakeBlocks();
   while (busy_.load() > 0) std::this_thread::yield();
+  if (failure_ != nullptr) std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
 void ThreadPool::Work() {

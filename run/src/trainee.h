@@ -14,7 +14,7 @@ struct Trainee {
   std::unique_ptr<learn::Learner> learner;
   EpisodeSums episodes;
   DataWatch watch;
-  std::int64_t reported_updates = 0;
+  std::int64_t reports = 0, saved_updates = 0;  // the learner's, when it was last looked at and saved
 };
 
 }  // namespace consac::run

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -13,10 +14,14 @@
 namespace consac::run {
 namespace {
 
-constexpr double kAfterFailure = 1.0;  // s before an engine that broke a session is tried again
+constexpr double kAfterFailure = 1.0;   // s before an engine that broke a session is tried again
+constexpr double kLongestPause = 10.0;  // s, when that goes on
 
-void Say(const std::string& line) {
-  Console(StandardConsole()).Print(line + "\n");
+/// On standard output, unless that is a script's.
+std::function<void(const std::string&)> SayerFor(const RunConfig& config) {
+  ConsoleOptions options = StandardConsole();
+  if (config.quiet) options.stream = stderr;
+  return [options](const std::string& line) { Console(options).Line(line); };
 }
 
 /// Waits `seconds`, or until `stop`.
@@ -41,12 +46,21 @@ EngineOptions OptionsFor(const RunConfig& config, const std::string& url, const 
   return options;
 }
 
-/// Every engine of the run, connected, and how each is reached again.
-Result<std::vector<WorldSource>> ConnectEngines(const RunConfig& config, const std::atomic<bool>& stop) {
-  std::vector<WorldSource> sources;
+/// How each engine of the run is reached, for all sessions: who asks to be left alone for a while is.
+std::vector<EngineOptions> EnginesOf(const RunConfig& config, const std::atomic<bool>& stop) {
+  std::vector<EngineOptions> engines;
   for (const std::string& url : SplitUrls(config.world)) {
-    EngineOptions options = OptionsFor(config, url, stop);
-    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, Say);
+    engines.push_back(OptionsFor(config, url, stop));
+    engines.back().client.not_before = std::make_shared<std::atomic<double>>(0.0);
+  }
+  return engines;
+}
+
+/// Every one of them, connected, and how it is reached again.
+Result<std::vector<WorldSource>> ConnectEngines(const RunConfig& config, const std::vector<EngineOptions>& engines) {
+  std::vector<WorldSource> sources;
+  for (EngineOptions options : engines) {
+    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, SayerFor(config));
     if (!link.ok()) return link.status();
     options.connect_timeout_s = 0.0;
     sources.push_back({std::move(*link), [options] { return ConnectEngine(options, [](const std::string&) {}); }});
@@ -54,30 +68,68 @@ Result<std::vector<WorldSource>> ConnectEngines(const RunConfig& config, const s
   return sources;
 }
 
-/// One session with an engine, or one after another until `stop`: then what breaks a session is said and the next
-/// awaited.
-Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
-  Result<RunSummary> last = RunSummary{};
-  do {
-    Result<std::vector<WorldSource>> worlds = ConnectEngines(config, stop);
+/// Whether anything was learned, or a model has acted.
+bool CameToSomething(const RunSummary& summary) {
+  if (summary.acted_only) return summary.steps > 0;
+  return std::any_of(summary.models.begin(), summary.models.end(),
+                     [](const ModelSummary& model) { return model.updates > 0; });
+}
+
+/// One session after another until `stop`: what breaks one is said and the next awaited. An engine that ends them
+/// before anything is learned is given more and more time.
+RunSummary ServeForever(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
+  RunSummary latest;
+  std::int64_t sessions = 0;
+  double pause = kAfterFailure;
+  const std::vector<EngineOptions> engines = EnginesOf(config, stop);
+  while (!stop.load()) {
+    Result<std::vector<WorldSource>> worlds = ConnectEngines(config, engines);
     const bool nobody = !worlds.ok() && worlds.status().code() == StatusCode::kUnavailable;
-    if (worlds.ok())
-      last = RunSession(config, length, std::move(*worlds), stop);
-    else
-      last = worlds.status();
-    if (last.ok() || !config.forever || stop.load()) continue;
-    if (!nobody) Say("error: " + last.status().message());
-    Pause(kAfterFailure, stop);
-  } while (config.forever && !stop.load());
-  const bool stopped =
-      stop.load() && (config.forever || (!last.ok() && last.status().code() == StatusCode::kCancelled));
-  if (!stopped || (last.ok() && last->interrupted)) return last;
+    const Result<RunSummary> ended =
+        worlds.ok() ? RunSession(config, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
+    if (ended.ok()) latest = *ended;
+    sessions += worlds.ok() ? 1 : 0;
+    if (stop.load()) break;
+    if (!ended.ok() && !nobody) SayerFor(config)("error: " + ended.status().message());
+    if (ended.ok() && CameToSomething(*ended)) {
+      pause = kAfterFailure;
+      continue;
+    }
+    Pause(pause, stop);
+    if (!nobody) pause = std::min(2.0 * pause, kLongestPause);
+  }
+  latest.sessions = sessions;
+  latest.interrupted = true;
+  return latest;
+}
+
+/// As asked; a stop before a run began is an interruption like any other.
+Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
+  if (config.forever) return ServeForever(config, length, stop);
+  Result<std::vector<WorldSource>> worlds = ConnectEngines(config, EnginesOf(config, stop));
+  Result<RunSummary> served =
+      worlds.ok() ? RunSession(config, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
+  if (served.ok() || served.status().code() != StatusCode::kCancelled || !stop.load()) return served;
   RunSummary summary;
   summary.interrupted = true;
   return summary;
 }
 
+/// A name that cannot be had is refused before an engine is disturbed. With --forever an engine may ask for the run to
+/// act, and what it trains is given a free name.
+Status CheckGivenName(const RunConfig& config) {
+  if (config.name.empty()) return Status::Ok();
+  return CheckRunName(config.directory, config.name, config.forever ? ExistingRun::kOverwrite : ExistingRunOf(config));
+}
+
 }  // namespace
+
+std::string ModelPaths(const RunSummary& summary) {
+  std::string text;
+  for (std::size_t i = 0; i < summary.models.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == summary.models.size() ? " and " : ", ") + summary.models[i].path;
+  return text;
+}
 
 Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) {
   RunConfig config = asked;
@@ -86,6 +138,7 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     if (!resumed.ok()) return resumed.status();
     config = std::move(*resumed);
   }
+  CONSAC_RETURN_IF_ERROR(CheckGivenName(config));
   if (!IsUrl(config.world)) {
     if (config.world.empty())
       return Status{StatusCode::kInvalidArgument,

@@ -1,13 +1,10 @@
 #include "training_loop.h"
 
 #include <algorithm>
-#include <cstring>
-#include <nlohmann/json.hpp>
 
+#include "config_fields.h"
 #include "consac/base/file.h"
-#include "consac/nn/kernels.h"
 #include "consac/protocol/protocol2.h"
-#include "consac/run/path.h"
 
 namespace consac::run {
 namespace {
@@ -32,23 +29,25 @@ Status Training::MakeLearners() {
   const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config_.algorithm);
   if (!algorithm.ok()) return algorithm.status();
   algorithm_ = *algorithm;
-  learn::HyperparameterSet values(algorithm_->hyperparameters);
-  for (const auto& [name, text] : config_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
+  const Result<learn::HyperparameterSet> values = HyperparametersOf(config_);
+  if (!values.ok()) return values.status();
+  log_style_ = learn::LogStyleOf(*algorithm_, *values);
   std::vector<BehaviourSpec> behaviours = spec().behaviours;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
     behaviours[b].slots = 0;
     for (std::size_t i = 0; i < crew_.size(); ++i) behaviours[b].slots += crew_[i].link().spec().behaviours[b].slots;
     slots_ += behaviours[b].slots;
   }
-  for (const BehaviourSpec& behaviour : behaviours) {
+  for (std::size_t b = 0; b < behaviours.size(); ++b) {
+    const BehaviourSpec& behaviour = behaviours[b];
     learn::LearnerOptions options;
     options.behaviour = behaviour;
-    options.seed = config_.seed;
+    options.seed = learn::BehaviourSeed(config_.seed, b);
     options.total_steps = ShareOfSteps(behaviour.slots);
     options.executor = pool_.executor();
-    Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, values);
+    Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, *values);
     if (!learner.ok()) return learner.status();
-    trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots),
+    trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots, b),
                          DataWatch(behaviour, DataWatchOptions::Of(config_, spec()))});
   }
   return Status::Ok();
@@ -77,28 +76,20 @@ Status Training::AddWorkers(std::vector<WorldSource> worlds) {
   return Status::Ok();
 }
 
-void Training::Visit(Archive& archive) {
-  for (Trainee& trainee : trainees_) {
-    const std::string name =
-        trainees_.size() == 1 ? "learner" : "learner" + std::to_string(&trainee - trainees_.data());
-    archive(name, *trainee.learner);
-    archive(name + "_episodes", trainee.episodes);
-  }
-  if (!IsUrl(config_.world)) archive("world", crew_[0].link());
-  archive("report", *report_);
-}
-
 Status Training::OpenReport(bool resumed) {
   ReportOptions options;
   options.directory = directory_->path();
   options.world_id = spec().id.empty() ? config_.world : spec().id;
   options.algorithm = config_.algorithm;
-  options.style = algorithm_->log_style;
+  options.style = log_style_;
   options.total_steps = config_.steps;
-  options.slots = trainees_[0].episodes.slots();
+  options.behaviours.clear();
+  for (std::size_t b = 0; b < trainees_.size(); ++b)
+    options.behaviours.push_back({spec().behaviours[b].name, trainees_[b].episodes.slots()});
   options.engine = IsUrl(config_.world);
   options.log_interval = config_.log_interval;
   options.console_table = config_.table;
+  options.table_every_s = config_.table_every_s;
   options.progress = config_.progress;
   options.tensorboard = config_.tensorboard;
   options.append = resumed;
@@ -106,53 +97,6 @@ Status Training::OpenReport(bool resumed) {
   Result<std::unique_ptr<Report>> report = Report::Open(options);
   if (!report.ok()) return report.status();
   report_ = std::move(*report);
-  return Status::Ok();
-}
-
-// The report needs to know where a resumed run stands before it opens its files, and is itself part of the state:
-// so the state is read once for the step count and once more with the report there.
-Status Training::Restore() {
-  const Result<StateMap> state = directory_->LoadCheckpoint();
-  if (!state.ok()) {
-    if (state.status().code() != StatusCode::kNotFound) return state.status();
-    std::error_code ignored;
-    if (std::filesystem::exists(ToPath(ModelPath(spec().behaviours[0].name)), ignored)) {
-      return {StatusCode::kDataLoss, "run '" + directory_->path() +
-                                         "' has a model but no checkpoint to go on from; train anew under another "
-                                         "--name, or over it with --force"};
-    }
-    CONSAC_RETURN_IF_ERROR(OpenReport(false));  // killed before its first checkpoint: from the start
-    return Status::Ok();
-  }
-  const auto at = state->find("steps");
-  if (at != state->end() && at->second.bytes.size() == sizeof(restored_steps_)) {
-    std::memcpy(&restored_steps_, at->second.bytes.data(), sizeof(restored_steps_));
-  }
-  // A finished run that an engine asks to train again trains that much longer.
-  if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
-    config_.steps = restored_steps_ + crew_[0].link().request().training_length;
-    CONSAC_RETURN_IF_ERROR(WriteConfig());
-  }
-  const auto kernels = state->find("instruction_set");
-  if (kernels != state->end()) {
-    const std::string then(reinterpret_cast<const char*>(kernels->second.bytes.data()), kernels->second.bytes.size());
-    if (then != nn::InstructionSet()) {
-      Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " +
-                                  std::string(nn::InstructionSet()) + "; results will differ in the last digits");
-    }
-  }
-  restored_ = true;
-  CONSAC_RETURN_IF_ERROR(OpenReport(true));
-  StateReader reader(*state);
-  Visit(reader);
-  if (!reader.status().ok())
-    return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
-  for (std::size_t i = 0; i < trainees_.size(); ++i) {
-    trainees_[i].learner->SetTotalSteps(ShareOfSteps(trainees_[i].episodes.slots()));
-    trainees_[i].reported_updates = trainees_[i].learner->updates();
-  }
-  checkpoint_updates_ = trainees_[0].learner->updates();
-  if (config_.table) report_->Line("going on from step " + std::to_string(restored_steps_));
   return Status::Ok();
 }
 
@@ -164,21 +108,22 @@ Status Training::WriteConfig() const {
 Status Training::Start(std::vector<WorldSource> worlds) {
   CONSAC_RETURN_IF_ERROR(AddWorkers(std::move(worlds)));
   CONSAC_RETURN_IF_ERROR(MakeLearners());
-  const ExistingRun existing = config_.resume  ? ExistingRun::kResume
-                               : config_.force ? ExistingRun::kOverwrite
-                                               : ExistingRun::kRefuse;
-  Result<std::unique_ptr<RunDirectory>> directory = RunDirectory::Open(config_.directory, config_.name, existing);
+  Result<std::unique_ptr<RunDirectory>> directory =
+      RunDirectory::Open(config_.directory, config_.name, ExistingRunOf(config_));
   if (!directory.ok()) return directory.status();
   directory_ = std::move(*directory);
-  CONSAC_RETURN_IF_ERROR(WriteConfig());
-  if (config_.resume)
-    CONSAC_RETURN_IF_ERROR(Restore());
-  else
+  if (config_.resume) {
+    CONSAC_RETURN_IF_ERROR(Restore());  // one that is refused leaves config.yaml as it was
+    CONSAC_RETURN_IF_ERROR(WriteConfig());
+  } else {
+    CONSAC_RETURN_IF_ERROR(WriteConfig());  // by which a run is known, whenever it is killed
     CONSAC_RETURN_IF_ERROR(OpenReport(false));
+  }
 
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
+  reserve_ = std::make_unique<MemoryReserve>(SavingBytes());
   checkpoint_time_ = Now();
   return Status::Ok();
 }
@@ -199,16 +144,25 @@ Status Training::BeginWorlds() {
 void Training::LearnWhatIsDue() {
   for (Trainee& trainee : trainees_) {
     while (trainee.learner->Learn({kLearnPiece})) {
-      if (stop_.load(std::memory_order_relaxed)) return;
+      if (stop_.load(std::memory_order_relaxed)) return ReportUpdates();
       for (std::size_t i = 0; i < crew_.size(); ++i) {
         if (crew_.at_rest(i)) crew_[i].link().KeepAlive();
       }
     }
-    if (trainee.learner->updates() == trainee.reported_updates) continue;
-    trainee.reported_updates = trainee.learner->updates();
-    report_->OnUpdate(trainee.learner->metrics(), steps(), trainee.learner->updates(),
-                      trainee.learner->steps_per_update());
   }
+  ReportUpdates();
+}
+
+// Behaviours that learned at the same step are told of together.
+void Training::ReportUpdates() {
+  updates_.clear();
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    const learn::Learner& learner = *trainees_[b].learner;
+    if (learner.reports() == trainees_[b].reports) continue;
+    trainees_[b].reports = learner.reports();
+    updates_.push_back({b, learner.metrics(), learner.updates(), learner.steps_per_update()});
+  }
+  if (!updates_.empty()) report_->OnUpdates(updates_, steps());
 }
 
 bool Training::LearningDue() const {
@@ -220,8 +174,7 @@ bool Training::LearningDue() const {
 void Training::Send(std::size_t worker, Where where) {
   if (asked_ >= config_.steps || stop_.load(std::memory_order_relaxed)) return;
   const double start = Now();
-  const Rows rows = crew_.size() == 1 && where == Where::kHere ? Rows::kLearners : Rows::kOwn;
-  crew_[worker].Act(trainees_, rows);
+  crew_[worker].Act(trainees_, crew_.size() > 1 || Overlaps() ? Rows::kOwn : Rows::kLearners);
   spent_.inference += Now() - start;
   asked_ += crew_[worker].rows();
   crew_.Step(worker, asked_ >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes, where);
@@ -246,18 +199,19 @@ Status Training::Handle(const Crew::Outcome& outcome) {
 }
 
 Status Training::Take(Worker& worker) {
-  CONSAC_RETURN_IF_ERROR(worker.Record(trainees_));
+  CONSAC_RETURN_IF_ERROR(worker.TakeOutcome(trainees_));
   done_ += worker.rows();
-  double reward = 0.0;
+  spent_.agent_steps += worker.rows();
+  ++spent_.rounds;
+  brought_.assign(trainees_.size(), {});
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
     const Batch& batch = worker.batches()[b];
     trainees_[b].episodes.Add(batch, done_, *report_);
-    for (std::int64_t i = 0; i < batch.rows(); ++i) reward += batch.rewards[static_cast<std::size_t>(i)];
+    brought_[b].agents = batch.rows();
+    for (std::int64_t i = 0; i < batch.rows(); ++i) brought_[b].reward += batch.rewards[static_cast<std::size_t>(i)];
   }
-  report_->OnStep(done_, reward);
-  spent_.agent_steps += worker.rows();
-  ++spent_.rounds;
-  return Status::Ok();
+  report_->OnStep(done_, brought_);
+  return worker.Record(trainees_);
 }
 
 // One world of several is lost: the others go on while it is tried again. Its step was not taken.
@@ -276,7 +230,7 @@ Status Training::Lose(const Crew::Outcome& outcome) {
 
 // Learning overlaps the next step of the worker whose outcome made it due; in lock step all wait for all.
 Status Training::LearnAndGoOn(std::size_t worker) {
-  if (IsUrl(config_.world) && !config_.lockstep) {
+  if (Overlaps()) {
     Send(worker, Where::kAside);
   } else {
     while (steps_under_way() > 0) CONSAC_RETURN_IF_ERROR(Handle(crew_.Next()));
@@ -312,7 +266,11 @@ Status Training::Loop() {
     CONSAC_RETURN_IF_ERROR(Handle(outcome));
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
     for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
-    if (CheckpointDue()) (void)Save();
+    CONSAC_RETURN_IF_ERROR(reserve_->health());
+    if (CheckpointDue()) {
+      (void)Save();
+      CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
+    }
     TellTime();
   }
   return Status::Ok();
@@ -335,94 +293,34 @@ void Training::TellTime() {
   round_began_ = now;
 }
 
-bool Training::CheckpointDue() const {
-  const std::int64_t updates = trainees_[0].learner->updates();
-  if (updates == checkpoint_updates_) return false;  // between updates there is nothing new to lose
-  if (config_.checkpoint_every_updates > 0) return updates - checkpoint_updates_ >= config_.checkpoint_every_updates;
-  return config_.checkpoint_every_s > 0 && Now() - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
-}
-
-std::string Training::Description() const {
-  return nlohmann::json({{"kind", "checkpoint"},
-                         {"requires", {"checkpoint"}},
-                         {"world", config_.world},
-                         {"algorithm", config_.algorithm},
-                         {"steps", steps()},
-                         {"seed", config_.seed},
-                         {"instruction_set", nn::InstructionSet()}})
-      .dump();
-}
-
-// The checkpoint first: it holds more, and --resume needs it. Then the model, so that whoever kills the training has
-// one, whatever became of the checkpoint.
-Status Training::Save() {
-  const Status checkpoint = Checkpoint(), model = SaveModel();
-  checkpoint_time_ = Now();
-  checkpoint_updates_ = trainees_[0].learner->updates();
-  TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
-  TellFailure("the model", model, &model_failed_);
-  return checkpoint.ok() ? model : checkpoint;
-}
-
-// Once, until it works again.
-void Training::TellFailure(const std::string& what, const Status& status, bool* told) {
-  if (!status.ok() && !*told) {
-    report_->Line("error: " + what + " could not be saved: " + status.message() +
-                  "; training goes on, the last good one stays");
-  }
-  *told = !status.ok();
-}
-
-Status Training::Checkpoint() {
-  StateWriter writer;
-  std::int64_t at = steps();
-  std::string instruction_set(nn::InstructionSet());
-  writer("steps", at);
-  writer("instruction_set", instruction_set);
-  Visit(writer);
-  CONSAC_RETURN_IF_ERROR(writer.status());
-  return directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints);
-}
-
-std::string Training::ModelPath(const std::string& behaviour) const {
-  return directory_->File(trainees_.size() == 1 ? "model.consac" : behaviour + ".consac");
-}
-
-Status Training::SaveModel() {
-  for (const Trainee& trainee : trainees_) {
-    PolicyData data = trainee.learner->Snapshot();
-    nlohmann::json training = nlohmann::json::parse(data.training_json, nullptr, false);
-    training["algorithm"] = config_.algorithm;
-    training["world"] = spec().id.empty() ? config_.world : spec().id;
-    training["seed"] = config_.seed;
-    data.training_json = training.dump();
-    const std::string path = ModelPath(data.behaviour);
-    const Result<Policy> policy = Policy::Create(std::move(data), 1);
-    if (!policy.ok()) return policy.status();
-    CONSAC_RETURN_IF_ERROR(policy->ToFile(config_.seed).Save(path));
-  }
-  return Status::Ok();
-}
-
 Result<RunSummary> Training::Finish(double seconds) {
   for (const Trainee& trainee : trainees_) {
     const std::string found = trainee.watch.Summary();
     if (!found.empty()) report_->Line("warning: what the world sent: " + found);
   }
-  const Status saved = Save(), report = report_->Finish();
-  for (const Status& status : {saved, report}) CONSAC_RETURN_IF_ERROR(status);
+  const Status saved = Save();
+  CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());  // the curve would be drawn in somebody else's folder
+  const Status report = report_->Finish();
+  if (reserve_->health().ok()) {
+    reserve_.reset();  // nothing is left to save: drawing may have it
+    report_->DrawCurves();
+  }
+  CONSAC_RETURN_IF_ERROR(saved);
+  if (!report.ok())
+    return Status{report.code(), report.message() + "; what was learned is saved in '" + directory_->path() + "'"};
   RunSummary summary;
   summary.directory = directory_->path();
-  summary.model_path = ModelPath(spec().behaviours[0].name);
   summary.steps = steps();
-  summary.updates = trainees_[0].learner->updates();
   summary.seconds = seconds;
-  summary.mean_episode_reward = report_->mean_episode_reward();
   summary.interrupted = summary.steps < config_.steps;
   for (const Trainee& trainee : trainees_) summary.interrupted = summary.interrupted || trainee.learner->LearningDue();
   StateHasher hasher;
-  for (const Trainee& trainee : trainees_) {
-    PolicyData data = trainee.learner->Snapshot();
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    const learn::Learner& learner = *trainees_[b].learner;
+    const BehaviourSpec& behaviour = spec().behaviours[b];
+    summary.models.push_back(
+        {behaviour.name, ModelPath(behaviour), learner.updates(), report_->mean_episode_reward(b)});
+    PolicyData data = learner.Snapshot();
     hasher("parameters", data.parameters);
     hasher("log_std", data.log_std);
   }

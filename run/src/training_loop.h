@@ -9,6 +9,7 @@
 #include "consac/learn/algo/learner.h"
 #include "consac/run/report.h"
 #include "consac/run/run_directory.h"
+#include "consac/run/shortage.h"
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
 #include "crew.h"
@@ -18,6 +19,11 @@ namespace consac::run {
 
 /// Who says how long the training is.
 enum class Length : std::uint8_t { kOfCaller, kOfEngine };
+
+/// What a run of this configuration does with a run of its name.
+inline ExistingRun ExistingRunOf(const RunConfig& config) {
+  return config.resume ? ExistingRun::kResume : config.force ? ExistingRun::kOverwrite : ExistingRun::kRefuse;
+}
 
 /// A world of a run, and how it is reached again.
 struct WorldSource {
@@ -48,7 +54,7 @@ class Training {
 
  private:
   std::int64_t steps() const;
-  std::string ModelPath(const std::string& behaviour) const;
+  std::string ModelPath(const BehaviourSpec& behaviour) const;
   Status SaveModel();
   Status MakeLearners();
   std::int64_t ShareOfSteps(std::int64_t slots) const;
@@ -58,6 +64,7 @@ class Training {
   Status AddWorkers(std::vector<WorldSource> worlds);
   const EnvSpec& spec() const { return spec_; }
   std::size_t steps_under_way() const { return crew_.under_way() - connecting_; }
+  bool Overlaps() const { return IsUrl(config_.world) && !config_.lockstep; }
   bool LearningDue() const;
   Status BeginWorlds();
   void Send(std::size_t worker, Where where);
@@ -67,6 +74,7 @@ class Training {
   Status Lose(const Crew::Outcome& outcome);
   Status LearnAndGoOn(std::size_t worker);
   void LearnWhatIsDue();
+  void ReportUpdates();
   void AccountFor(const Crew::Outcome& outcome, double waited);
   void TellTime();
   bool CheckpointDue() const;
@@ -75,25 +83,30 @@ class Training {
   Status Checkpoint();
   std::string Description() const;
   void Visit(Archive& archive);
+  std::size_t SavingBytes();
 
   RunConfig config_;
   const Length length_;
   const std::atomic<bool>& stop_;
   ThreadPool pool_;
+  std::unique_ptr<MemoryReserve> reserve_;  // what saving takes
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
   std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
   EnvSpec spec_;                   // of the first world, which the others equal but for their number of environments
   Crew crew_;
-  std::vector<std::uint8_t> lost_;     // per worker: it has no connection
-  std::size_t connecting_ = 0;         // workers that are trying to get one
-  std::int64_t slots_ = 0;             // agents of all behaviours
-  std::int64_t done_ = 0, asked_ = 0;  // agent steps recorded; these and those under way
-  TimeSpent spent_;                    // since the latest round that was told
+  std::vector<std::uint8_t> lost_;      // per worker: it has no connection
+  std::size_t connecting_ = 0;          // workers that are trying to get one
+  std::int64_t slots_ = 0;              // agents of all behaviours
+  std::int64_t done_ = 0, asked_ = 0;   // agent steps recorded; these and those under way
+  std::vector<UpdateReport> updates_;   // that are being told of
+  std::vector<BehaviourStep> brought_;  // by the latest step
+  TimeSpent spent_;                     // since the latest round that was told
   double round_began_ = 0.0;
   const learn::Algorithm* algorithm_ = nullptr;
+  learn::LogStyle log_style_ = learn::LogStyle::kStableBaselines2;
   bool restored_ = false;  // from a checkpoint, be it of step 0
-  std::int64_t restored_steps_ = 0, checkpoint_updates_ = 0;
+  std::int64_t restored_steps_ = 0;
   double checkpoint_time_ = 0.0;
   bool checkpoint_failed_ = false, model_failed_ = false;
 };

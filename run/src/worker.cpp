@@ -1,6 +1,5 @@
 #include "worker.h"
 
-#include <cstring>
 #include <numeric>
 
 #include "consac/protocol/protocol2.h"
@@ -47,7 +46,6 @@ void Worker::FindActing(std::size_t b) {
 
 Status Worker::Reset(std::uint64_t seed) {
   for (std::size_t b = 0; b < parts_.size(); ++b) world_batches_[b] = parts_[b].whole.batch();
-  latest_in_learners_ = in_learners_ = false;
   return (next_link_ != nullptr ? next_link_ : link_)->Reset(seed, world_batches_);
 }
 
@@ -77,14 +75,15 @@ void Worker::Act(Trainees trainees, Rows rows) {
     FindActing(b);
     everyone = everyone && parts_[b].acting.everyone();
   }
-  in_learners_ = rows == Rows::kLearners && everyone;
+  const bool in_learners = rows == Rows::kLearners && everyone;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     Part& part = parts_[b];
     if (rows == Rows::kLearners) {
       batches_[b] = trainees[b].learner->Stage(part.acting_ids);
-      world_batches_[b] = in_learners_ ? batches_[b] : part.whole.batch();
+      world_batches_[b] = in_learners ? batches_[b] : part.whole.batch();
     } else {
-      PlaceObservations(b);
+      part.whole.Advance();  // what came last is what is acted upon
+      world_batches_[b] = part.whole.batch();
       batches_[b] = part.acting.PartOf(world_batches_[b]);
       part.acting.TakeObservations(world_batches_[b], batches_[b]);
       batches_[b].slots = part.acting_ids;
@@ -94,24 +93,6 @@ void Worker::Act(Trainees trainees, Rows rows) {
   }
 }
 
-/// What came last becomes what is acted upon, in the worker's own rows.
-void Worker::PlaceObservations(std::size_t b) {
-  Part& part = parts_[b];
-  if (latest_in_learners_) {
-    const Batch& latest = batches_[b];
-    Batch& own = part.whole.batch();
-    const std::size_t bytes = part.spec.observation_layout.row_bytes;
-    std::memcpy(own.observations, latest.next_observations, part.ids.size() * bytes);
-    if (own.action_masks != nullptr) {
-      std::memcpy(own.action_masks, latest.next_action_masks,
-                  part.ids.size() * static_cast<std::size_t>(part.spec.action_layout.mask_bytes));
-    }
-  } else {
-    part.whole.Advance();
-  }
-  world_batches_[b] = part.whole.batch();
-}
-
 Status Worker::Step(MoreSteps more) {
   const double start = Now();
   const Status status = link_->Step(world_batches_, more);
@@ -119,19 +100,24 @@ Status Worker::Step(MoreSteps more) {
   return status;
 }
 
+Status Worker::TakeOutcome(Trainees trainees) {
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    const GatheredRows& acting = parts_[b].acting;
+    acting.TakeOutcome(world_batches_[b], batches_[b]);
+    if (batches_[b].rows() == 0) continue;
+    CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b]));
+    acting.PutNext(batches_[b], world_batches_[b]);  // as the watch has mended it
+  }
+  return Status::Ok();
+}
+
 Status Worker::Record(Trainees trainees) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
-    Part& part = parts_[b];
-    part.acting.TakeOutcome(world_batches_[b], batches_[b]);
-    if (batches_[b].rows() > 0) {
-      CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b]));
-      part.acting.PutNext(batches_[b], world_batches_[b]);  // as the watch has mended it
-      trainees[b].learner->Record(batches_[b]);
-    }
-    part.arriving.ChooseArrivals(link_->present(b), part.acting);
-    CONSAC_RETURN_IF_ERROR(BeginArriving(part, trainees[b]));
+    if (batches_[b].rows() > 0) trainees[b].learner->Record(batches_[b]);
+    batches_[b] = {};  // what the learner had staged is its own again
+    parts_[b].arriving.ChooseArrivals(link_->present(b), parts_[b].acting);
+    CONSAC_RETURN_IF_ERROR(BeginArriving(parts_[b], trainees[b]));
   }
-  latest_in_learners_ = in_learners_;
   return Status::Ok();
 }
 

@@ -18,7 +18,7 @@ namespace consac::run {
 using Trainees = std::span<Trainee>;
 
 /// Whose memory a step is taken in: the learner's own, without copies where every agent is there, or the worker's, so
-/// that several may step at once and the learner may learn meanwhile.
+/// that several may step at once and the learner may learn meanwhile. A worker's steps are all of one kind.
 enum class Rows : std::uint8_t { kLearners, kOwn };
 
 /// A world and its slots.
@@ -41,7 +41,9 @@ class Worker {
   void Act(Trainees trainees, Rows rows);
   /// Takes the step. Touches no learner, unless the step is taken in its memory.
   Status Step(MoreSteps more);
-  /// Tells the learners what came of it, and which agents came. An error where that cannot be learned from.
+  /// Looks at what came of it; batches() then hold it, until Record. An error where it cannot be learned from.
+  Status TakeOutcome(Trainees trainees);
+  /// Tells the learners what came of it, and which agents came. An error where these cannot be learned from.
   Status Record(Trainees trainees);
   /// A new connection after a failure, and the world afresh. Nothing else changes until Adopt, so that it may be called
   /// on another thread.
@@ -49,9 +51,9 @@ class Worker {
   /// The new connection takes the place of the old one; agents that were there are gone.
   void Adopt();
 
-  /// Agents that are taking the present step.
+  /// Agents that are taking the present step; none once it is recorded.
   std::int64_t rows() const;
-  /// The present step, one batch per behaviour, with the learners' slots.
+  /// The present step, one batch per behaviour, with the learners' slots; empty once it is recorded.
   std::span<const Batch> batches() const { return batches_; }
   /// The learner's slots of behaviour `b` that are this world's.
   std::span<const std::int32_t> slots(std::size_t b) const { return parts_[b].ids; }
@@ -73,7 +75,6 @@ class Worker {
   };
 
   void FindActing(std::size_t b);
-  void PlaceObservations(std::size_t b);
   static Status BeginArriving(Part& part, Trainee& trainee);
 
   std::unique_ptr<WorldLink> link_, next_link_;
@@ -81,8 +82,6 @@ class Worker {
   std::vector<Part> parts_;
   std::vector<Batch> batches_;        // as the learners see the step
   std::vector<Batch> world_batches_;  // as the world does
-  bool in_learners_ = false;          // the present step's rows are the learners'
-  bool latest_in_learners_ = false;   // so were those of the step before
   double step_seconds_ = 0.0;
 };
 

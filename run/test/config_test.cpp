@@ -170,6 +170,23 @@ TEST(Config, SettingsAreFieldsOrHyperparameters) {
   EXPECT_THAT(SettingError("gamma="), StartsWith("gamma = ''"));
 }
 
+TEST(Config, AnotherAlgorithmBeginsWithItsOwnDefaults) {
+  RunConfig config = Read("algorithm: ppo2\nn_steps: 64\n");
+  ASSERT_TRUE(ApplySetting("algorithm=ppo2", &config).ok());
+  EXPECT_EQ(Hyperparameter(config, "n_steps"), "64") << "the same one keeps what was set";
+  ASSERT_TRUE(ApplySetting("algorithm=ppo", &config).ok());
+  EXPECT_EQ(Hyperparameter(config, "n_steps"), "2048");
+  EXPECT_TRUE(config.hyperparameters.empty());
+}
+
+TEST(Config, TheHeadingOfHyperparametersIsNoKey) {
+  for (const std::string& error :
+       {SettingError("hyperparameters=gamma"), ErrorOf("hyperparameters:\n  hyperparameters: 1\n")}) {
+    EXPECT_THAT(error, HasSubstr("a heading of the file"));
+    EXPECT_EQ(error.find("did you mean"), std::string::npos) << error;
+  }
+}
+
 TEST(Config, WhatIsWrittenReadsBackTheSame) {
   for (const learn::Algorithm& algorithm : learn::Algorithms()) {
     RunConfig config;
@@ -206,6 +223,18 @@ TEST(Config, TextsSurviveQuotesAndControlCharacters) {
       EXPECT_EQ(node.children[0].text, "a # b: c");
     }
   }
+}
+
+TEST(Config, APresetIsTheOtherDefaultsUnderWhatIsSet) {
+  const std::string own = WriteYaml(Read("algorithm: a2c\n"));
+  EXPECT_THAT(own, AllOf(HasSubstr("  vf_coef: 0.5"), HasSubstr("  log_keys: \"sb3\"")));
+  const std::string other = WriteYaml(Read("ent_coef: 0.5\npreset: sb2\nalgorithm: a2c\n"));
+  EXPECT_THAT(other,
+              AllOf(HasSubstr("  vf_coef: 0.25"), HasSubstr("  log_keys: \"sb2\""), HasSubstr("  ent_coef: 0.5")));
+  EXPECT_EQ(WriteYaml(Read(other)), other) << "what was written starts the same run";
+  const std::string of3 = WriteYaml(Read("algorithm: ppo2\npreset: sb3\n"));
+  EXPECT_THAT(of3, AllOf(HasSubstr("  batch_size: 64"), HasSubstr("  n_steps: 2048"), HasSubstr("  noptepochs: 10")));
+  EXPECT_THAT(ErrorOf("preset: sb4\n"), AllOf(HasSubstr("'sb4'"), HasSubstr("sb2 or sb3")));
 }
 
 TEST(Config, FilesThatCannotBeReadSaySo) {

@@ -154,6 +154,25 @@ TEST(DataWatch, ReplacingTakesTheBoundOfThatSideOrZeroAndCounts) {
   ASSERT_THAT(log.lines, SizeIs(1)) << "one line, not one for each";
 }
 
+// Learners and models hold float32: a number beyond it is an infinity to them.
+TEST(DataWatch, ADoubleBeyondFloat32IsTreatedAsAnInfinityIs) {
+  LogCatcher log;
+  const BehaviourSpec behaviour = BehaviourSpec::Of(
+      "default", *Space::Box({-kInfinity, -1e308}, {kInfinity, 5.0}, {2}, DType::kF64), *Space::Discrete(2), 1);
+  BatchBuffer buffer(behaviour);
+  const double row[2] = {1e300, -1e300};
+  std::memcpy(buffer.batch().next_observations, row, sizeof(row));
+  DataWatch strict(behaviour, {});
+  const Status status = strict.Begin(buffer.batch());
+  EXPECT_EQ(status.code(), StatusCode::kNonFinite);
+  EXPECT_THAT(status.message(), HasSubstr("element 0, is 1e+300"));
+  DataWatch mending(behaviour, Replacing());
+  ASSERT_TRUE(mending.Begin(buffer.batch()).ok());
+  const auto* mended = reinterpret_cast<const double*>(buffer.batch().next_observations);
+  EXPECT_EQ(mended[0], 0.0);
+  EXPECT_EQ(mended[1], 0.0) << "a bound that is beyond float32 too is none";
+}
+
 TEST(DataWatch, ARewardBeyondItsLimitIsAnErrorOrCutToIt) {
   DataWatchOptions options;
   options.max_abs_reward = 100.0;

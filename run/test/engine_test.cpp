@@ -6,7 +6,9 @@
 
 #include "consac/base/hooks.h"
 #include "consac/transport/transport.h"
+#include "link.h"
 #include "small_run.h"
+#include "tests/protocol2_peers.h"
 
 namespace consac::run {
 namespace {
@@ -83,7 +85,7 @@ std::string TrainRoad(const std::string& directory, const std::string& name) {
   config.steps = 256;
   const Result<RunSummary> summary = Train(config, kNeverStop);
   EXPECT_TRUE(summary.ok()) << summary.status().message();
-  return summary.ok() ? summary->model_path : "";
+  return summary.ok() ? summary->models[0].path : "";
 }
 
 TEST(Engine, LengthAndNameComeFromItsSetup) {
@@ -98,7 +100,7 @@ TEST(Engine, LengthAndNameComeFromItsSetup) {
   EXPECT_EQ(summary->steps, 500);
   EXPECT_EQ(summary->directory, scratch.path() + "/walker");
   EXPECT_FALSE(summary->interrupted);
-  EXPECT_TRUE(Policy::Load(summary->model_path).ok());
+  EXPECT_TRUE(Policy::Load(summary->models[0].path).ok());
 }
 
 TEST(Engine, TheConfigurationOverrulesItsSetup) {
@@ -247,7 +249,7 @@ TEST(Engine, CtrlCDuringASilenceSavesAndReturnsAtOnce) {
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   EXPECT_TRUE(summary->interrupted);
   EXPECT_LT(Now() - start, 5.0);
-  EXPECT_TRUE(Policy::Load(summary->model_path).ok());
+  EXPECT_TRUE(Policy::Load(summary->models[0].path).ok());
 }
 
 TEST(Engine, LengthZeroWithANameActsUntilTheEngineCloses) {
@@ -259,7 +261,7 @@ TEST(Engine, LengthZeroWithANameActsUntilTheEngineCloses) {
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   EXPECT_TRUE(summary->acted_only);
   EXPECT_EQ(summary->steps, 2) << "the third action was not answered any more";
-  EXPECT_EQ(summary->model_path, scratch.path() + "/walker/model.consac");
+  EXPECT_EQ(summary->models[0].path, scratch.path() + "/walker/model.consac");
 }
 
 TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
@@ -281,11 +283,140 @@ TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
   }
 }
 
-TEST(Engine, LengthZeroWithoutANameSaysWhatIsMissing) {
-  consac::testing::ScratchFolder scratch("zero");
+TEST(Engine, ASetupOfLengthZeroWithoutANameSaysWhatIsMissing) {
+  consac::testing::ScratchFolder scratch("setup_zero");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0", "10,30#0#0"}, ScriptedEngine::End::kClose);
   RunConfig config = Nameless(scratch.path(), engine.url());
   EXPECT_THAT(FailureWith(config).message(), AllOf(HasSubstr("length 0"), HasSubstr("no model name")));
+}
+
+/// An engine of protocol 2 that asks for training of length 0, answers two steps and sends its trainer away.
+class BriefEngine {
+ public:
+  explicit BriefEngine(const std::string& model_name) {
+    engine_.message.training_length = 0;
+    engine_.message.model_name = model_name;
+    thread_ = std::thread([this] {
+      engine_.Begin();
+      for (int step = 0; step < 2; ++step)
+        engine_.Send(
+            consac::testing::FrameBytes(FrameType::kResult, engine_.Next().header.request, engine_.ResultPayload()));
+      (void)engine_.Next();
+      engine_.Send(FrameType::kGoAway, 0, R"({"reason": "enough"})");
+      (void)engine_.Next();
+    });
+  }
+  ~BriefEngine() { thread_.join(); }
+  std::string url() const { return "tcp://127.0.0.1:" + std::to_string(engine_.port()); }
+
+ private:
+  using FrameType = protocol2::FrameType;
+  consac::testing::RawEngine engine_;
+  std::thread thread_;
+};
+
+// It asks for nothing: then what the help promises is trained, under whatever name.
+TEST(Engine, LengthZeroWithoutANameTrainsThePromisedSteps) {
+  consac::testing::ScratchFolder scratch("zero");
+  for (const char* name : {"", "walker"}) {
+    BriefEngine engine("");
+    RunConfig config = EngineRun(scratch.path(), engine.url());
+    config.name = name;
+    EXPECT_THAT(FailureWith(config).message(), HasSubstr("of 100000 steps are missing")) << name;
+  }
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() + "/walker/model.consac"));
+}
+
+// `consac train --resume --name X` is what an interrupted run advises.
+TEST(Engine, AResumedRunGoesOnWithTrainingWhateverTheEngineAsksFor) {
+  for (const char* model : {"", "engine"}) {
+    consac::testing::ScratchFolder scratch("resumed");
+    for (const bool resume : {false, true}) {
+      BriefEngine engine(model);
+      RunConfig config = EngineRun(scratch.path(), engine.url());
+      config.steps = resume ? -1 : 200;
+      config.resume = resume;
+      EXPECT_THAT(FailureWith(config).message(), HasSubstr("of 200 steps are missing"))
+          << "it trains, and does not act";
+    }
+  }
+}
+
+TEST(Engine, ATakenNameIsRefusedBeforeTheEngineIsDisturbed) {
+  consac::testing::ScratchFolder scratch("taken");
+  TrainRoad(scratch.path(), "engine");
+  const auto listener = std::move(*ListenTcp({"127.0.0.1", 0}));
+  const std::string url = "tcp://127.0.0.1:" + std::to_string(listener->port());
+  EXPECT_EQ(FailureWith(EngineRun(scratch.path(), url)).code(), StatusCode::kAlreadyExists);
+  RunConfig config = EngineRun(scratch.path(), url);
+  config.name = "../engine";
+  EXPECT_EQ(FailureWith(config).code(), StatusCode::kInvalidArgument);
+  const Result<std::unique_ptr<Transport>> trainer = listener->Accept(0.05);
+  EXPECT_TRUE(trainer.ok() && *trainer == nullptr) << "nobody has connected";
+}
+
+TEST(Engine, OneThatAsksToBeLeftAloneIs) {
+  const auto listener = std::move(*ListenTcp({"127.0.0.1", 0}));
+  EngineOptions options;
+  options.url = "tcp://127.0.0.1:" + std::to_string(listener->port());
+  options.connect_timeout_s = 0.0;
+  options.client.not_before = std::make_shared<std::atomic<double>>(Now() + 100.0);
+  const Status status = ConnectEngine(options, [](const std::string&) {}).status();
+  EXPECT_EQ(status.code(), StatusCode::kUnavailable);
+  EXPECT_THAT(status.message(), HasSubstr("left alone for"));
+  const Result<std::unique_ptr<Transport>> trainer = listener->Accept(0.05);
+  EXPECT_TRUE(trainer.ok() && *trainer == nullptr) << "nobody has connected";
+}
+
+// A run folder each, and none of them with anything in it, is what there must not be hundreds of.
+TEST(Engine, SessionsWithoutAnythingLearnedAreFollowedByLongerAndLongerPauses) {
+  consac::testing::ScratchFolder scratch("pauses");
+  const auto listener = std::move(*ListenTcp({"127.0.0.1", 0}));
+  std::atomic<bool> stop{false};
+  std::vector<double> began;
+  std::thread engine([&] {
+    while (began.size() < 3) {
+      const std::unique_ptr<Transport> trainer = std::move(*listener->Accept(0.05));
+      if (trainer == nullptr) continue;
+      began.push_back(Now());
+      const std::string_view lines = "D#3#0#B#2#0,0,40,40#1000\n10,30#0#0\n";
+      (void)trainer->Write(std::as_bytes(std::span(lines)), 1.0);
+      trainer->Close();
+    }
+    stop = true;
+  });
+  RunConfig config = Nameless(scratch.path(), "tcp://127.0.0.1:" + std::to_string(listener->port()));
+  config.forever = true;
+  const Result<RunSummary> summary = Train(config, stop);
+  engine.join();
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_GE(summary->sessions, 2);
+  EXPECT_GE(began[1] - began[0], 0.9);
+  EXPECT_GE(began[2] - began[1], 1.9);
+}
+
+TEST(Engine, ALengthBeyondAnyCanBeResumed) {
+  consac::testing::ScratchFolder scratch("endless");
+  const std::vector<std::string> lines = {"D#3#0#B#2#0,0,40,40#9223372036854775807", "10,30#0#0", "11,30#1#0"};
+  for (const bool resume : {false, true}) {
+    ScriptedEngine engine(lines, ScriptedEngine::End::kClose);
+    RunConfig config = EngineRun(scratch.path(), engine.url());
+    config.resume = resume;
+    const Status status = FailureWith(config);
+    EXPECT_EQ(status.code(), StatusCode::kUnavailable) << status.message();
+    EXPECT_THAT(status.message(), HasSubstr("of 9000000000000000000 steps are missing"));
+  }
+  // A finished run that is asked for as many again.
+  RunConfig config = SmallRun(scratch.path(), "engine");
+  config.force = true;
+  ScriptedEngine first({"D#3#0#B#2#0,0,40,40#2", "10,30#0#0", "11,30#1#0", "12,30#1#0"}, ScriptedEngine::End::kClose);
+  config.world = first.url();
+  config.steps = 2;
+  ASSERT_TRUE(Train(config, kNeverStop).ok());
+  ScriptedEngine again(lines, ScriptedEngine::End::kClose);
+  RunConfig more = EngineRun(scratch.path(), again.url());
+  more.resume = true;
+  EXPECT_THAT(FailureWith(more).message(), HasSubstr("of 9000000000000000000 steps are missing"));
 }
 
 TEST(Engine, ForeverServesOneSessionAfterAnother) {

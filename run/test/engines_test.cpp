@@ -50,7 +50,7 @@ TEST(Engines, WhoeverHasFinishedFirstGoesOn) {
   EXPECT_EQ(summary->steps, quick.steps() + late.steps()) << "every step that an engine took is learned from";
   EXPECT_GT(quick.steps(), 2 * late.steps());
   EXPECT_GT(late.steps(), 0);
-  EXPECT_TRUE(Policy::Load(summary->model_path).ok());
+  EXPECT_TRUE(Policy::Load(summary->models[0].path).ok());
 }
 
 TEST(Engines, InLockStepTheyWaitForEachOtherToLearn) {
@@ -113,10 +113,10 @@ TEST(Engines, AgentsThatComeAndGoAreLearnedFromOverAWireAsInProcess) {
     EXPECT_EQ(local->weights_hash, outside->weights_hash) << kind;
     EXPECT_EQ(local->steps, outside->steps);
     EXPECT_EQ(outside->steps, engine.steps());
-    EXPECT_GT(local->updates, 5);
+    EXPECT_GT(local->models[0].updates, 5);
     // Mean return of agents that live 2, 4 and 6 steps and earn their age at each.
     if (!respawn) {
-      EXPECT_NEAR(local->mean_episode_reward, (3.0 + 10.0 + 21.0) / 3.0, 0.7);
+      EXPECT_NEAR(local->models[0].mean_episode_reward, (3.0 + 10.0 + 21.0) / 3.0, 0.7);
     }
     // Each episode is whole, and its agent's own.
     std::ifstream monitor(local->directory + "/monitor.csv");
@@ -128,7 +128,7 @@ TEST(Engines, AgentsThatComeAndGoAreLearnedFromOverAWireAsInProcess) {
       EXPECT_TRUE(known == "3.0,2" || known == "10.0,4" || known == "21.0,6") << line;
     }
     EXPECT_GT(row, 100);
-    EXPECT_DOUBLE_EQ(local->mean_episode_reward, outside->mean_episode_reward);
+    EXPECT_DOUBLE_EQ(local->models[0].mean_episode_reward, outside->models[0].mean_episode_reward);
   }
 }
 

@@ -3,12 +3,19 @@
 
 #include <cmath>
 
+#include "session.h"
 #include "small_run.h"
+#include "tests/swarm_world.h"
+#include "tests/two_worlds.h"
 
 namespace consac::run {
 namespace {
 
+using consac::testing::Half;
+using consac::testing::ServedWorld;
+using consac::testing::TwoWorlds;
 using ::testing::HasSubstr;
+using Verdicts = Result<std::vector<EvaluateSummary>>;
 
 EvaluateOptions Options(const std::string& directory) {
   EvaluateOptions options;
@@ -29,13 +36,13 @@ void TrainPole(const std::string& directory) {
 TEST(Evaluate, CountsEpisodesAndTheirReturns) {
   consac::testing::ScratchFolder scratch("evaluate");
   TrainPole(scratch.path());
-  const Result<EvaluateSummary> summary = Evaluate(Options(scratch.path()), kNeverStop);
+  const Verdicts summary = Evaluate(Options(scratch.path()), kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
-  EXPECT_EQ(summary->episodes, 5);
-  EXPECT_EQ(summary->mean_reward, summary->mean_length) << "cartpole pays 1 per step";
-  EXPECT_LE(summary->min_reward, summary->mean_reward);
-  EXPECT_GE(summary->max_reward, summary->mean_reward);
-  EXPECT_GE(summary->std_reward, 0.0);
+  EXPECT_EQ(summary->front().episodes, 5);
+  EXPECT_EQ(summary->front().mean_reward, summary->front().mean_length) << "cartpole pays 1 per step";
+  EXPECT_LE(summary->front().min_reward, summary->front().mean_reward);
+  EXPECT_GE(summary->front().max_reward, summary->front().mean_reward);
+  EXPECT_GE(summary->front().std_reward, 0.0);
 }
 
 TEST(Evaluate, OneSeedGivesOneVerdict) {
@@ -44,10 +51,10 @@ TEST(Evaluate, OneSeedGivesOneVerdict) {
   EvaluateOptions options = Options(scratch.path());
   options.episodes = 20;
   options.deterministic = false;
-  const double first = Evaluate(options, kNeverStop)->mean_reward;
-  EXPECT_EQ(Evaluate(options, kNeverStop)->mean_reward, first);
+  const double first = Evaluate(options, kNeverStop)->front().mean_reward;
+  EXPECT_EQ(Evaluate(options, kNeverStop)->front().mean_reward, first);
   options.seed = 5;
-  EXPECT_NE(Evaluate(options, kNeverStop)->mean_reward, first);
+  EXPECT_NE(Evaluate(options, kNeverStop)->front().mean_reward, first);
 }
 
 TEST(Evaluate, AnEngineIsJudgedAsTheWorldInProcess) {
@@ -55,15 +62,15 @@ TEST(Evaluate, AnEngineIsJudgedAsTheWorldInProcess) {
   TrainPole(scratch.path());
   EvaluateOptions options = Options(scratch.path());
   options.episodes = 1;
-  const Result<EvaluateSummary> local = Evaluate(options, kNeverStop);
+  const Verdicts local = Evaluate(options, kNeverStop);
   EnvServerOptions server;
   server.training_length = 100000;
   server.seed = options.seed;
   consac::testing::ServedWorld engine("cartpole-v1", server);
   options.world = engine.url();
-  const Result<EvaluateSummary> remote = Evaluate(options, kNeverStop);
+  const Verdicts remote = Evaluate(options, kNeverStop);
   ASSERT_TRUE(local.ok() && remote.ok()) << local.status().message() << remote.status().message();
-  EXPECT_EQ(remote->mean_reward, local->mean_reward);
+  EXPECT_EQ(remote->front().mean_reward, local->front().mean_reward);
 }
 
 TEST(Evaluate, WhatDoesNotFitIsRefused) {
@@ -72,7 +79,7 @@ TEST(Evaluate, WhatDoesNotFitIsRefused) {
   const auto error = [&](auto&& change) {
     EvaluateOptions options = Options(scratch.path());
     change(options);
-    const Result<EvaluateSummary> summary = Evaluate(options, kNeverStop);
+    const Verdicts summary = Evaluate(options, kNeverStop);
     EXPECT_FALSE(summary.ok());
     return summary.status().message();
   };
@@ -80,6 +87,132 @@ TEST(Evaluate, WhatDoesNotFitIsRefused) {
   EXPECT_THAT(error([](EvaluateOptions& o) { o.world = "rode-v0"; }), HasSubstr("did you mean 'road-v0'"));
   EXPECT_THAT(error([](EvaluateOptions& o) { o.model = "poll"; }), HasSubstr("did you mean 'pole'"));
   EXPECT_THAT(error([](EvaluateOptions& o) { o.episodes = 0; }), HasSubstr("at least 1"));
+}
+
+EnvServerOptions Asking() {
+  EnvServerOptions options;
+  options.training_length = 1000000;
+  return options;
+}
+
+/// A run of `steps` in a world of the test's own.
+void TrainIn(std::unique_ptr<VectorEnv> world, const std::string& directory, const std::string& name) {
+  RunConfig config = SmallRun(directory, name);
+  config.world = world->spec().id;
+  config.steps = 300;
+  const Result<RunSummary> summary =
+      RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::move(world))), kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+}
+
+TEST(Evaluate, AnEngineMayHaveMoreAgentsThanAnEvaluationCopies) {
+  consac::testing::ScratchFolder scratch("many_agents");
+  TrainPole(scratch.path());
+  const ServedWorld engine((*worlds::FindWorld("cartpole-v1"))->create(40), Asking());
+  EvaluateOptions options = Options(scratch.path());
+  options.world = engine.url();
+  options.episodes = 50;
+  const Verdicts summary = Evaluate(options, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_EQ(summary->front().episodes, 50);
+}
+
+// Agents of three kinds live 2, 4 and 6 steps and are away until the last has ended.
+TEST(Evaluate, AbsentAgentsHaveNoEpisodes) {
+  consac::testing::ScratchFolder scratch("swarm_judged");
+  TrainIn(std::make_unique<consac::testing::Swarm>(2, 3, false), scratch.path(), "pole");
+  const ServedWorld engine(std::make_unique<consac::testing::Swarm>(2, 3, false), Asking());
+  EvaluateOptions options = Options(scratch.path());
+  options.world = engine.url();
+  options.episodes = 18;
+  const Verdicts summary = Evaluate(options, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_EQ(summary->front().episodes, 18);
+  EXPECT_EQ(summary->front().min_reward, 3.0);
+  EXPECT_EQ(summary->front().max_reward, 21.0);
+  EXPECT_NEAR(summary->front().mean_reward, (3.0 + 10.0 + 21.0) / 3.0, 1e-9);
+  EXPECT_NEAR(summary->front().mean_length, (2.0 + 4.0 + 6.0) / 3.0, 1e-9);
+}
+
+TEST(Evaluate, APlaceThatNobodyTakesHoldsNothingUp) {
+  consac::testing::ScratchFolder scratch("empty_place");
+  TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
+  const ServedWorld engine(
+      std::make_unique<TwoWorlds>(Half{"walker", "road-v0", 3}, Half{"balancer", "cartpole-v1", 2, 1}), Asking());
+  EvaluateOptions options = Options(scratch.path());
+  options.model = "two";
+  options.world = engine.url();
+  options.max_episode_steps = 50;
+  const Verdicts summary = Evaluate(options, kNeverStop);
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  for (const EvaluateSummary& verdict : *summary) EXPECT_EQ(verdict.episodes, 5) << verdict.behaviour;
+}
+
+TEST(Evaluate, EveryBehaviourIsJudgedByItsOwnModel) {
+  consac::testing::ScratchFolder scratch("two_judged");
+  TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
+  const ServedWorld engine(std::make_unique<TwoWorlds>(), Asking());
+  EvaluateOptions options = Options(scratch.path());
+  options.world = engine.url();
+  options.max_episode_steps = 50;
+  for (const std::string& model : {std::string("two"), scratch.path() + "/two"}) {
+    options.model = model;
+    const Verdicts summary = Evaluate(options, kNeverStop);
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    ASSERT_EQ(summary->size(), 2u);
+    EXPECT_EQ((*summary)[0].behaviour, "walker");
+    EXPECT_EQ((*summary)[0].mean_length, 50.0);
+    EXPECT_EQ((*summary)[1].behaviour, "balancer");
+    EXPECT_EQ((*summary)[1].mean_reward, (*summary)[1].mean_length) << "cartpole pays 1 per step";
+    for (const EvaluateSummary& verdict : *summary) EXPECT_EQ(verdict.episodes, 5);
+  }
+}
+
+TEST(Evaluate, AModelForEachBehaviourIsWantedAndTheirNamesAreSaid) {
+  consac::testing::ScratchFolder scratch("two_refused");
+  TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
+  const ServedWorld engine(std::make_unique<TwoWorlds>(), Asking());
+  const auto error = [&](const std::string& model) {
+    EvaluateOptions options = Options(scratch.path());
+    options.model = model;
+    options.world = engine.url();
+    const Verdicts summary = Evaluate(options, kNeverStop);
+    EXPECT_FALSE(summary.ok());
+    return summary.status().message();
+  };
+  const std::string folder = scratch.path() + "/two/";
+  EXPECT_THAT(error(folder + "walker.consac"),
+              ::testing::AllOf(HasSubstr("walker.consac' is one model"), HasSubstr("2 behaviours (walker, balancer)")));
+  std::filesystem::rename(folder + "balancer.consac", folder + "balances.consac");
+  EXPECT_THAT(error("two"), ::testing::AllOf(HasSubstr("balances.consac"), HasSubstr("the model of 'balancer'")));
+}
+
+TEST(Evaluate, OneOfARunsModelsServesAnEngineThatHasItsBehaviourAlone) {
+  consac::testing::ScratchFolder scratch("one_of_two");
+  TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
+  EvaluateOptions options = Options(scratch.path());
+  options.world = "cartpole-v1";
+  options.model = scratch.path() + "/two/balancer.consac";
+  EXPECT_TRUE(Evaluate(options, kNeverStop).ok());
+  options.model = "two";
+  EXPECT_THAT(Evaluate(options, kNeverStop).status().message(), HasSubstr("1 behaviour (default)"));
+  EXPECT_THAT(FindModel("two", scratch.path()).status().message(), HasSubstr("/two/balancer.consac'"));
+}
+
+TEST(Evaluate, WhatIsWaitedForIsSaidAtOnce) {
+  consac::testing::ScratchFolder scratch("waiting");
+  TrainPole(scratch.path());
+  auto listener = ListenTcp({"127.0.0.1", 0});
+  const std::string url = "tcp://127.0.0.1:" + std::to_string((*listener)->port());
+  (*listener)->Close();
+  std::vector<std::string> said;
+  EvaluateOptions options = Options(scratch.path());
+  options.world = url;
+  options.connect_timeout_s = 0.3;
+  options.say = [&](const std::string& line) { said.push_back(line); };
+  EXPECT_EQ(Evaluate(options, kNeverStop).status().code(), StatusCode::kUnavailable);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_THAT(said[0], HasSubstr(url));
 }
 
 }  // namespace

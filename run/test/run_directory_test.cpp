@@ -3,13 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #if !defined(_WIN32)
+#include <sys/stat.h>
+#endif
+#if !defined(_WIN32)
 #include <sys/wait.h>
 #include <unistd.h>
 #endif
 
 #include <cstring>
 #include <fstream>
+#include <map>
 
+#include "consac/model/model_file.h"
 #include "tests/support.h"
 
 namespace consac::run {
@@ -106,6 +111,7 @@ TEST(RunDirectory, HoweverItsFolderIsSpelledCheckpointsStay) {
   for (const char* spelling : {"/", "//", "/.", "/./"}) {
     auto directory = RunDirectory::Open(scratch.path() + spelling, "run", ExistingRun::kOverwrite);
     ASSERT_TRUE(directory.ok()) << directory.status().message();
+    std::ofstream((*directory)->File("config.yaml")) << "seed: 1\n";
     ASSERT_TRUE((*directory)->SaveCheckpoint(100, State(1.0f), "{}", 2).ok());
     ASSERT_TRUE((*directory)->SaveCheckpoint(200, State(2.0f), "{}", 2).ok());
     EXPECT_EQ(ValueOf(**directory), 2.0f) << spelling;
@@ -129,6 +135,101 @@ TEST(RunDirectory, WhenAllCheckpointsAreDamagedThatIsAnError) {
   ASSERT_FALSE(state.ok());
   EXPECT_EQ(state.status().code(), StatusCode::kDataLoss);
 }
+
+/// Every file below a folder, with what is in it.
+std::map<std::string, std::string> FilesBelow(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    std::ifstream file(entry.path());
+    files[entry.path().generic_string()] = std::string((std::istreambuf_iterator<char>(file)), {});
+  }
+  return files;
+}
+
+void Write(const std::string& path, const std::string& text) {
+  fs::create_directories(fs::path(path).parent_path());
+  std::ofstream(path) << text;
+}
+
+TEST(RunDirectory, AFolderThatIsNoRunsLosesNothing) {
+  testing::ScratchFolder scratch("foreign");
+  for (const char* file : {"progress.csv", "thesis.tmp-1", "model.consac", "checkpoints/mine.consac", "deep/er/x"}) {
+    const std::string run = scratch.path() + "/run";
+    fs::remove_all(run);
+    Write(run + "/" + file, "mine");
+    const auto before = FilesBelow(run);
+    for (const ExistingRun existing : {ExistingRun::kRefuse, ExistingRun::kOverwrite}) {
+      const auto directory = RunDirectory::Open(scratch.path(), "run", existing);
+      ASSERT_FALSE(directory.ok()) << file;
+      EXPECT_EQ(directory.status().code(), StatusCode::kAlreadyExists);
+      EXPECT_THAT(directory.status().message(), HasSubstr("left alone"));
+    }
+    EXPECT_EQ(FilesBelow(run), before) << file;
+  }
+}
+
+TEST(RunDirectory, OverwritingRemovesWhatARunWritesAndNothingElse) {
+  testing::ScratchFolder scratch("force");
+  const std::string run = scratch.path() + "/run/";
+  ModelFile model;
+  model.spec_json = R"({"kind": "policy", "interface": {"behaviour": "walker"}})";
+  for (const char* file : {"config.yaml", "progress.csv", "monitor.csv", "curve.svg", "curve.png", "model.consac",
+                           "checkpoints/step_000000000100.consac", "tensorboard/events.out.tfevents.1.host.2",
+                           "config.yaml.tmp-77", "checkpoints/step_000000000200.consac.tmp-77", "walker.monitor.csv",
+                           "walker.curve.svg", "walker.curve.png", "walker.curve.png.tmp-77"})
+    Write(run + file, "a run's");
+  ASSERT_TRUE(model.Save(run + "walker.consac").ok());
+  for (const char* file : {"notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me", "checkpoints/mine.txt",
+                           "tensorboard/mine.txt", "checkpoints/best.consac", "my.curve.png"})
+    Write(run + file, "mine");
+  ASSERT_TRUE(model.Save(run + "favourite.consac").ok());
+  ASSERT_NE(Open(scratch.path(), ExistingRun::kOverwrite), nullptr);
+  std::vector<std::string> left;
+  for (const auto& [path, text] : FilesBelow(run)) left.push_back(path.substr(run.size()));
+  EXPECT_THAT(
+      left, ::testing::UnorderedElementsAre(".lock", "notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me",
+                                            "checkpoints/mine.txt", "tensorboard/mine.txt", "checkpoints/best.consac",
+                                            "favourite.consac", "my.curve.png"));
+}
+
+#if !defined(_WIN32)  // where a folder with an open file cannot be deleted
+TEST(RunDirectory, AFolderThatWasDeletedBelongsToWhoeverMakesItAnew) {
+  testing::ScratchFolder scratch("deleted");
+  const auto first = Open(scratch.path(), ExistingRun::kRefuse);
+  ASSERT_TRUE(first->SaveCheckpoint(900, State(1.0f), "{}", 3).ok());
+  fs::remove_all(first->path());
+  EXPECT_EQ(first->CheckOurs().code(), StatusCode::kDataLoss);
+  EXPECT_FALSE(first->SaveCheckpoint(950, State(1.0f), "{}", 3).ok());
+  const auto second = Open(scratch.path(), ExistingRun::kRefuse);
+  ASSERT_TRUE(second->SaveCheckpoint(100, State(2.0f), "{}", 1).ok());
+  const Status lost = first->SaveCheckpoint(50, State(1.0f), "{}", 1);
+  EXPECT_THAT(lost.message(), HasSubstr("another run"));
+  EXPECT_EQ(ValueOf(*second), 2.0f);
+  EXPECT_TRUE(second->CheckOurs().ok());
+}
+#endif
+
+TEST(RunDirectory, ACheckpointThatCannotBeReadIsNotTakenForDamaged) {
+  testing::ScratchFolder scratch("unreadable");
+  const auto directory = Open(scratch.path(), ExistingRun::kRefuse);
+  ASSERT_TRUE(directory->SaveCheckpoint(100, State(1.0f), "{}", 3).ok());
+  fs::create_directory(directory->File("checkpoints/step_000000000500.consac"));  // nobody can read that, root neither
+  const Result<StateMap> state = directory->LoadCheckpoint();
+  ASSERT_FALSE(state.ok());
+  EXPECT_EQ(state.status().code(), StatusCode::kDataLoss);
+  EXPECT_THAT(state.status().message(), HasSubstr("cannot be read"));
+}
+
+#if !defined(_WIN32)
+TEST(RunDirectory, APipeInACheckpointsPlaceIsNotWaitedFor) {
+  testing::ScratchFolder scratch("pipe");
+  const auto directory = Open(scratch.path(), ExistingRun::kRefuse);
+  ASSERT_TRUE(directory->SaveCheckpoint(100, State(1.0f), "{}", 3).ok());
+  ASSERT_EQ(mkfifo(directory->File("checkpoints/step_000000000500.consac").c_str(), 0600), 0);
+  EXPECT_THAT(directory->LoadCheckpoint().status().message(), HasSubstr("no regular file"));
+}
+#endif
 
 TEST(RunDirectory, HalfWrittenFilesOfAKilledRunAreSweptUp) {
   testing::ScratchFolder scratch("sweep");

@@ -41,7 +41,7 @@ TEST(Saving, AFullDiskStopsNeitherTrainingNorHarmsWhatIsThere) {
   });
   EXPECT_EQ(code, static_cast<int>(StatusCode::kResourceExhausted)) << "the end says that saving failed";
 
-  EXPECT_TRUE(Policy::Load(first->model_path).ok()) << "the last good model is still there";
+  EXPECT_TRUE(Policy::Load(first->models[0].path).ok()) << "the last good model is still there";
   config.resume = true;
   const Result<RunSummary> resumed = Train(config, kNeverStop);
   ASSERT_TRUE(resumed.ok()) << resumed.status().message();

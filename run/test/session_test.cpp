@@ -7,38 +7,12 @@
 
 #include "consac/transport/transport.h"
 #include "small_run.h"
+#include "tests/two_worlds.h"
 
 namespace consac::run {
 namespace {
 
-/// Two kinds of agents in one world: three walk the road, two balance poles.
-class TwoWorlds final : public VectorEnv {
- public:
-  TwoWorlds()
-      : road_((*worlds::FindWorld("road-v0"))->create(3)), poles_((*worlds::FindWorld("cartpole-v1"))->create(2)) {
-    spec_.id = "two-v0";
-    spec_.behaviours = {road_->spec().behaviours[0], poles_->spec().behaviours[0]};
-    spec_.behaviours[0].name = "walker";
-    spec_.behaviours[1].name = "balancer";
-  }
-  const EnvSpec& spec() const override { return spec_; }
-  void Reset(std::uint64_t seed, std::span<Batch> batches) override {
-    road_->Reset(seed, batches.first(1));
-    poles_->Reset(seed, batches.subspan(1));
-  }
-  void Step(std::span<Batch> batches) override {
-    road_->Step(batches.first(1));
-    poles_->Step(batches.subspan(1));
-  }
-  void Visit(Archive& archive) override {
-    archive("road", *road_);
-    archive("poles", *poles_);
-  }
-
- private:
-  std::unique_ptr<VectorEnv> road_, poles_;
-  EnvSpec spec_;
-};
+using testing::TwoWorlds;
 
 RunConfig TwoRun(const std::string& directory, const std::string& name, std::int64_t steps) {
   RunConfig config = SmallRun(directory, name);
@@ -47,9 +21,9 @@ RunConfig TwoRun(const std::string& directory, const std::string& name, std::int
   return config;
 }
 
-RunSummary TrainTwo(const RunConfig& config) {
+RunSummary TrainTwo(const RunConfig& config, std::unique_ptr<VectorEnv> world = std::make_unique<TwoWorlds>()) {
   const Result<RunSummary> summary =
-      RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::make_unique<TwoWorlds>())), kNeverStop);
+      RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::move(world))), kNeverStop);
   EXPECT_TRUE(summary.ok()) << summary.status().message();
   return summary.ok() ? *summary : RunSummary{};
 }
@@ -58,6 +32,9 @@ TEST(Session, EveryBehaviourHasALearnerAndAModelOfItsOwn) {
   testing::ScratchFolder scratch("behaviours");
   const RunSummary summary = TrainTwo(TwoRun(scratch.path(), "two", 1000));
   EXPECT_EQ(summary.steps, 1000);
+  ASSERT_EQ(summary.models.size(), 2u);
+  EXPECT_EQ(summary.models[1].behaviour, "balancer");
+  EXPECT_EQ(summary.models[1].path, summary.directory + "/balancer.consac");
   const TwoWorlds world;
   for (const BehaviourSpec& behaviour : world.spec().behaviours) {
     const Result<Policy> policy = Policy::Load(summary.directory + "/" + behaviour.name + ".consac");
@@ -73,6 +50,61 @@ TEST(Session, SeveralBehavioursResumeToTheSameWeights) {
   RunConfig rest = TwoRun(scratch.path(), "pieces", 2000);
   rest.resume = true;
   EXPECT_EQ(TrainTwo(rest).weights_hash, whole);
+}
+
+// Twins in equal worlds: what tells them apart is their learners' draws alone.
+TEST(Session, NoTwoBehavioursDrawTheSameNumbers) {
+  testing::ScratchFolder scratch("twins");
+  TrainTwo(TwoRun(scratch.path(), "twins", 40),
+           std::make_unique<TwoWorlds>(testing::Half{"one", "road-v0"}, testing::Half{"other", "road-v0"}));
+  RunConfig alone = SmallRun(scratch.path(), "alone");
+  alone.envs = 1;
+  alone.steps = 20;
+  ASSERT_TRUE(Train(alone, kNeverStop).ok());
+  const auto parameters = [&](const std::string& file) {
+    const Result<Policy> policy = Policy::Load(scratch.path() + file);
+    EXPECT_TRUE(policy.ok()) << policy.status().message();
+    return policy.ok() ? policy->data().parameters : std::vector<float>();
+  };
+  const std::vector<float> first = parameters("/twins/one.consac");
+  EXPECT_NE(first, parameters("/twins/other.consac"));
+  EXPECT_EQ(first, parameters("/alone/model.consac")) << "the first draws what a behaviour alone draws";
+}
+
+TEST(Session, ABehaviourWithoutAgentsKeepsNoCheckpointFromTheOthers) {
+  testing::ScratchFolder scratch("absent");
+  RunConfig config = TwoRun(scratch.path(), "two", 200);
+  config.checkpoint_every_updates = 1;
+  config.keep_checkpoints = 100;
+  TrainTwo(config, std::make_unique<TwoWorlds>(testing::Half{"nobody", "cartpole-v1", 1, 1},
+                                               testing::Half{"walker", "road-v0", 2}));
+  const auto files = std::filesystem::directory_iterator(scratch.path() + "/two/checkpoints");
+  EXPECT_EQ(std::distance(files, {}), 4) << "after each of three updates of 64 steps, and at the end";
+}
+
+TEST(Session, EveryBehaviourActsByItsOwnModelForAnEngineThatAsks) {
+  testing::ScratchFolder scratch("act_two");
+  TrainTwo(TwoRun(scratch.path(), "two", 300));
+  EnvServerOptions options;
+  options.model_name = "two";
+  std::atomic<bool> stop{false};
+  auto world = std::make_unique<TwoWorlds>(testing::Half{"walker", "road-v0", 3, 1},
+                                           testing::Half{"balancer", "cartpole-v1", 2});
+  const testing::ServedWorld engine(std::move(world), options);
+  std::thread limit([&] {
+    for (int i = 0; i < 1000 && engine.steps() < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    stop = true;
+  });
+  RunConfig config = TwoRun(scratch.path(), "", -1);
+  config.world = engine.url();
+  const Result<RunSummary> summary = Train(config, stop);
+  limit.join();
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  EXPECT_TRUE(summary->acted_only);
+  ASSERT_EQ(summary->models.size(), 2u);
+  EXPECT_EQ(ModelPaths(*summary), scratch.path() + "/two/walker.consac and " + scratch.path() + "/two/balancer.consac");
+  EXPECT_GT(summary->models[1].mean_episode_reward, 5.0) << "a pole that is balanced is paid at each step";
+  EXPECT_EQ(summary->steps % 4, 0) << "two walkers and two balancers; the empty place takes no steps";
 }
 
 TEST(Session, AnEngineInsideThisProcessLearnsWhatOneOverTcpLearns) {

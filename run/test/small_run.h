@@ -24,6 +24,7 @@ inline RunConfig SmallRun(const std::string& directory, const std::string& name 
   config.envs = 2;
   config.checkpoint_every_s = 0;
   config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
   config.hyperparameters = {
       {"n_steps", "32"}, {"net_arch", "[{pi: [16], vf: [16]}]"}, {"norm_obs", "true"}, {"norm_reward", "true"}};
   return config;

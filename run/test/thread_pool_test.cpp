@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
 #include <numeric>
 
 namespace consac::run {
@@ -23,6 +24,21 @@ TEST(ThreadPool, EveryBlockOfEveryJobRunsOnce) {
       for (const int times : ran) ASSERT_EQ(times, 1) << threads << " threads, job " << job;
     }
   }
+}
+
+TEST(ThreadPool, WhatABlockThrowsIsThrownWhereTheJobWasBegun) {
+  ThreadPool pool(3);
+  const Executor executor = pool.executor();
+  for (std::int64_t culprit = 0; culprit < 64; ++culprit) {
+    EXPECT_THROW(executor.ForEach(64,
+                                  [&](std::int64_t block) {
+                                    if (block == culprit) throw std::bad_alloc();
+                                  }),
+                 std::bad_alloc);
+  }
+  int ran = 0;
+  executor.ForEach(2, [&](std::int64_t block) { ran += block == 0 ? 1 : 0; });
+  EXPECT_EQ(ran, 1) << "and the pool goes on";
 }
 
 TEST(ThreadPool, WhatABlockWroteIsSeenAfterTheJob) {

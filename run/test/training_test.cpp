@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include "consac/base/file.h"
 #include "consac/model/model_file.h"
 #include "small_run.h"
 
@@ -35,7 +36,7 @@ TEST(Training, WritesARunAndSaysWhatItCameTo) {
   const RunSummary summary = TrainOk(SmallRun(scratch.path()));
   EXPECT_EQ(summary.directory, scratch.path() + "/small");
   EXPECT_EQ(summary.steps, 4096);
-  EXPECT_EQ(summary.updates, 64);
+  EXPECT_EQ(summary.models[0].updates, 64);
   EXPECT_FALSE(summary.interrupted);
   EXPECT_FALSE(summary.acted_only);
   EXPECT_NE(summary.weights_hash, 0u);
@@ -43,7 +44,7 @@ TEST(Training, WritesARunAndSaysWhatItCameTo) {
                            "checkpoints/step_000000004096.consac"}) {
     EXPECT_TRUE(fs::exists(summary.directory + "/" + file)) << file;
   }
-  EXPECT_TRUE(Policy::Load(summary.model_path).ok());
+  EXPECT_TRUE(Policy::Load(summary.models[0].path).ok());
 }
 
 TEST(Training, OneSeedGivesOneResultAndAnotherAnother) {
@@ -71,7 +72,7 @@ TEST(Training, StepsThatFillNoRolloutAreTakenAllTheSame) {
   config.steps = 100;  // one rollout of 64, then 36
   const RunSummary summary = TrainOk(config);
   EXPECT_EQ(summary.steps, 100);
-  EXPECT_EQ(summary.updates, 1);
+  EXPECT_EQ(summary.models[0].updates, 1);
 }
 
 TEST(Training, ARunThatExistsIsNotTouchedUnlessAsked) {
@@ -79,12 +80,12 @@ TEST(Training, ARunThatExistsIsNotTouchedUnlessAsked) {
   RunConfig config = SmallRun(scratch.path());
   config.steps = 128;
   const RunSummary first = TrainOk(config);
-  const auto written = fs::last_write_time(first.model_path);
+  const auto written = fs::last_write_time(first.models[0].path);
   const Result<RunSummary> second = Train(config, kNeverStop);
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.status().code(), StatusCode::kAlreadyExists);
   EXPECT_THAT(second.status().message(), AllOf(HasSubstr("--resume"), HasSubstr("--force")));
-  EXPECT_EQ(fs::last_write_time(first.model_path), written);
+  EXPECT_EQ(fs::last_write_time(first.models[0].path), written);
 
   config.force = true;
   config.seed = 99;
@@ -92,6 +93,27 @@ TEST(Training, ARunThatExistsIsNotTouchedUnlessAsked) {
   EXPECT_NE(TrainOk(config).weights_hash, first.weights_hash);
   EXPECT_TRUE(fs::exists(first.directory + "/notes.txt")) << "--force removes what a run writes and nothing else";
 }
+
+#if !defined(_WIN32)  // where a folder with an open file cannot be deleted
+TEST(Training, WhoseFolderIsDeletedEndsAndDoesNotSayThatItSaved) {
+  testing::ScratchFolder scratch("gone");
+  RunConfig config = SmallRun(scratch.path());
+  config.steps = 1'000'000'000;
+  config.checkpoint_every_updates = 1;
+  std::atomic<bool> over{false};
+  std::thread deleter([&] {
+    while (!over && !fs::exists(scratch.path() + "/small/model.consac")) std::this_thread::yield();
+    std::error_code ignored;
+    while (!over && fs::exists(scratch.path() + "/small")) fs::remove_all(scratch.path() + "/small", ignored);
+  });
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  over = true;
+  deleter.join();
+  ASSERT_FALSE(summary.ok());
+  EXPECT_EQ(summary.status().code(), StatusCode::kDataLoss);
+  EXPECT_THAT(summary.status().message(), AllOf(HasSubstr("was deleted"), HasSubstr("cannot be saved")));
+}
+#endif
 
 TEST(Training, ResumingNothingSaysSo) {
   testing::ScratchFolder scratch("nothing");
@@ -203,11 +225,14 @@ TEST(Training, CheckpointsThatAreAllDamagedAreAnError) {
   const RunSummary summary = TrainOk(config);
   for (const std::string& name : CheckpointsOf(summary.directory))
     fs::resize_file(summary.directory + "/checkpoints/" + name, 10);
+  const Result<std::vector<std::byte>> before = ReadFile(summary.directory + "/config.yaml");
   config.resume = true;
+  config.steps = 777;
   const Result<RunSummary> resumed = Train(config, kNeverStop);
   ASSERT_FALSE(resumed.ok()) << "what was learned must not be thrown away silently";
+  EXPECT_EQ(*ReadFile(summary.directory + "/config.yaml"), *before);
   EXPECT_EQ(resumed.status().code(), StatusCode::kDataLoss);
-  EXPECT_TRUE(Policy::Load(summary.model_path).ok());
+  EXPECT_TRUE(Policy::Load(summary.models[0].path).ok());
 }
 
 TEST(Training, ACheckpointIsAModelFileThatIsNoModel) {
@@ -222,11 +247,7 @@ TEST(Training, ACheckpointIsAModelFileThatIsNoModel) {
 }
 
 // Ctrl-C at any moment: everything is saved, and the run that goes on is the run that was never stopped.
-TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
-  testing::ScratchFolder scratch("interrupt");
-  // Updates of 320 optimiser steps, so that many an interruption falls into the middle of one.
-  RunConfig config = SmallRun(scratch.path(), "whole");
-  config.hyperparameters.insert(config.hyperparameters.end(), {{"noptepochs", "20"}, {"nminibatches", "16"}});
+void ExpectPiecesToEndAsTheWhole(RunConfig config) {
   const std::uint64_t expected = TrainOk(config).weights_hash;
   config.name = "pieces";
   int pieces = 0;
@@ -240,7 +261,7 @@ TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
     const Result<RunSummary> summary = Train(config, stop);
     ctrl_c.join();
     ASSERT_TRUE(summary.ok()) << summary.status().message();
-    ASSERT_TRUE(Policy::Load(summary->model_path).ok());
+    ASSERT_TRUE(Policy::Load(summary->models[0].path).ok());
     config.resume = true;
     ++pieces;
     if (summary->interrupted) continue;
@@ -249,6 +270,24 @@ TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
     return;
   }
   FAIL() << "never finished";
+}
+
+TEST(Training, InterruptedAnywhereAndResumedEndsInTheSameWeights) {
+  testing::ScratchFolder scratch("interrupt");
+  // Updates of 320 optimiser steps, so that many an interruption falls into the middle of one.
+  RunConfig config = SmallRun(scratch.path(), "whole");
+  config.hyperparameters.insert(config.hyperparameters.end(), {{"noptepochs", "20"}, {"nminibatches", "16"}});
+  ExpectPiecesToEndAsTheWhole(config);
+}
+
+TEST(Training, InterruptedAnywhereA2cEndsInTheSameWeightsToo) {
+  testing::ScratchFolder scratch("interrupt_a2c");
+  RunConfig config = SmallRun(scratch.path(), "whole");
+  config.algorithm = "a2c";
+  config.preset = "sb2";
+  config.steps = 65536;
+  config.hyperparameters[0].second = "8";
+  ExpectPiecesToEndAsTheWhole(config);
 }
 
 TEST(Training, BadConfigurationsAreRefusedBeforeAnythingIsWritten) {
@@ -275,9 +314,9 @@ TEST(FindModel, TakesAPathOrANameAndSuggestsTheNearest) {
   RunConfig config = SmallRun(scratch.path(), "walker");
   config.steps = 64;
   const RunSummary summary = TrainOk(config);
-  EXPECT_EQ(*FindModel("walker", scratch.path()), summary.model_path);
-  EXPECT_EQ(*FindModel(summary.model_path, "elsewhere"), summary.model_path);
-  EXPECT_EQ(*FindModel(summary.directory, "elsewhere"), summary.model_path);
+  EXPECT_EQ(*FindModel("walker", scratch.path()), summary.models[0].path);
+  EXPECT_EQ(*FindModel(summary.models[0].path, "elsewhere"), summary.models[0].path);
+  EXPECT_EQ(*FindModel(summary.directory, "elsewhere"), summary.models[0].path);
   const Result<std::string> none = FindModel("wolker", scratch.path());
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.status().code(), StatusCode::kNotFound);

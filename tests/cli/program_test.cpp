@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,7 +12,11 @@
 #include <fstream>
 #include <sstream>
 
+#include "consac/env/buffer.h"
+#include "consac/model/model_file.h"
+#include "consac/server/env_client.h"
 #include "tests/support.h"
+#include "tests/two_worlds.h"
 
 namespace consac {
 namespace {
@@ -32,7 +37,8 @@ std::string ReadText(const std::string& path) {
 /// The program, running in a folder of its own.
 class Program {
  public:
-  Program(const std::string& folder, const std::vector<std::string>& arguments, rlim_t file_limit = RLIM_INFINITY)
+  Program(const std::string& folder, const std::vector<std::string>& arguments, rlim_t file_limit = RLIM_INFINITY,
+          int out = -1)
       : folder_(folder), number_(++count_) {
     child_ = fork();
     if (child_ != 0) return;
@@ -41,6 +47,7 @@ class Program {
       dup2(open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), to);
     };
     redirect(Path("out"), STDOUT_FILENO);
+    if (out >= 0) dup2(out, STDOUT_FILENO);
     redirect(Path("error"), STDERR_FILENO);
     if (file_limit != RLIM_INFINITY) {
       const rlimit limit{file_limit, file_limit};
@@ -170,14 +177,80 @@ TEST_F(ProgramTest, AModelPlaysInAnEngineToo) {
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 5) << outcome.out;
 }
 
+TEST_F(ProgramTest, ARunOfTwoBehavioursIsTrainedJudgedAndPlayedWhole) {
+  EnvServerOptions options;
+  options.training_length = 300;
+  const testing::ServedWorld engine(std::make_unique<testing::TwoWorlds>(), options);
+  const Outcome trained =
+      RunProgram(folder(), {"train", engine.url(), "--name", "two", "--no-table", "--set", "n_steps=32"});
+  ASSERT_EQ(trained.code, 0) << trained.error;
+  EXPECT_NE(trained.out.find("models runs/two/walker.consac and runs/two/balancer.consac\n"), std::string::npos)
+      << trained.out;
+  const Outcome judged =
+      RunProgram(folder(), {"eval", "two", engine.url(), "--episodes", "4", "--max-episode-steps", "50"});
+  EXPECT_EQ(judged.code, 0) << judged.error;
+  EXPECT_NE(judged.out.find("walker: 4 episodes: mean reward"), std::string::npos) << judged.out;
+  EXPECT_NE(judged.out.find("balancer: 4 episodes: mean reward"), std::string::npos) << judged.out;
+  const Outcome json =
+      RunProgram(folder(), {"eval", "two", engine.url(), "--episodes", "4", "--max-episode-steps", "50", "--json"});
+  EXPECT_EQ(json.out.rfind("{\"behaviours\":{\"balancer\":{\"episodes\":4,", 0), 0u) << json.out;
+  const Outcome played = RunProgram(folder(), {"play", "two", engine.url(), "--steps", "2"});
+  EXPECT_EQ(played.code, 0) << played.error;
+  for (const char* line : {"   1  walker  observation", "   1  balancer  observation", "   2  balancer  observation"})
+    EXPECT_NE(played.out.find(line), std::string::npos) << played.out;
+  ExpectRefusal(RunProgram(folder(), {"play", "runs/two/walker.consac", engine.url()}), 2, "is one model");
+  ExpectRefusal(RunProgram(folder(), {"inspect", "two"}), 2, "walker.consac");
+}
+
 TEST_F(ProgramTest, EveryConformanceCaseHoldsForOurServer) {
   EnvServerOptions options;
   options.training_length = 1000000;
   const testing::ServedWorld engine("cartpole-v1", options);
   const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
   EXPECT_EQ(outcome.code, 0) << outcome.out;
-  EXPECT_NE(outcome.out.find("25 of 25 cases"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find("FAILS"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("cases of protocol 2 hold"), std::string::npos) << outcome.out;
   ExpectRefusal(RunProgram(folder(), {"doctor", "--conformance", "tcp://127.0.0.1:1"}), 3, "nobody answers");
+}
+
+/// Begins a session at `port` and steps until it is over; false when nobody listens there for 3 s.
+bool StepUntilTheEnd(int port) {
+  const Endpoint endpoint{"127.0.0.1", port};
+  Result<std::unique_ptr<Transport>> transport = ConnectTcp(endpoint, 1.0);
+  for (const double end = Now() + 3.0; !transport.ok() && Now() < end; transport = ConnectTcp(endpoint, 1.0))
+    usleep(10000);
+  if (!transport.ok()) return false;
+  EnvClientOptions options;
+  options.protocol = Protocol::kProtocol2;
+  options.reconnect = [&] { return ConnectTcp(endpoint, 1.0); };
+  Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options);
+  if (!client.ok()) return true;
+  std::vector<BatchBuffer> buffers;
+  std::vector<Batch> batches;
+  for (const BehaviourSpec& behaviour : (*client)->spec().behaviours)
+    batches.push_back(buffers.emplace_back(behaviour).batch());
+  for (Status status = (*client)->Reset(1, batches); status.ok();) {
+    for (std::size_t b = 0; b < batches.size(); ++b) {
+      buffers[b].Advance();
+      batches[b] = buffers[b].batch();
+      const std::size_t row_bytes = (*client)->spec().behaviours[b].action_layout.row_bytes;
+      std::memset(batches[b].actions, 0, batches[b].slots.size() * row_bytes);
+    }
+    status = (*client)->Step(batches, MoreSteps::kYes);
+  }
+  return true;
+}
+
+TEST_F(ProgramTest, EveryConformanceCaseHoldsForOurTrainer) {
+  const int port = (*ListenTcp({"127.0.0.1", 0}))->port();
+  Program doctor(folder(),
+                 {"doctor", "--conformance-trainer", "tcp://127.0.0.1:" + std::to_string(port), "--timeout", "30"});
+  while (StepUntilTheEnd(port)) {
+  }
+  const Outcome outcome = doctor.Wait();
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  EXPECT_EQ(outcome.out.find("FAILS"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("cases of protocol 2 hold"), std::string::npos) << outcome.out;
 }
 
 TEST_F(ProgramTest, ManyWorldsOfAnEngineAreLearnedOverProtocol2) {
@@ -219,6 +292,17 @@ TEST_F(ProgramTest, ARunThatExistsIsNeverOverwrittenUnasked) {
   EXPECT_NE(ReadText(model), before);
   ExpectRefusal(RunProgram(folder(), {"train", "--resume", "--name", "other"}), 2, "no run");
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--name", "../escape"}), 2, "'../escape'");
+}
+
+TEST_F(ProgramTest, WhatAModelSaysOfItselfAddsNoLineOfItsOwn) {
+  ModelFile file;
+  file.spec_json = R"({"kind":"a\u001b[2J\ntraining completed","x":"\u202e\u009b2J"})";
+  ASSERT_TRUE(file.Save(folder() + "/odd.consac").ok());
+  const Outcome outcome = RunProgram(folder(), {"inspect", "odd.consac"});
+  EXPECT_EQ(outcome.code, 0) << outcome.error;
+  EXPECT_NE(outcome.out.find("kind         a\\x1b[2J\\x0atraining completed\n"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find_first_of("\x1b\x9b"), std::string::npos);
+  EXPECT_EQ(outcome.out.find("\xe2\x80\xae"), std::string::npos) << "it would turn the direction of writing";
 }
 
 TEST_F(ProgramTest, DamagedCutAndForeignModelsAreRefused) {
@@ -280,6 +364,99 @@ TEST_F(ProgramTest, CtrlCSavesAndExits130AndTheRunGoesOn) {
   usleep(500000);
   resumed.Signal(SIGTERM);
   EXPECT_EQ(resumed.Wait().code, 130);
+}
+
+TEST_F(ProgramTest, AClosedTerminalSavesAsCtrlCDoes) {
+  Program training(folder(),
+                   {"train", "cartpole-v1", "--steps", "100000000", "--name", "long", "--no-table", "--no-progress"});
+  for (int i = 0; i < 500 && ReadText(folder() + "/runs/long/progress.csv").empty(); ++i) usleep(20000);
+  training.Signal(SIGHUP);
+  training.Signal(SIGHUP);  // the terminal tells, and so does the shell
+  const Outcome outcome = training.Wait();
+  EXPECT_EQ(outcome.code, 130) << outcome.error;
+  EXPECT_NE(outcome.error.find("everything is saved"), std::string::npos) << outcome.error;
+  EXPECT_TRUE(Policy::Load(folder() + "/runs/long/model.consac").ok());
+}
+
+// As `| less` that nobody scrolls: the training goes on, and one signal ends it with everything saved.
+TEST_F(ProgramTest, AReaderThatStandsStillStopsNothing) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  ASSERT_GT(fcntl(ends[1], F_SETPIPE_SZ, 4096), 0);
+  Program training(folder(), {"train", "road-v0", "--steps", "100000000", "--name", "unread", "--set", "n_steps=64"},
+                   RLIM_INFINITY, ends[1]);
+  close(ends[1]);
+  const std::string progress = folder() + "/runs/unread/progress.csv";
+  const auto lines = [&] {
+    const std::string text = ReadText(progress);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  for (int i = 0; i < 1500 && lines() < 100; ++i) usleep(20000);
+  EXPECT_GE(lines(), 100) << "many more than the tables of which a pipe of 4 KiB has room for a few";
+  training.Signal(SIGTERM);
+  const Outcome outcome = training.Wait();
+  close(ends[0]);
+  EXPECT_EQ(outcome.code, 130) << outcome.error;
+  EXPECT_NE(outcome.error.find("everything is saved"), std::string::npos) << outcome.error;
+  EXPECT_TRUE(Policy::Load(folder() + "/runs/unread/model.consac").ok());
+}
+
+TEST_F(ProgramTest, ClosedStreamsLandInNoFile) {
+  const std::string command = "cd " + folder() + " && " + CONSAC_PROGRAM +
+                              " train road-v0 --steps 2000 --name closed --set n_steps=64 <&- >&- 2>&-";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  const std::string progress = ReadText(folder() + "/runs/closed/progress.csv");
+  EXPECT_FALSE(progress.empty());
+  EXPECT_EQ(progress.find("training"), std::string::npos) << progress;
+  EXPECT_EQ(progress.find("---"), std::string::npos) << "a table";
+}
+
+TEST_F(ProgramTest, ARunSaysThatItIsDoneWhateverElseItLeavesOut) {
+  const Outcome first =
+      RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--name", "quiet", "--no-table", "--no-progress"});
+  EXPECT_NE(first.out.find("training completed: 300 steps"), std::string::npos) << first.out;
+  const Outcome resumed = RunProgram(folder(), {"train", "--resume", "--name", "quiet", "--steps", "600"});
+  EXPECT_NE(resumed.out.find("going on from step 300"), std::string::npos) << resumed.out;
+  EXPECT_NE(resumed.out.find("training completed: 600 steps"), std::string::npos) << resumed.out;
+  const Outcome json = RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--name", "json", "--json"});
+  EXPECT_EQ(std::count(json.out.begin(), json.out.end(), '\n'), 1) << json.out;
+  EXPECT_EQ(json.out[0], '{') << json.out;
+}
+
+TEST_F(ProgramTest, APipeInARunsFolderIsNamedAndNotWaitedFor) {
+  SmallRun("piped");
+  for (const char* file : {"progress.csv", "config.yaml"}) {
+    const std::string path = folder() + "/runs/piped/" + file;
+    std::filesystem::remove(path);
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    ExpectRefusal(RunProgram(folder(), {"train", "--resume", "--name", "piped", "--steps", "600"}), 6, file);
+    std::filesystem::remove(path);
+  }
+}
+
+TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
+  std::ofstream(folder() + "/run.yaml") << "world: road-v0\nalgorithm: ppo2\nsteps: 300\nn_steps: 17\n";
+  const Outcome outcome = RunProgram(folder(), {"train", "--config", "run.yaml", "--name", "several", "--set",
+                                                "gamma=0.5", "algorithm=ppo", "batch_size=32"});
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  const std::string config = ReadText(folder() + "/runs/several/config.yaml");
+  EXPECT_NE(config.find("algorithm: \"ppo\""), std::string::npos) << config;
+  EXPECT_NE(config.find("  n_steps: 2048"), std::string::npos) << config;
+  EXPECT_NE(config.find("  batch_size: 32"), std::string::npos) << config;
+  EXPECT_NE(config.find("  gamma: 0.5"), std::string::npos) << config;
+  EXPECT_NE(RunProgram(folder(), {"train", "--help"}).out.find("several may follow"), std::string::npos);
+}
+
+TEST_F(ProgramTest, ATokenMayComeFromTheEnvironment) {
+  setenv("CONSAC_TOKEN", "sesame", 1);
+  Program engine(folder(), {"serve", "road-v0", "--port", "0", "--port-file", "port"});
+  for (int i = 0; i < 500 && ReadText(folder() + "/port").empty(); ++i) usleep(20000);
+  const std::string port = ReadText(folder() + "/port");
+  const std::string url = "tcp://127.0.0.1:" + port.substr(0, port.size() - 1);
+  EXPECT_EQ(RunProgram(folder(), {"doctor", url}).code, 0);
+  EXPECT_EQ(RunProgram(folder(), {"doctor", url, "--token", "wrong"}).code, 2) << "a flag overrules it";
+  unsetenv("CONSAC_TOKEN");
+  EXPECT_EQ(RunProgram(folder(), {"doctor", url}).code, 2);
 }
 
 TEST_F(ProgramTest, AFullDiskIsLoudAndTheLastGoodFilesStay) {

@@ -85,6 +85,52 @@ TEST(FaultA, A4_WhereText1DoesNotFitASilentConnectionHearsWhyAndIsClosedAtTheHan
   EXPECT_LT(Now() - start, 3.0);
 }
 
+/// What a trainer that begins with HELLO hears: WELCOME, or why not.
+std::string AnswerToHello(const Engine& engine) {
+  RawTrainer trainer(engine.Connect());
+  trainer.Send(FrameType::kHello, 0, EncodeHello({}));
+  const Frame answer = trainer.Next();
+  if (answer.header.type == FrameType::kWelcome) return "WELCOME";
+  return answer.header.type == FrameType::kError ? ParseError(answer.payload)->code : "the connection's end";
+}
+
+TEST(FaultA, A4_WhoHasNeverSaidAnythingGivesItsPlaceToAnother) {
+  EnvServerOptions options;
+  options.grace_s = 0.05;
+  options.handshake_s = 0.5;  // 2 s of saying nothing
+  const Engine engine(OneRoad(), options);
+  const auto mute = engine.Connect();
+  std::byte first[256];
+  ASSERT_TRUE(mute->Read(first, 5.0).ok());
+  const double served = Now();
+  EXPECT_EQ(AnswerToHello(engine), "CAPACITY") << "a trainer may take its time";
+  EXPECT_TRUE(Soon([&] { return AnswerToHello(engine) == "WELCOME"; }));
+  EXPECT_GE(Now() - served, 1.9);
+  (void)Listen(*mute, 5.0);
+  EXPECT_EQ(mute->Read(first, 0.0).status().code(), StatusCode::kUnavailable) << "it is closed";
+}
+
+TEST(FaultA, A4_WhoHasSpokenKeepsItsPlaceHoweverLongItThinks) {
+  EnvServerOptions options;
+  options.grace_s = 0.05;
+  options.handshake_s = 0.1;  // 0.4 s of saying nothing
+  const Engine engine(OneRoad(), options);
+  Session thinking(engine.Connect(), Impatient(Way::kText1));
+  ASSERT_TRUE(thinking.Step().ok());
+  for (const double end = Now() + 1.0; Now() < end;) ASSERT_EQ(AnswerToHello(engine), "CAPACITY");
+  EXPECT_TRUE(thinking.Step().ok());
+}
+
+TEST(FaultA, A4_AtTheDoorWhoSpeaksComesBeforeWhoSaysNothing) {
+  EnvServerOptions options;
+  options.handshake_s = 60.0;
+  const Engine engine(options);  // of worlds that text protocol 1 does not fit: nobody is served unheard
+  std::vector<std::unique_ptr<Transport>> mute;
+  for (int i = 0; i < 40; ++i) mute.push_back(engine.Connect());
+  EXPECT_EQ(AnswerToHello(engine), "WELCOME");
+  EXPECT_THAT(Listen(*mute.front(), 5.0), StartsWith("busy: "));
+}
+
 TEST(FaultA, A5_SlowLorisIsClosedAtTheHandshakeDeadline) {
   EnvServerOptions options;
   options.handshake_s = 0.3;
@@ -357,6 +403,45 @@ TEST_P(FaultAEachWay, A12_AnEngineThatHangsMeetsTheTrainersDeadline) {
   EXPECT_EQ(status.code(), StatusCode::kDeadlineExceeded);
   EXPECT_THAT(status.message(), AllOf(HasSubstr("at step 2"), HasSubstr("silent for 0.4 s")));
   EXPECT_LT(Now() - start, 2.0);
+}
+
+/// A connection on which a hanging engine sends nothing but PING after PING.
+class Pinged final : public Transport {
+ public:
+  explicit Pinged(std::unique_ptr<Transport> inner) : inner_(std::move(inner)) {}
+  Result<std::size_t> Read(std::span<std::byte> into, double timeout_s) override {
+    Result<std::size_t> count = inner_->Read(into, std::min(timeout_s, 0.001));
+    if (!count.ok() || *count > 0 || !HangingWorld::hang) return count;
+    const std::vector<std::byte> ping = FrameBytes(FrameType::kPing, 0, "");
+    std::memcpy(into.data(), ping.data(), ping.size());
+    return ping.size();
+  }
+  Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) override {
+    return HangingWorld::hang ? Result<std::size_t>(bytes.size()) : inner_->WriteSome(bytes, timeout_s);
+  }
+  void Close() override { inner_->Close(); }
+  std::string peer() const override { return inner_->peer(); }
+
+ private:
+  std::unique_ptr<Transport> inner_;
+};
+
+TEST_P(FaultAOverProtocol2, A12_PingsOfAnEngineThatHangsGiveItNoMoreTime) {
+  const Engine engine(std::make_unique<HangingWorld>(), {});
+  Session session(std::make_unique<Pinged>(engine.Connect()), Impatient(GetParam()));
+  ASSERT_TRUE(session.Step().ok());
+  ASSERT_EQ(session.client().description().find("shared memory") != std::string::npos, GetParam() == Way::kShared);
+  std::atomic<bool> answered{false};
+  std::thread in_time([&] {  // the engine comes back far too late, so that the test ends however it goes
+    for (const double end = Now() + 3.0; Now() < end && !answered;) std::this_thread::yield();
+    HangingWorld::hang = false;
+  });
+  HangingWorld::hang = true;
+  const Status status = session.Step();
+  answered = true;
+  in_time.join();
+  EXPECT_EQ(status.code(), StatusCode::kDeadlineExceeded) << status.message();
+  EXPECT_THAT(status.message(), HasSubstr("silent for 0.4 s"));
 }
 
 TEST(FaultA, A15_AForeignTokenOpensNothingAndAnOldOneNothingAnyMore) {

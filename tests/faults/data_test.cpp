@@ -29,7 +29,7 @@ TEST(FaultC, C4_AResultOfTheWrongSizeIsNamedWithBoth) {
     Session session(engine.Connect(), Impatient(Way::kTcp));
     const Status status = session.Step();
     EXPECT_EQ(status.code(), StatusCode::kProtocol);
-    EXPECT_THAT(status.message(), HasSubstr("MALFORMED"));
+    EXPECT_THAT(status.message(), HasSubstr("R60"));
     EXPECT_THAT(status.message(), HasSubstr(std::to_string(engine.blocks.result_bytes)));
     EXPECT_THAT(status.message(), HasSubstr(std::to_string(engine.blocks.result_bytes - 8)));
   }
@@ -55,7 +55,8 @@ TEST_P(FaultCOverProtocol2, C5_AnActionThatIsNoneIsRefusedAndTheWorldNotStepped)
   EXPECT_EQ(far.code(), StatusCode::kInvalidArgument);
   EXPECT_THAT(far.message(), HasSubstr("1e+06, outside -2 to 2"));
   EXPECT_EQ(engine.steps(), before);
-  EXPECT_TRUE(with(0.5f).ok()) << "the session goes on";
+  const Status on = with(0.5f);
+  EXPECT_TRUE(on.ok()) << on.message();
   EXPECT_EQ(engine.steps(), before + 2);
 }
 
@@ -125,12 +126,12 @@ TEST(FaultC, C9_AnEpisodeMayBeTerminatedAndTruncatedAtOnce) {
   peer.join();
 }
 
-TEST(FaultC, C15_InfosOfAnySizeAndKindDoNotDisturbATrainer) {
-  RawEngine engine;
+TEST(FaultC, C15_InfosThatCannotBeReadAreNamed) {
   const std::string infos[] = {std::string(std::size_t{4} << 20, 'x'), "{\"infos\":{\"a\":\xff\xff}}", ""};
-  std::thread peer([&] {
-    engine.Begin();
-    for (const std::string& json : infos) {
+  for (const std::string& json : infos) {
+    RawEngine engine;
+    std::thread peer([&] {
+      engine.Begin();
       std::vector<std::byte> payload = engine.ResultPayload();
       const std::uint32_t parts = kPartInfos;
       std::memcpy(payload.data(), &parts, sizeof(parts));
@@ -139,18 +140,57 @@ TEST(FaultC, C15_InfosOfAnySizeAndKindDoNotDisturbATrainer) {
       std::memcpy(payload.data() + engine.blocks.result_bytes, &length, sizeof(length));
       std::memcpy(payload.data() + engine.blocks.result_bytes + sizeof(length), json.data(), json.size());
       engine.Send(FrameBytes(FrameType::kResult, engine.Next().header.request, payload));
+      (void)engine.Next();
+    });
+    {
+      EnvClientOptions patient = Impatient(Way::kTcp);
+      patient.deadline_s = 5.0;
+      Session session(engine.Connect(), patient);
+      const Status status = session.Step();
+      EXPECT_EQ(status.code(), StatusCode::kProtocol);
+      EXPECT_THAT(status.message(), HasSubstr("R74"));
     }
-    (void)engine.Next();
+    peer.join();
+  }
+}
+
+// What forgets state 16 wholly offers no agent at all: the trainer waits for one as long as for an answer.
+TEST(FaultC, C17_AnEngineThatForgetsWhoTakesPartIsToldSo) {
+  RawEngine engine;
+  std::thread peer([&] {
+    engine.Begin(false);
+    for (Frame frame = engine.Next(); frame.header.type == FrameType::kReset || frame.header.type == FrameType::kStep;
+         frame = engine.Next()) {
+      std::vector<std::byte> payload(engine.blocks.result_bytes);
+      engine.Send(FrameBytes(FrameType::kResult, frame.header.request, payload));
+    }
   });
   {
     EnvClientOptions patient = Impatient(Way::kTcp);
-    patient.deadline_s = 5.0;
+    patient.deadline_s = 0.3;
     Session session(engine.Connect(), patient);
-    for (std::size_t i = 0; i < std::size(infos); ++i) {
-      const Status status = session.Step();
-      ASSERT_TRUE(status.ok()) << status.message();
-      EXPECT_EQ(session.batch().rewards[0], 1.0f);
-    }
+    Status status = Status::Ok();
+    for (const double end = Now() + 5.0; status.ok() && Now() < end;) status = session.Step();
+    EXPECT_EQ(status.code(), StatusCode::kDeadlineExceeded);
+    EXPECT_THAT(status.message(), HasSubstr("state 16"));
+  }
+  peer.join();
+}
+
+TEST(FaultC, C17_AFirstObservationOfNobodyIsToldAtOnce) {
+  RawEngine engine;
+  std::thread peer([&] {
+    engine.Begin(false);
+    engine.Send(FrameBytes(FrameType::kResult, engine.Next().header.request, engine.ResultPayload(kFirst)));
+    (void)engine.Next();
+  });
+  {
+    auto client = EnvClient::Open(engine.Connect(), Impatient(Way::kTcp));
+    ASSERT_TRUE(client.ok()) << client.status().message();
+    BatchBuffer buffer((*client)->spec().behaviours[0]);
+    const Status status = (*client)->Reset(0, {&buffer.batch(), 1});
+    EXPECT_EQ(status.code(), StatusCode::kProtocol);
+    EXPECT_THAT(status.message(), HasSubstr("set 16 for every agent"));
   }
   peer.join();
 }

@@ -236,7 +236,7 @@ TEST(FaultB, B10_ANumberThatGoesBackwardsIsRefusedAndNotCarriedOut) {
 std::vector<std::string> Monsters(const std::string& members) {
   return {
       "{" + members + ",\"x\":" + std::string(10000, '[') + std::string(10000, ']') + "}",
-      "{" + members + ",\"x\":" + std::string(33, '[') + std::string(33, ']') + "}",
+      "{" + members + ",\"x\":" + std::string(65, '[') + std::string(65, ']') + "}",
       "{" + members + ",\"x\":1,\"x\":1}",
       "{" + members + ",\"y\":{\"x\":1,\"x\":1}}",
       "{" + members + ",\"x\":\"\xc3\x28\"}",
@@ -270,8 +270,8 @@ TEST(FaultB, B11_MonstersOfJsonAreMalformedAtEitherEnd) {
   }
 }
 
-TEST(FaultB, B11_DepthOf32AndAMebibyteAreStillTaken) {
-  const std::string deep = R"({"protocol":[2,2],"x":)" + std::string(31, '[') + std::string(31, ']') + "}";
+TEST(FaultB, B11_DepthOf64AndAMebibyteAreStillTaken) {
+  const std::string deep = R"({"protocol":[2,2],"x":)" + std::string(63, '[') + std::string(63, ']') + "}";
   EXPECT_TRUE(ParseHello(Bytes(deep)).ok());
   std::string large = R"({"protocol":[2,2],"x":")";
   large += std::string((std::size_t{1} << 20) - large.size() - 2, 'a') + "\"}";

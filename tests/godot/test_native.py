@@ -368,6 +368,35 @@ def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_e
     assert "SCRIPT ERROR" not in engine.finish()[1]
 
 
+def test_a_trainer_that_leaves_in_the_handshake_was_no_session(godot):
+    """As one does whose model does not fit: the next is served at once, and nothing is said of steps that it did not take."""
+    engine = godot.start(*world(godot, "shy", ONE_NUMBER.replace("WHAT", "place")), "--", "--consac-port=0", "--consac-loop=1")
+    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    client = f"""if True:
+        import consac
+        from consac.client import Connection
+        for session in range(2):
+            env = consac.make("tcp://127.0.0.1:{port}", protocol=2)
+            env.reset(seed=1)
+            for _ in range(3):
+                env.step(env.action_space.low)
+            env.close()
+            for attempt in range(3):
+                try:
+                    Connection("tcp://127.0.0.1:{port}", expect=[{{"name": "somebody else"}}])
+                    raise SystemExit("it fits")
+                except consac.ConsacError as error:
+                    assert "SPEC_MISMATCH" in str(error), error"""
+    done = subprocess.run([sys.executable, "-c", client], capture_output=True, text=True, timeout=60,
+                          env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+    assert done.returncode == 0, done.stderr
+    engine.wait_for("the session ended: 3 steps")
+    engine.wait_for("the session ended: 3 steps")
+    engine.kill()
+    output = engine.finish()[1]
+    assert len(re.findall(r"the session \w+: \d+ steps", output)) == 2, output
+
+
 def test_a_training_that_is_stopped_keeps_what_was_learned_under_a_name_of_its_own(godot, tmp_path):
     finished, stopped = tmp_path / "model.consac", tmp_path / "model.stopped.consac"
     finished.write_bytes(b"a finished model")
@@ -404,10 +433,12 @@ def test_a_picture_that_goes_wrong_ends_its_training_and_not_the_engine(godot, f
     assert code == 1 and "ERROR" not in output, output
 
 
-def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path):
+@pytest.mark.parametrize("loop", ["0", "1"])
+def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path, loop):
     """So that the trainer waits longer than its deadline."""
     source = ONE_NUMBER.replace("WHAT", "place") + PAUSES
-    engine = godot.start(*world(godot, "pausing", source), "--", "--consac-port=0", "--consac-steps=200")
+    engine = godot.start(*world(godot, "pausing", source), "--", "--consac-port=0", "--consac-steps=200",
+                         f"--consac-loop={loop}")
     port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "paused", "--no-table", "--no-progress", "--steps", "200",
                            "--deadline", "1", cwd=tmp_path)

@@ -15,6 +15,10 @@ PLANTED = [
     ("core/src/space/bad.cpp", '#include "consac/policy/policy.h"', "module space may not include policy"),
     ("core/src/base/bad.cpp", "int f(std::vector<int>& v) { return v.at(3); }", "cannot live in an engine"),
     ("learn/src/grad/bad.cpp", "void f() { throw 1; }", "cannot live in an engine"),
+    ("run/src/bad.h", "  std::thread thread_;", "consac::Thread"),
+    ("cli/bad.cpp", "  auto later = std::async([] { return 1; });", "consac::Thread"),
+    ("core/src/server/bad.cpp", "  asio::io_context context;", "Transport and Listener"),
+    ("run/src/report/bad.cpp", "  std::ofstream file(path);", "OutputFile"),
 ]
 
 

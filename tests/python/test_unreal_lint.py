@@ -28,8 +28,8 @@ GOOD = {
   "FileVersion": 3,
   "FriendlyName": "CONSAC",
   "Modules": [
-    { "Name": "ConsacCore", "Type": "Runtime", "LoadingPhase": "Default" },
-    { "Name": "Consac", "Type": "Runtime", "LoadingPhase": "Default" }
+    { "Name": "ConsacCore", "PlatformAllowList": [ "Win64", "Linux" ], "Type": "Runtime", "LoadingPhase": "Default" },
+    { "Name": "Consac", "PlatformAllowList": [ "Win64", "Linux" ], "Type": "Runtime", "LoadingPhase": "Default" }
   ]
 }
 """,
@@ -555,6 +555,19 @@ CASES = {
     "R73": [(edit(CORE_H, "int Step", "// check\n int checked(); int Step"), edit(CORE_H, "int Step", "int check(); int Step")), ([], edit(CORE_H, "#pragma once", "#pragma once\n#define ERROR 1"))],
     "R74": [(edit("Config/FilterPlugin.ini", "", "/Source/...\n/*.md\n"), edit("Config/FilterPlugin.ini", "", "/LICENSE\n"))],
     "R75": [(inside('const char* Folder = "Resources/Models";'), inside('const char* Folder = "../Source/Consac";')), ([], inside('const char* Folder = "C:/models";'))],
+    "R76": [(inside("const FVector Place(0.0, 0.0, 0.0);"), inside("const FVector Place;")), ([], inside("const FQuat Straight;")),
+            (inside("const FVector Place = FVector::ZeroVector;"), inside("const FVector Place = FVector();"))],
+    "R77": [(cpp("void Limit(IConsoleVariable* Variable) { Variable->SetWithCurrentPriority(0.0f); }", includes='#include "CoreMinimal.h"\n#include "HAL/IConsoleManager.h"\n'),
+             cpp("void Limit(IConsoleVariable* Variable) { Variable->Set(0.0f); }", includes='#include "CoreMinimal.h"\n#include "HAL/IConsoleManager.h"\n'))],
+    "R78": [([], cpp('UObject* Find() { return LoadObject<UObject>(nullptr, TEXT("/Engine/Cube")); }', includes='#include "UObject/Object.h"\n#include "UObject/UObjectGlobals.h"\n'))],
+    "R79": [(edit(SOCKET_CPP, "\tState.Reset();", "\tif (State.IsValid())\n\t{\n\t\tState->Host.clear();\n\t}"), edit(SOCKET_CPP, "\tState.Reset();", "\tState->Host.clear();"))],
+    "R80": [(fun("void Take(const FConsacFloats& Floats);", 'BlueprintCallable, Category="Consac", meta=(AutoCreateRefTerm="Floats")'),
+             fun("void Take(const FConsacFloats& Floats);", 'BlueprintCallable, Category="Consac"'))],
+    "R81": [(edit("Consac.uplugin", '"Name": "Consac", "PlatformAllowList": [ "Win64"', '"Name": "Consac", "PlatformAllowList": [ "Mac", "Win64"'),
+             edit("Consac.uplugin", '"Name": "Consac", "PlatformAllowList": [ "Win64", "Linux" ],', '"Name": "Consac",')),
+            ([], edit("Consac.uplugin", '"Name": "Consac", "PlatformAllowList": [ "Win64"', '"Name": "Consac", "PlatformAllowList": [ "Windows"'))],
+    "R82": [(extra(uclass("UConsacExtra", "UWorldSubsystem", "\tUPROPERTY()\n\tTObjectPtr<UConsacSocket> Kept;"), '#include "Subsystems/WorldSubsystem.h"\n#include "UObject/ObjectPtr.h"\nclass UConsacSocket;\n'),
+             extra(uclass("UConsacExtra", "UWorldSubsystem", "\tUPROPERTY()\n\tTObjectPtr<UConsacComponent> Kept;"), '#include "Subsystems/WorldSubsystem.h"\n#include "UObject/ObjectPtr.h"\nclass UConsacComponent;\n'))],
     "A1": [(inside("GetOwner();"), inside("GetOwnerRole();")), (inside("Root->SetupAttachment(nullptr);"), inside("Root->AttachToComponent(nullptr);")),
            ([], inside("FPlatformTime::Seconds();")), ([], inside("FApp::GetBuildVersion();")), ([], inside("UE_CLOG(1);"))],
     "A2": [(cpp("", includes='#include "Misc/App.h"\n'), cpp("", includes='#include "Misc/Guid.h"\n'))],
@@ -586,7 +599,7 @@ def test_a_rejected_case(lint, rule, changes):
 
 
 def test_every_rule_is_accounted_for():
-    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 76)] + ["A1", "A2", "A3"]
+    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 83)] + ["A1", "A2", "A3"]
     for rule in rules.RULES:
         assert rule.title and (rule.function or rule.limit)
         if rule.function:

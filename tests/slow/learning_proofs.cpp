@@ -83,6 +83,7 @@ double Run(const Proof& proof, std::uint64_t seed, double* seconds) {
   config.name = fmt::format("{}_{}", proof.world, seed);
   config.force = true;
   config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
   const consac::worlds::World* world = *consac::worlds::FindWorld(proof.world);
   if (proof.suggested) {
     for (const auto& [name, value] : consac::worlds::SuggestedSettings(*world, proof.algorithm)) {
@@ -115,12 +116,12 @@ double Run(const Proof& proof, std::uint64_t seed, double* seconds) {
     return std::nan("");
   }
   *seconds = summary->seconds;
-  if (std::string_view(proof.world) == "road-v0") return RoadAccuracy(summary->model_path);
+  if (std::string_view(proof.world) == "road-v0") return RoadAccuracy(summary->models[0].path);
   consac::run::EvaluateOptions options;
-  options.model = summary->model_path;
+  options.model = summary->models[0].path;
   options.world = proof.world;
   const auto verdict = consac::run::Evaluate(options, kNeverStop);
-  return verdict.ok() ? verdict->mean_reward : std::nan("");
+  return verdict.ok() ? verdict->front().mean_reward : std::nan("");
 }
 
 /// One table row; false when the claim does not hold.

@@ -2,7 +2,7 @@
 from dataclasses import dataclass
 from typing import Callable
 
-from . import build, functions, symbols, types
+from . import build, functions, hostile, symbols, types
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,13 @@ RULES = [
     Rule("R73", "C++", "No macro of Unreal or Windows as a name in the core's public headers", build.r73),
     Rule("R74", "packaging", "The files of FilterPlugin.ini exist", build.r74),
     Rule("R75", "run time", "No path to Source/ and no absolute path in the code", build.r75),
+    Rule("R76", "run time", "No maths type without initial numbers", hostile.r76, "arrays of them"),
+    Rule("R77", "run time", "Console variables are set with the priority that they have", hostile.r77),
+    Rule("R78", "packaging", "Nothing is loaded by a text alone", hostile.r78, "texts in settings"),
+    Rule("R79", "run time", "BeginDestroy asks for hidden state before it uses it", hostile.r79, "what the functions that it calls do"),
+    Rule("R80", "packaging", "A struct by const& may stay unwired", hostile.r80, "structs of the engine; a space must be wired"),
+    Rule("R81", "packaging", "Every module names its platforms", hostile.r81, "whether it works there"),
+    Rule("R82", "run time", "A subsystem keeps nothing of a level alive", hostile.r82, "keepers that are no subsystems"),
     Rule("A1", "convention", "Every engine symbol is in engines/unreal/symbols.csv", symbols.a1,
          "members reached through a name that the plugin declares too"),
     Rule("A2", "convention", "Every engine header is in engines/unreal/symbols.csv", symbols.a2),

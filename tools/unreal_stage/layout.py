@@ -70,6 +70,8 @@ def prefix(root: pathlib.Path) -> bytes:
         return f"#ifndef {name}\n#define {name}{' ' + value if value else ''}\n#endif\n"
 
     text = NOTICE + "\n#pragma once\n// What every staged source is compiled with. No header of Unreal comes before or after this one.\n"
+    text += "// Another plugin may bring its own copy of these libraries into one game: ours go by names of their own.\n"
+    text += "".join(f"#define {name} consac_{name}\n" for name in third_party.NAMES)
     text += "".join(map(define, everywhere))
     text += "#if defined(_WIN32)\n" + "".join(map(define, windows)) + "#endif\n"
     text += PRAGMAS

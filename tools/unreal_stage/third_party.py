@@ -26,6 +26,8 @@ LIBRARIES = (
     Library("fast_float", "libfast-float-dev", ("fast_float",), "reading numbers"),
     Library("nlohmann_json", "nlohmann-json3-dev", ("nlohmann",), "JSON"),
 )
+# What the libraries put into a program: a namespace as each folder is called, and functions of C's.
+NAMES = (*(folder for library in LIBRARIES for folder in library.folders), "asio_detail_posix_thread_function", "asio_signal_handler")
 
 
 class Missing(Exception):

@@ -20,7 +20,7 @@ namespace consac {
 namespace {
 
 Status FileError(const char* action, const std::string& path, int error) {
-  bool full = error == ENOSPC || error == EFBIG;
+  bool full = error == ENOSPC || error == EFBIG || error == EMFILE || error == ENFILE || error == ENOMEM;
 #if defined(EDQUOT)
   full = full || error == EDQUOT;
 #endif
@@ -117,6 +117,11 @@ std::wstring WidePath(std::string_view path) {
   return wide;
 }
 #endif
+
+Result<std::vector<std::byte>> ReadRegularFile(const std::string& path, std::size_t limit_bytes) {
+  if (IsSpecial(path)) return Status{StatusCode::kInvalidArgument, "'" + path + "' is no regular file; take it away"};
+  return ReadFile(path, limit_bytes);
+}
 
 Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes) {
   std::FILE* file = OpenFile(path, "rb");

@@ -2,6 +2,9 @@
 
 #include <chrono>
 #include <cstdio>
+#include <string>
+
+#include "consac/base/names.h"
 
 namespace consac {
 namespace {
@@ -31,13 +34,14 @@ void SetHooks(const Hooks& hooks) {
   InstalledHooks() = hooks;
 }
 
-void Log(LogLevel level, std::string_view line) {
+void Log(LogLevel level, std::string_view text) {
   const Hooks& hooks = InstalledHooks();
+  if (level == LogLevel::kDebug && hooks.log == nullptr) return;
+  const std::string line = PrintableLine(std::string(text));
   if (hooks.log != nullptr) {
     hooks.log(hooks.user, level, line);
     return;
   }
-  if (level == LogLevel::kDebug) return;
   std::fprintf(stderr, "%s: %.*s\n", LevelName(level), static_cast<int>(line.size()), line.data());
 }
 

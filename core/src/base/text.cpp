@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/utf8.h"
+
 namespace consac {
 namespace {
 
@@ -100,21 +102,12 @@ bool ParseHumanNumber(std::string_view text, std::int64_t* value) {
 }
 
 std::string Quote(std::string_view text, std::size_t limit) {
-  static constexpr char kHexDigits[] = "0123456789abcdef";
   std::string out = "'";
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (i == limit) {
-      out += "'... (" + std::to_string(text.size()) + " bytes)";
-      return out;
-    }
-    const auto c = static_cast<unsigned char>(text[i]);
-    if (c < 0x20 || c >= 0x7f) {
-      out += "\\x";
-      out += kHexDigits[c >> 4];
-      out += kHexDigits[c & 15];
-    } else {
-      out += static_cast<char>(c);
-    }
+  for (std::size_t at = 0; at < text.size();) {
+    const Utf8Character character = FirstCharacter(text.substr(at));
+    if (at + character.bytes > limit) return out + "'... (" + std::to_string(text.size()) + " bytes)";
+    AppendShown(text.substr(at, character.bytes), character.shows, &out);
+    at += character.bytes;
   }
   return out + "'";
 }

@@ -4,10 +4,11 @@
 #include <bit>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "consac/base/file.h"
 #include "consac/base/hash.h"
+#include "consac/base/json.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 
 namespace consac {
@@ -18,8 +19,7 @@ using Json = nlohmann::json;
 static_assert(std::endian::native == std::endian::little, "model files are little-endian and copied as they are");
 
 constexpr std::size_t kLengthBytes = 8;
-constexpr std::size_t kLargestHeader = 100'000'000;  // the reference reader's own cap
-constexpr int kDeepestHeader = 8;
+constexpr JsonLimits kHeaderLimits = {.depth = 8};
 constexpr std::int64_t kFormatVersion = 1;
 constexpr std::string_view kStatePrefix = "state/";
 
@@ -103,22 +103,6 @@ Status CheckCoverage(std::vector<TensorEntry>& entries, std::uint64_t data_bytes
   return Status::Ok();
 }
 
-/// Parses the header; refuses duplicate keys and deep nesting, which the plain parser would let pass.
-Json ParseHeader(std::string_view text, bool* clean) {
-  std::vector<std::set<std::string>> keys;
-  *clean = true;
-  const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth > kDeepestHeader) *clean = false;
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end && !keys.empty()) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.empty()) {
-      if (!keys.back().insert(parsed.get<std::string>()).second) *clean = false;
-    }
-    return true;
-  };
-  return Json::parse(text, watch, /*allow_exceptions=*/false);
-}
-
 Result<std::string> ReadMetadata(const Json& header, std::string* hash) {
   if (!header.contains("__metadata__") || !header["__metadata__"].is_object()) {
     return Damaged("a safetensors file without CONSAC's metadata; convert it first");
@@ -157,7 +141,7 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   if (bytes.size() < kLengthBytes) return Damaged("it has only " + std::to_string(bytes.size()) + " bytes");
   std::uint64_t header_bytes = 0;
   std::memcpy(&header_bytes, bytes.data(), kLengthBytes);
-  if (header_bytes > kLargestHeader || header_bytes > bytes.size() - kLengthBytes) {
+  if (header_bytes > kHeaderLimits.bytes || header_bytes > bytes.size() - kLengthBytes) {
     const bool text = std::all_of(bytes.begin(), bytes.begin() + kLengthBytes,
                                   [](std::byte b) { return std::to_integer<int>(b) >= 0x09; });
     if (text)
@@ -170,9 +154,10 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + kLengthBytes,
                               static_cast<std::size_t>(header_bytes));
   const std::span<const std::byte> data = bytes.subspan(kLengthBytes + static_cast<std::size_t>(header_bytes));
-  bool clean = false;
-  const Json header = text.starts_with('{') ? ParseHeader(text, &clean) : Json(Json::value_t::discarded);
-  if (!header.is_object() || !clean) return Damaged("its header is no plain JSON object");
+  const Result<Json> read = ReadJson<Json>(text, kHeaderLimits);
+  if (!read.ok()) return Damaged("its header is " + read.status().message());
+  const Json& header = *read;
+  if (!text.starts_with('{')) return Damaged("its header is no plain JSON object");
 
   ModelFile file;
   std::string hash;
@@ -183,6 +168,7 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   std::vector<TensorEntry> entries;
   for (const auto& [name, json] : header.items()) {
     if (name == "__metadata__") continue;
+    if (const Status named = CheckName("a tensor's", name); !named.ok()) return Damaged(named.message());
     Result<TensorEntry> entry = ReadEntry(name, json);
     if (!entry.ok()) return entry.status();
     entries.push_back(std::move(*entry));
@@ -199,7 +185,7 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
 }
 
 Result<ModelFile> ModelFile::Load(const std::string& path) {
-  const Result<std::vector<std::byte>> bytes = ReadFile(path);
+  const Result<std::vector<std::byte>> bytes = ReadRegularFile(path);
   if (!bytes.ok()) return bytes.status();
   Result<ModelFile> file = Parse(*bytes);
   if (!file.ok()) return Status{file.status().code(), "'" + path + "': " + file.status().message()};
@@ -218,7 +204,7 @@ std::vector<std::byte> ModelFile::Serialise() const {
                             {"consac.version", std::to_string(kFormatVersion)},
                             {"consac.spec", spec_json},
                             {"consac.sha256", HashOf(spec_json, data)}};
-  std::string text = header.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = JsonText(header);
   text.append((8 - text.size() % 8) % 8, ' ');
 
   const std::uint64_t length = text.size();

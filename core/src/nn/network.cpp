@@ -1,7 +1,8 @@
 #include "consac/nn/network.h"
 
 #include <algorithm>
-#include <limits>
+#include <map>
+#include <set>
 
 #include "consac/base/text.h"
 #include "consac/nn/ops.h"
@@ -11,36 +12,37 @@ namespace consac::nn {
 namespace {
 
 constexpr std::int64_t kMostParameters = std::int64_t{1} << 31;
+// Each output has a list of the blocks that it needs (Evaluator).
+constexpr std::size_t kMostOutputs = 64;
+constexpr std::size_t kMostSuggested = 100;
+
+/// Widths of the values known so far, by name.
+using KnownPorts = std::map<std::string, std::int64_t, std::less<>>;
 
 Status NetworkFault(std::string message) {
   return Status(StatusCode::kInvalidArgument, "network: " + std::move(message));
 }
 
-const Port* FindPort(const std::vector<Port>& ports, std::string_view name) {
-  const auto found = std::find_if(ports.begin(), ports.end(), [&](const Port& port) { return port.name == name; });
-  return found == ports.end() ? nullptr : &*found;
-}
-
-std::string KnownValues(std::string_view name, const std::vector<Port>& known) {
+std::string KnownValues(std::string_view name, const KnownPorts& known) {
+  if (known.size() > kMostSuggested) return "";
   std::vector<std::string_view> names;
-  for (const Port& port : known) names.push_back(port.name);
+  for (const auto& [value, size] : known) names.push_back(value);
   return Suggestion(name, names);
 }
 
-Status CheckInputs(const NetworkSpec& spec, std::vector<Port>& known) {
+Status CheckInputs(const NetworkSpec& spec, KnownPorts& known) {
   if (spec.inputs.empty()) return NetworkFault("it has no input");
   for (const Port& input : spec.inputs) {
     if (input.name.empty()) return NetworkFault("an input has no name");
     if (input.size < 1)
       return NetworkFault("input " + Quote(input.name) + " has " + std::to_string(input.size) + " features");
-    if (FindPort(known, input.name) != nullptr) return NetworkFault("two inputs are named " + Quote(input.name));
-    known.push_back(input);
+    if (!known.emplace(input.name, input.size).second) return NetworkFault("two inputs are named " + Quote(input.name));
   }
   return {};
 }
 
 /// One block against the values known so far; adds its own.
-Status CheckBlock(const Block& block, std::vector<Port>& known) {
+Status CheckBlock(const Block& block, KnownPorts& known) {
   const std::string who = "block " + Quote(block.name) + ": ";
   const Op* op = FindOp(block.op);
   if (op == nullptr) return NetworkFault(who + "unknown op " + Quote(block.op) + Suggestion(block.op, OpNames()));
@@ -48,30 +50,32 @@ Status CheckBlock(const Block& block, std::vector<Port>& known) {
   if (static_cast<std::size_t>(block.activation) > static_cast<std::size_t>(Activation::kSoftplus)) {
     return NetworkFault(who + "no such activation");
   }
-  const Port* input = FindPort(known, block.input);
-  if (input == nullptr) {
+  const auto input = known.find(block.input);
+  if (input == known.end()) {
     return NetworkFault(who + "reads " + Quote(block.input) + ", which nothing before it writes" +
                         KnownValues(block.input, known));
   }
-  if (input->size != block.in_size) {
+  if (input->second != block.in_size) {
     return NetworkFault(who + "takes " + std::to_string(block.in_size) + " features, but " + Quote(block.input) +
-                        " has " + std::to_string(input->size));
+                        " has " + std::to_string(input->second));
   }
   if (block.output.empty()) return NetworkFault(who + "its output has no name");
-  if (FindPort(known, block.output) != nullptr)
-    return NetworkFault(who + "writes " + Quote(block.output) + " a second time");
   CONSAC_RETURN_IF_ERROR(op->validate(block));
-  known.push_back({block.output, block.out_size});
+  if (!known.emplace(block.output, block.out_size).second)
+    return NetworkFault(who + "writes " + Quote(block.output) + " a second time");
   return {};
 }
 
-Status CheckOutputs(const NetworkSpec& spec, const std::vector<Port>& known) {
+Status CheckOutputs(const NetworkSpec& spec, const KnownPorts& known) {
   if (spec.outputs.empty()) return NetworkFault("it has no output");
+  if (spec.outputs.size() > kMostOutputs) {
+    return NetworkFault("it has " + std::to_string(spec.outputs.size()) + " outputs; at most " +
+                        std::to_string(kMostOutputs) + " are possible");
+  }
   for (std::size_t i = 0; i < spec.outputs.size(); ++i) {
     const std::string& name = spec.outputs[i];
-    if (FindPort(known, name) == nullptr)
-      return NetworkFault("no block writes output " + Quote(name) + KnownValues(name, known));
-    if (FindPort(spec.inputs, name) != nullptr)
+    if (!known.contains(name)) return NetworkFault("no block writes output " + Quote(name) + KnownValues(name, known));
+    if (std::any_of(spec.inputs.begin(), spec.inputs.end(), [&](const Port& input) { return input.name == name; }))
       return NetworkFault("output " + Quote(name) + " is an input; nothing computes it");
     if (std::find(spec.outputs.begin(), spec.outputs.begin() + static_cast<std::ptrdiff_t>(i), name) !=
         spec.outputs.begin() + static_cast<std::ptrdiff_t>(i)) {
@@ -85,15 +89,13 @@ Status CheckOutputs(const NetworkSpec& spec, const std::vector<Port>& known) {
 
 Result<Network> Network::Create(NetworkSpec spec) {
   Network network;
-  std::vector<Port> known;
+  KnownPorts known;
+  std::set<std::string> named;  // parameters
   if (Status status = CheckInputs(spec, known); !status.ok()) return status;
   for (const Block& block : spec.blocks) {
     if (Status status = CheckBlock(block, known); !status.ok()) return status;
     for (Parameter& parameter : FindOp(block.op)->parameters(block)) {
-      if (std::any_of(network.parameters_.begin(), network.parameters_.end(),
-                      [&](const Parameter& other) { return other.name == parameter.name; })) {
-        return NetworkFault("two blocks are named " + Quote(block.name));
-      }
+      if (!named.insert(parameter.name).second) return NetworkFault("two blocks are named " + Quote(block.name));
       parameter.offset = network.parameter_count_;
       network.parameter_count_ += parameter.count;
       network.parameters_.push_back(std::move(parameter));

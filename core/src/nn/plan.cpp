@@ -1,17 +1,17 @@
 #include "consac/nn/plan.h"
 
 #include <algorithm>
+#include <map>
+#include <string_view>
 
 namespace consac::nn {
 
 Plan::Plan(const Network& network) {
   const NetworkSpec& spec = network.spec();
-  std::vector<std::string_view> names;
-  const auto value_of = [&](std::string_view name) {
-    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-  };
+  std::map<std::string_view, std::size_t> places;  // of values by name; Network has checked that each is there once
+  const auto value_of = [&](std::string_view name) { return places.find(name)->second; };
   for (const Port& input : spec.inputs) {
-    names.push_back(input.name);
+    places.emplace(input.name, values.size());
     values.push_back({input.size, kNone, kNone});
   }
   input_count = values.size();
@@ -20,7 +20,7 @@ Plan::Plan(const Network& network) {
     PlanStep step{block, FindOp(block.op), value_of(block.input), values.size(), offset, 0};
     for (const Parameter& parameter : step.op->parameters(block)) step.parameter_count += parameter.count;
     offset += step.parameter_count;
-    names.push_back(block.output);
+    places.emplace(block.output, values.size());
     values.push_back({block.out_size, steps.size(), kNone});
     steps.push_back(std::move(step));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "consac/base/text.h"
 #include "policy/policy_spec.h"
@@ -14,6 +15,7 @@ constexpr std::int64_t kSelfTestRows = 8;
 // a wrong weight, layout or normaliser differs by far more.
 constexpr double kSelfTestTolerance = 1e-4;  // of 1 + the largest answer
 constexpr float kSelfTestReach = 10.0f;      // questions without normaliser stay within it
+constexpr float kLargestQuestion = std::numeric_limits<float>::max();
 
 Status DoesNotFit(const std::string& what) {
   return {StatusCode::kInvalidArgument, what};
@@ -83,8 +85,9 @@ struct Policy::State {
     for (std::size_t i = 0; i < questions.size(); ++i) {
       const std::size_t feature = i % static_cast<std::size_t>(observation.feature_count);
       if (data.normaliser.active())
-        questions[i] =
-            data.normaliser.mean[feature] + static_cast<float>(rng.Normal()) / data.normaliser.scale[feature];
+        questions[i] = std::clamp(
+            data.normaliser.mean[feature] + static_cast<float>(rng.Normal()) / data.normaliser.scale[feature],
+            -kLargestQuestion, kLargestQuestion);
       else
         questions[i] = std::clamp(questions[i], -kSelfTestReach, kSelfTestReach);
     }
@@ -110,6 +113,11 @@ struct Policy::State {
                          static_cast<std::int64_t>(questions.size()) == rows * observation.feature_count &&
                          static_cast<std::int64_t>(expected.size()) == rows * HeadSize(action);
       if (!whole) return {StatusCode::kDataLoss, "the model's self-test " + Quote(pair.in) + " has an impossible size"};
+      for (const std::span<const float> numbers : {questions, expected}) {
+        if (std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::isfinite(number); })) continue;
+        return {StatusCode::kDataLoss,
+                "the model's self-test " + Quote(pair.in) + " has a NaN or infinity; do not use the model"};
+      }
       const std::vector<float> answers = Answers(questions);
       double largest = 0.0;
       for (const float answer : expected) largest = std::max(largest, std::fabs(static_cast<double>(answer)));

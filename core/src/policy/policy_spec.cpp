@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "consac/base/hash.h"
+#include "consac/base/json.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
 #include "consac/nn/ops.h"
@@ -15,6 +17,8 @@ namespace {
 
 using SpecJson = nlohmann::json;
 
+// Of both spaces: more than any that is trained here, less than a machine has.
+constexpr std::uint64_t kMostInterfaceBytes = std::uint64_t{256} << 20;
 constexpr std::string_view kHeads[] = {"categorical", "gaussian", "bernoulli"};
 
 Status BadSpec(const std::string& what) {
@@ -138,7 +142,7 @@ Status ReadSelfTest(const SpecJson& json, std::vector<SelfTestPair>* selftest) {
 
 Status CheckRequires(const SpecJson& json) {
   for (const SpecJson& feature : json) {
-    const std::string name = feature.is_string() ? feature.get<std::string>() : feature.dump();
+    const std::string name = feature.is_string() ? feature.get<std::string>() : JsonText(feature);
     const bool known =
         nn::FindOp(name) != nullptr || std::find(std::begin(kHeads), std::end(kHeads), name) != std::end(kHeads);
     if (!known) return BadSpec("requires " + Quote(name) + ", which this program does not know; use a newer CONSAC");
@@ -165,7 +169,7 @@ SpecJson InterfaceJson(const PolicyData& data) {
 
 void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selftest, ModelFile* file) {
   SpecJson interface_json = InterfaceJson(data);
-  const std::string canonical = interface_json.dump(-1, ' ', false, SpecJson::error_handler_t::replace);
+  const std::string canonical = JsonText(interface_json);
   const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(canonical))};
   interface_json["hash"] = Sha256Hex(pieces);
   interface_json["heads"] = HeadsJson(Layout::Of(data.action_space));
@@ -179,15 +183,15 @@ void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selfte
   SpecJson tests = SpecJson::array();
   for (const SelfTestPair& pair : selftest)
     tests.push_back({{"in", pair.in}, {"out", pair.out}, {"tol", pair.tolerance}});
-  SpecJson training = SpecJson::parse(data.training_json, nullptr, false);
+  const Result<SpecJson> training = ReadJson<SpecJson>(data.training_json);
   const SpecJson spec = {{"kind", "policy"},
                          {"requires", RequiredFeatures(data)},
                          {"producer", {{"name", "consac"}, {"version", kVersion}}},
                          {"interface", interface_json},
                          {"graph", GraphJson(data.network)},
                          {"selftest", tests},
-                         {"training", training.is_object() ? training : SpecJson::object()}};
-  file->spec_json = spec.dump(-1, ' ', false, SpecJson::error_handler_t::replace);
+                         {"training", training.ok() && training->is_object() ? *training : SpecJson::object()}};
+  file->spec_json = JsonText(spec);
 
   const Result<nn::Network> network = nn::Network::Create(data.network);
   CONSAC_ASSERT(network.ok());
@@ -203,17 +207,22 @@ void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selfte
 }
 
 Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* selftest) {
-  const SpecJson spec = SpecJson::parse(file.spec_json, nullptr, false);
+  const Result<SpecJson> read = ReadJson<SpecJson>(file.spec_json);
+  if (!read.ok()) return BadSpec("is " + read.status().message());
+  const SpecJson& spec = *read;
   if (!spec.is_object()) return BadSpec("is no JSON object");
   if (TextOf(spec, "kind") != "policy") return BadSpec("is of kind " + Quote(TextOf(spec, "kind")) + ", not 'policy'");
   CONSAC_RETURN_IF_ERROR(CheckRequires(SpecField(spec, "requires")));
   const SpecJson& interface_json = SpecField(spec, "interface");
   PolicyData data;
   data.behaviour = TextOf(interface_json, "behaviour");
-  Result<Space> observation = SpaceFromJson(SpecField(interface_json, "observation"));
+  if (const Status named = CheckName("behaviour", data.behaviour); !named.ok())
+    return BadSpec("has a " + named.message());
+  MemoryBudget budget(kMostInterfaceBytes);
+  Result<Space> observation = SpaceFromJson(SpecField(interface_json, "observation"), budget);
   if (!observation.ok()) return observation.status();
   data.observation_space = std::move(*observation);
-  Result<Space> action = SpaceFromJson(SpecField(interface_json, "action"));
+  Result<Space> action = SpaceFromJson(SpecField(interface_json, "action"), budget);
   if (!action.ok()) return action.status();
   data.action_space = std::move(*action);
   Result<nn::NetworkSpec> graph = GraphFromJson(SpecField(spec, "graph"));
@@ -234,7 +243,7 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
   CONSAC_RETURN_IF_ERROR(ReadNormaliser(file, SpecField(interface_json, "normalise"), features, &data.normaliser));
   CONSAC_RETURN_IF_ERROR(ReadSelfTest(SpecField(spec, "selftest"), selftest));
   const SpecJson& training = SpecField(spec, "training");
-  if (training.is_object()) data.training_json = training.dump();
+  if (training.is_object()) data.training_json = JsonText(training);
   return data;
 }
 

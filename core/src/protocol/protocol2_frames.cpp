@@ -1,6 +1,8 @@
 // Frames of protocol 2: headers, and cutting a stream into them.
+#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <new>
 
 #include "consac/base/hash.h"
 #include "consac/base/text.h"
@@ -14,6 +16,7 @@ static_assert(std::endian::native == std::endian::little, "frames are little-end
 constexpr std::uint16_t kFlagChecked = 1;
 constexpr std::size_t kFirstRoom = 65536;
 constexpr std::size_t kLeastRoom = 16384;
+constexpr std::size_t kForgetting = 8;  // frames after which a third of a longer one's room is left
 
 template <class T>
 T Load(const std::byte* at) {
@@ -84,22 +87,48 @@ Result<FrameHeader> ReadHeader(const std::byte* bytes, std::size_t limit) {
   return header;
 }
 
-FrameReader::FrameReader(std::size_t limit) : buffer_(kFirstRoom), limit_(limit) {}
+FrameReader::FrameReader(std::size_t limit) : limit_(limit) {
+  (void)Hold(kFirstRoom);
+}
 
 std::span<std::byte> FrameReader::Writable() {
-  if (begin_ == end_) begin_ = end_ = 0;
-  if (buffer_.size() - end_ < kLeastRoom && begin_ > 0) {
-    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
-    end_ -= begin_;
+  return {buffer_.get() + end_, capacity_ - end_};
+}
+
+/// What is pending, in a buffer of that size; false when there is no memory for it.
+bool FrameReader::Hold(std::size_t capacity) {
+  std::unique_ptr<std::byte[]> next(new (std::nothrow) std::byte[capacity]);
+  if (next == nullptr) return false;
+  if (end_ > begin_) std::memcpy(next.get(), buffer_.get() + begin_, end_ - begin_);
+  end_ -= begin_;
+  begin_ = 0;
+  buffer_ = std::move(next);
+  capacity_ = capacity;
+  return true;
+}
+
+/// Room behind what is pending, of which `whole` bytes are or will be the first frame. A claim alone takes no memory:
+/// room for the rest comes with the rest.
+Status FrameReader::MakeRoom(std::size_t whole) {
+  const std::size_t there = end_ - begin_;
+  const std::size_t wanted = std::max(kFirstRoom, std::max(usual_, std::min(2 * there, whole)) + kLeastRoom);
+  const bool outgrown = capacity_ < there + kLeastRoom;
+  const bool spare = capacity_ > 2 * wanted;
+  if (outgrown || spare) {
+    // What is spare is only ever given back.
+    if (!Hold(wanted) && outgrown)
+      return {StatusCode::kResourceExhausted, "there is no memory for a frame of " + std::to_string(whole) + " bytes"};
+  } else if (capacity_ - end_ < kLeastRoom || there == 0) {
+    if (there > 0) std::memmove(buffer_.get(), buffer_.get() + begin_, there);
     begin_ = 0;
+    end_ = there;
   }
-  if (buffer_.size() - end_ < kLeastRoom) buffer_.resize(buffer_.size() * 2);
-  return std::span(buffer_).subspan(end_);
+  return Status::Ok();
 }
 
 Result<bool> FrameReader::Next(Frame* frame) {
   const std::size_t there = end_ - begin_;
-  const std::byte* at = buffer_.data() + begin_;
+  const std::byte* at = buffer_.get() + begin_;
   if (there < kHeaderBytes) {
     // A wrong first byte is told at once, not after 32.
     if (there >= 4 && Load<std::uint32_t>(at) != kMagic) {
@@ -107,23 +136,20 @@ Result<bool> FrameReader::Next(Frame* frame) {
       std::memcpy(padded, at, there);
       return ReadHeader(padded, limit_).status();
     }
+    CONSAC_RETURN_IF_ERROR(MakeRoom(kHeaderBytes));
     return false;
   }
   const Result<FrameHeader> header = ReadHeader(at, limit_);
   if (!header.ok()) return header.status();
   const std::size_t whole = kHeaderBytes + header->length;
   if (there < whole) {
-    // Room for the rest comes with the rest (Writable): a claim alone takes no memory.
-    if (begin_ + whole > buffer_.size()) {
-      std::memmove(buffer_.data(), at, there);
-      begin_ = 0;
-      end_ = there;
-    }
+    CONSAC_RETURN_IF_ERROR(MakeRoom(whole));
     return false;
   }
   frame->header = *header;
   frame->payload = {at + kHeaderBytes, header->length};
   begin_ += whole;
+  usual_ = whole > usual_ ? whole : usual_ - (usual_ - whole) / kForgetting;
   if (header->checked && Crc32c(frame->payload) != header->crc)
     return Fault("CRC_MISMATCH", "a frame's payload was changed on its way");
   return true;

@@ -1,11 +1,14 @@
 // The control messages of protocol 2 as JSON.
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
+#include "consac/base/budget.h"
 #include "consac/base/hash.h"
+#include "consac/base/json.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
+#include "protocol/protocol2_json.h"
 #include "space/space_json.h"
 
 namespace consac::protocol2 {
@@ -13,84 +16,66 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kDeepestJson = 32;
+constexpr JsonLimits kMessageLimits = {.bytes = kLargestJson, .values = std::size_t{1} << 18};
 constexpr std::string_view kAutoresetNames[] = {"same_step", "next_step", "disabled"};
 
 std::string Dump(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return JsonText(json);
 }
 
-// Depth is bounded before the parser, which would recurse, sees the text.
-int DepthOf(std::string_view text) {
-  int depth = 0, deepest = 0;
-  bool quoted = false, escaped = false;
-  for (const char c : text) {
-    if (escaped) {
-      escaped = false;
-    } else if (quoted && c == '\\') {
-      escaped = true;
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (!quoted && (c == '{' || c == '[')) {
-      deepest = std::max(deepest, ++depth);
-    } else if (!quoted && (c == '}' || c == ']')) {
-      --depth;
-    }
-  }
-  return deepest;
-}
+}  // namespace
 
 Result<Json> ParseObject(std::span<const std::byte> payload) {
   const std::string_view text(reinterpret_cast<const char*>(payload.data()), payload.size());
-  if (text.size() > kLargestJson)
-    return Fault("MALFORMED", "JSON of " + std::to_string(text.size()) + " bytes; at most 1 MiB is taken");
-  if (const int depth = DepthOf(text); depth > kDeepestJson)
-    return Fault("MALFORMED", "JSON nested " + std::to_string(depth) + " deep; at most 32 is taken");
-  std::vector<std::set<std::string>> keys;
-  std::string twice;
-  const Json::parser_callback_t watch = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
-      twice = parsed.get<std::string>();
-    return true;
-  };
-  Json json = Json::parse(text.begin(), text.end(), watch, false);
-  if (!json.is_object()) return Fault("MALFORMED", "a payload is no JSON object: " + Quote(text));
-  if (!twice.empty()) return Fault("MALFORMED", "a JSON object names " + Quote(twice) + " twice");
+  Result<Json> json = ReadJson<Json>(text, kMessageLimits);
+  if (!json.ok()) return Fault("MALFORMED", json.status().message() + ", in " + Quote(text));
+  if (!json->is_object()) return Fault("MALFORMED", "a payload is no JSON object: " + Quote(text));
   return json;
 }
 
-/// Members of an object, with what holds where they are missing or of another type.
+namespace {
+
+/// Members of an object, and what holds where they are missing. One of another type than it should have is remembered.
 struct Members {
   const Json& json;
+  mutable std::string wrong = {};  ///< the first such member
 
   const Json* Find(const char* name) const {
     const auto found = json.find(name);
     return found == json.end() ? nullptr : &*found;
   }
-  std::string Text(const char* name) const {
+  /// The member if it is `what`; null where it is missing or something else.
+  const Json* Find(const char* name, bool (Json::*is)() const noexcept, const char* what) const {
     const Json* value = Find(name);
-    return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
+    if (value == nullptr || (value->*is)()) return value;
+    if (wrong.empty()) wrong = std::string(name) + " is " + Quote(Dump(*value)) + ", expected " + what;
+    return nullptr;
+  }
+  std::string Text(const char* name) const {
+    const Json* value = Find(name, &Json::is_string, "a text");
+    return value != nullptr ? value->get<std::string>() : std::string();
   }
   std::int64_t Whole(const char* name, std::int64_t otherwise = 0) const {
-    const Json* value = Find(name);
-    return value != nullptr && value->is_number_integer() ? value->get<std::int64_t>() : otherwise;
+    const Json* value = Find(name, &Json::is_number_integer, "a whole number");
+    return value != nullptr ? value->get<std::int64_t>() : otherwise;
   }
   double Number(const char* name, double otherwise) const {
-    const Json* value = Find(name);
-    return value != nullptr && value->is_number() ? value->get<double>() : otherwise;
+    const Json* value = Find(name, &Json::is_number, "a number");
+    return value != nullptr ? value->get<double>() : otherwise;
   }
   bool Truth(const char* name) const {
-    const Json* value = Find(name);
-    return value != nullptr && value->is_boolean() && value->get<bool>();
+    const Json* value = Find(name, &Json::is_boolean, "true or false");
+    return value != nullptr && value->get<bool>();
   }
+  const Json* List(const char* name) const { return Find(name, &Json::is_array, "a list"); }
   std::vector<std::string> Texts(const char* name) const {
     std::vector<std::string> texts;
-    const Json* value = Find(name);
-    if (value == nullptr || !value->is_array()) return texts;
-    for (const Json& text : *value) {
-      if (text.is_string()) texts.push_back(text.get<std::string>());
+    const Json* value = List(name);
+    for (const Json& text : value != nullptr ? *value : Json::array()) {
+      if (text.is_string())
+        texts.push_back(text.get<std::string>());
+      else if (wrong.empty())
+        wrong = std::string(name) + " holds " + Quote(Dump(text)) + ", expected texts";
     }
     return texts;
   }
@@ -99,6 +84,12 @@ struct Members {
     const std::int64_t asked = Whole("max_frame", static_cast<std::int64_t>(kLargestFrame));
     return static_cast<std::size_t>(std::clamp<std::int64_t>(asked, static_cast<std::int64_t>(kLargestBeforeWelcome),
                                                              static_cast<std::int64_t>(kLargestFrame)));
+  }
+  /// `value`, or MALFORMED where a member that was asked for is of another type.
+  template <class T>
+  Result<T> Checked(const char* message, T value) const {
+    if (wrong.empty()) return value;
+    return Fault("MALFORMED", std::string(message) + ": " + wrong);
   }
 };
 
@@ -128,66 +119,12 @@ Json BehavioursToJson(const EnvSpec& env) {
   return behaviours;
 }
 
-Result<Space> SpaceOf(const Json& behaviour, const char* name) {
+Result<Space> SpaceOf(const Json& behaviour, const char* name, MemoryBudget& budget) {
   const Json* json = Members{behaviour}.Find(name);
   if (json == nullptr) return Fault("MALFORMED", "a behaviour of SPEC has no " + std::string(name));
-  Result<Space> space = SpaceFromJson(*json);
+  Result<Space> space = SpaceFromJson(*json, budget);
   if (!space.ok()) return Fault("MALFORMED", std::string(name) + ": " + space.status().message());
   return space;
-}
-
-Status CheckRow(const Json& behaviour, const char* name, const Layout& layout) {
-  const Json* row = Members{behaviour}.Find(name);
-  if (row != nullptr && *row == RowJson(layout)) return Status::Ok();
-  return Fault("MALFORMED", std::string(name) + " is " + Quote(row == nullptr ? "missing" : Dump(*row), 200) +
-                                ", expected " + Quote(Dump(RowJson(layout)), 200));
-}
-
-Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environments) {
-  constexpr std::int64_t kMostSlots = 1 << 20;
-  if (!json.is_object()) return Fault("MALFORMED", "a behaviour of SPEC is no object");
-  Result<Space> observation = SpaceOf(json, "observation"), action = SpaceOf(json, "action");
-  if (!observation.ok()) return observation.status();
-  if (!action.ok()) return action.status();
-  const Members members{json};
-  std::vector<std::string> agents = members.Texts("agents");
-  const bool countable = !agents.empty() && environments >= 1 && environments <= kMostSlots;
-  const auto slots = countable ? environments * static_cast<std::int64_t>(agents.size()) : 0;
-  if (!countable || slots > kMostSlots) {
-    return Fault("MALFORMED", "SPEC offers " + std::to_string(environments) + " environments with " +
-                                  std::to_string(agents.size()) + " agents; 1 to 2^20 slots can be taken");
-  }
-  const auto row_bytes = static_cast<std::int64_t>(Layout::Of(*observation).row_bytes + Layout::Of(*action).row_bytes);
-  if (row_bytes > static_cast<std::int64_t>(kLargestFrame) / slots) {
-    return Fault("MALFORMED", std::to_string(slots) + " rows of " + std::to_string(row_bytes) +
-                                  " bytes make frames beyond 64 MiB; offer fewer environments");
-  }
-  BehaviourSpec behaviour = BehaviourSpec::Of(members.Text("name"), std::move(*observation), std::move(*action),
-                                              static_cast<std::int32_t>(slots));
-  behaviour.agents = std::move(agents);
-  behaviour.masks_actions = members.Truth("masks_actions") && behaviour.action_layout.mask_bytes > 0;
-  CONSAC_RETURN_IF_ERROR(CheckRow(json, "observation_row", behaviour.observation_layout));
-  CONSAC_RETURN_IF_ERROR(CheckRow(json, "action_row", behaviour.action_layout));
-  return behaviour;
-}
-
-SharedMemorySpec SharedMemoryFromJson(const Json& json) {
-  const Members members{json};
-  const auto size = [&](const char* name) {
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole(name), 0));
-  };
-  return {members.Text("path"),  size("bytes"),        size("request_offset"),     size("request_bytes"),
-          size("result_offset"), size("result_bytes"), members.Whole("spin_us", 0)};
-}
-
-Json SharedMemoryToJson(const SharedMemorySpec& shared) {
-  return {{"path", shared.path},
-          {"bytes", shared.bytes},
-          {"request_offset", shared.request_offset},
-          {"request_bytes", shared.request_bytes},
-          {"result_offset", shared.result_offset},
-          {"result_bytes", shared.result_bytes},
-          {"spin_us", shared.spin_us}};
 }
 
 /// Path and both values where `found` first lacks or differs from `expected`; "" when it has everything.
@@ -215,6 +152,98 @@ std::string FirstDifference(const Json& expected, const Json& found, const std::
   *text =
       Quote(Dump(expected)) + " was expected, the engine offers " + Quote(found.is_null() ? "nothing" : Dump(found));
   return path.empty() ? "/" : path;
+}
+
+Status CheckRow(const Json& behaviour, const char* name, const Layout& layout) {
+  const Json* row = Members{behaviour}.Find(name);
+  std::string difference;
+  if (row != nullptr && FirstDifference(RowJson(layout), *row, name, &difference).empty()) return Status::Ok();
+  return Fault("MALFORMED", std::string(name) + " is " + Quote(row == nullptr ? "missing" : Dump(*row), 200) +
+                                ", expected " + Quote(Dump(RowJson(layout)), 200));
+}
+
+/// Every name that SPEC gives; Space looks at those of leaves.
+Status CheckSpecNames(const SpecMessage& spec) {
+  const auto check = [](const Status& status) { return status.ok() ? status : Fault("MALFORMED", status.message()); };
+  CONSAC_RETURN_IF_ERROR(check(CheckOptionalName("environment", spec.env.id)));
+  CONSAC_RETURN_IF_ERROR(check(CheckOptionalName("model", spec.model_name)));
+  std::vector<std::string_view> behaviours;
+  for (const BehaviourSpec& behaviour : spec.env.behaviours) {
+    behaviours.emplace_back(behaviour.name);
+    for (const std::string& agent : behaviour.agents) CONSAC_RETURN_IF_ERROR(check(CheckName("agent", agent)));
+  }
+  return check(CheckNamesTogether("behaviour", behaviours));
+}
+
+/// What a whole SPEC may make a trainer hold, all behaviours together (docs/faults.md, Budgets).
+struct SpecBudget {
+  MemoryBudget spaces{std::uint64_t{256} << 20};   ///< made while SPEC is read
+  MemoryBudget frame{kLargestFrame};               ///< the rows of one STEP and one RESULT
+  MemoryBudget batches{std::uint64_t{768} << 20};  ///< made when the session begins
+};
+
+/// What a trainer holds of a slot: rows in batches, frames and the watch, features for a network, marks.
+std::uint64_t BytesOfSlot(const BehaviourSpec& behaviour) {
+  constexpr std::uint64_t kRows = 8, kActions = 4, kBesides = 128;
+  return kRows * behaviour.observation_layout.row_bytes + kActions * behaviour.action_layout.row_bytes +
+         kActions * static_cast<std::uint64_t>(behaviour.masks_actions ? behaviour.action_layout.mask_bytes : 0) +
+         sizeof(float) * static_cast<std::uint64_t>(behaviour.observation_layout.feature_count) + kBesides;
+}
+
+Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environments, SpecBudget& budget) {
+  constexpr std::int64_t kMostSlots = 1 << 20;
+  if (!json.is_object()) return Fault("MALFORMED", "a behaviour of SPEC is no object");
+  Result<Space> observation = SpaceOf(json, "observation", budget.spaces);
+  if (!observation.ok()) return observation.status();
+  Result<Space> action = SpaceOf(json, "action", budget.spaces);
+  if (!action.ok()) return action.status();
+  const Members members{json};
+  std::vector<std::string> agents = members.Texts("agents");
+  const bool countable = !agents.empty() && environments >= 1 && environments <= kMostSlots;
+  const auto slots = countable ? environments * static_cast<std::int64_t>(agents.size()) : 0;
+  if (!countable || slots > kMostSlots) {
+    return Fault("MALFORMED", "SPEC offers " + std::to_string(environments) + " environments with " +
+                                  std::to_string(agents.size()) + " agents; 1 to 2^20 slots can be taken");
+  }
+  BehaviourSpec behaviour = BehaviourSpec::Of(members.Text("name"), std::move(*observation), std::move(*action),
+                                              static_cast<std::int32_t>(slots));
+  behaviour.agents = std::move(agents);
+  behaviour.masks_actions = members.Truth("masks_actions") && behaviour.action_layout.mask_bytes > 0;
+  const auto count = static_cast<std::uint64_t>(slots);
+  const std::uint64_t row_bytes = behaviour.observation_layout.row_bytes + behaviour.action_layout.row_bytes;
+  for (const Status& taken : {budget.frame.Take("a frame with the rows of all slots", count, row_bytes),
+                              budget.batches.Take("the slots of a behaviour", count, BytesOfSlot(behaviour))}) {
+    if (!taken.ok()) return Fault("MALFORMED", taken.message());
+  }
+  CONSAC_RETURN_IF_ERROR(CheckRow(json, "observation_row", behaviour.observation_layout));
+  CONSAC_RETURN_IF_ERROR(CheckRow(json, "action_row", behaviour.action_layout));
+  const std::int64_t mask_bytes = behaviour.masks_actions ? behaviour.action_layout.mask_bytes : 0;
+  const std::int64_t said = members.Whole("mask_bytes", mask_bytes);
+  if (members.wrong.empty() && said != mask_bytes)
+    return Fault("MALFORMED", "mask_bytes is " + std::to_string(said) + ", expected " + std::to_string(mask_bytes));
+  return members.Checked("a behaviour of SPEC", std::move(behaviour));
+}
+
+Result<SharedMemorySpec> SharedMemoryFromJson(const Json& json) {
+  if (!json.is_object()) return Fault("MALFORMED", "shm is " + Quote(Dump(json)) + ", expected an object");
+  const Members members{json};
+  const auto size = [&](const char* name) {
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole(name), 0));
+  };
+  const SharedMemorySpec shared = {members.Text("path"),    size("bytes"),         size("request_offset"),
+                                   size("request_bytes"),   size("result_offset"), size("result_bytes"),
+                                   members.Whole("spin_us")};
+  return members.Checked("shm", shared);
+}
+
+Json SharedMemoryToJson(const SharedMemorySpec& shared) {
+  return {{"path", shared.path},
+          {"bytes", shared.bytes},
+          {"request_offset", shared.request_offset},
+          {"request_bytes", shared.request_bytes},
+          {"result_offset", shared.result_offset},
+          {"result_bytes", shared.result_bytes},
+          {"spin_us", shared.spin_us}};
 }
 
 }  // namespace
@@ -245,7 +274,7 @@ Result<Hello> ParseHello(std::span<const std::byte> payload) {
   hello.token = members.Text("token");
   hello.resume = members.Text("resume");
   hello.max_frame = members.FrameLimit();
-  return hello;
+  return members.Checked("HELLO", std::move(hello));
 }
 
 std::string EncodeWelcome(const Welcome& welcome) {
@@ -276,13 +305,16 @@ Result<Welcome> ParseWelcome(std::span<const std::byte> payload) {
   welcome.heartbeat_s = std::clamp(members.Number("heartbeat_s", 10.0), 0.1, 1e6);
   welcome.last_request = static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole("last_request"), 0));
   welcome.resumed = members.Truth("resumed");
-  return welcome;
+  return members.Checked("WELCOME", std::move(welcome));
 }
 
 std::string EncodeConfigure(const Configure& configure) {
   Json json = {{"autoreset", kAutoresetNames[static_cast<std::size_t>(configure.autoreset)]},
                {"transport", configure.shared_memory ? "shm" : "tcp"}};
-  if (!configure.expect_json.empty()) json["expect"] = Json::parse(configure.expect_json, nullptr, false);
+  if (!configure.expect_json.empty()) {
+    const Result<Json> expect = ReadJson<Json>(configure.expect_json);
+    json["expect"] = expect.ok() ? *expect : Json();
+  }
   return Dump(json);
 }
 
@@ -307,16 +339,19 @@ Result<Configure> ParseConfigure(std::span<const std::byte> payload) {
   if (!autoreset.ok()) return autoreset.status();
   Configure configure;
   configure.autoreset = *autoreset;
-  if (const Json* expect = members.Find("expect"); expect != nullptr) configure.expect_json = Dump(*expect);
-  configure.shared_memory = members.Text("transport") == "shm";
-  return configure;
+  if (const Json* expect = members.List("expect"); expect != nullptr) configure.expect_json = Dump(*expect);
+  const std::string transport = members.Text("transport");
+  configure.shared_memory = transport == "shm";
+  if (!transport.empty() && transport != "tcp" && transport != "shm")
+    return Fault("UNSUPPORTED", "transport " + Quote(transport) + " is neither tcp nor shm");
+  return members.Checked("CONFIGURE", std::move(configure));
 }
 
 Result<std::int64_t> ParseRender(std::span<const std::byte> payload) {
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
   const Members members{*json};
-  return members.Whole("env");
+  return members.Checked("RENDER", members.Whole("env"));
 }
 
 std::string EncodePicture(const Picture& picture) {
@@ -332,10 +367,11 @@ std::string BehavioursJson(const EnvSpec& env) {
 }
 
 Status CompareBehaviours(const std::string& expected, const std::string& found, std::string* path) {
-  const Json wanted = Json::parse(expected, nullptr, false), there = Json::parse(found, nullptr, false);
-  if (wanted.is_discarded() || !wanted.is_array()) return Fault("MALFORMED", "\"expect\" is no list of behaviours");
+  const Result<Json> wanted = ReadJson<Json>(expected), there = ReadJson<Json>(found);
+  if (!wanted.ok() || !wanted->is_array()) return Fault("MALFORMED", "\"expect\" is no list of behaviours");
+  if (!there.ok()) return Fault("MALFORMED", there.status().message());
   std::string text;
-  *path = FirstDifference({{"behaviours", wanted}}, {{"behaviours", there}}, "", &text);
+  *path = FirstDifference({{"behaviours", *wanted}}, {{"behaviours", *there}}, "", &text);
   if (path->empty()) return Status::Ok();
   return Fault("SPEC_MISMATCH", "at " + *path + " " + text);
 }
@@ -370,17 +406,22 @@ Result<SpecMessage> ParseSpec(std::span<const std::byte> payload) {
   spec.env.max_episode_steps = std::max<std::int64_t>(members.Whole("max_episode_steps"), 0);
   spec.training_length = std::max<std::int64_t>(members.Whole("training_length"), 0);
   spec.model_name = members.Text("model_name");
-  if (const Json* shared = members.Find("shm"); shared != nullptr && shared->is_object())
-    spec.shared_memory = SharedMemoryFromJson(*shared);
-  const Json* behaviours = members.Find("behaviours");
-  if (behaviours == nullptr || !behaviours->is_array() || behaviours->empty() || behaviours->size() > kMostBehaviours)
-    return Fault("MALFORMED", "SPEC has no list of behaviours");
+  if (const Json* shared = members.Find("shm"); shared != nullptr) {
+    Result<SharedMemorySpec> where = SharedMemoryFromJson(*shared);
+    if (!where.ok()) return where.status();
+    spec.shared_memory = std::move(*where);
+  }
+  const Json* behaviours = members.List("behaviours");
+  if (behaviours == nullptr || behaviours->empty() || behaviours->size() > kMostBehaviours)
+    return Fault("MALFORMED", "SPEC has no list of 1 to " + std::to_string(kMostBehaviours) + " behaviours");
+  SpecBudget budget;
   for (const Json& entry : *behaviours) {
-    Result<BehaviourSpec> behaviour = BehaviourFromJson(entry, members.Whole("environments"));
+    Result<BehaviourSpec> behaviour = BehaviourFromJson(entry, members.Whole("environments"), budget);
     if (!behaviour.ok()) return behaviour.status();
     spec.env.behaviours.push_back(std::move(*behaviour));
   }
-  return spec;
+  CONSAC_RETURN_IF_ERROR(CheckSpecNames(spec));
+  return members.Checked("SPEC", std::move(spec));
 }
 
 std::string EncodeError(const ErrorMessage& error) {
@@ -405,10 +446,11 @@ std::string EncodeGoAway(const std::string& reason) {
   return Dump({{"reason", reason}});
 }
 
-Result<std::string> ParseGoAway(std::span<const std::byte> payload) {
+Result<GoAway> ParseGoAway(std::span<const std::byte> payload) {
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
-  return Members{*json}.Text("reason");
+  const Members members{*json};
+  return GoAway{members.Text("reason"), members.Number("retry_after_s", 0.0)};
 }
 
 }  // namespace consac::protocol2

@@ -14,6 +14,10 @@ bool IsTerminator(char c) {
   return c == '\n' || c == '\r' || c == '\0';
 }
 
+bool IsDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
 }  // namespace
 
 Framer::Framer() : buffer_(kFirstRoom) {}
@@ -66,7 +70,8 @@ std::string_view Framer::Next() {
     // `done` is exactly one character, so an observation is complete with the one behind its second '#'.
     if (expect_ == Expect::kObservation && hashes_ == 2) return Take(scanned_ + 1);
     if (c == '#') ++hashes_;
-    if (expect_ == Expect::kAction && single_character_) return Take(1);
+    // A digit is such an action; a sign, or whatever else begins a line, is not the whole of it.
+    if (expect_ == Expect::kAction && single_character_ && scanned_ == 0 && IsDigit(c)) return Take(1);
   }
   return {};
 }

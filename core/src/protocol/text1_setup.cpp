@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/protocol/text1.h"
 
@@ -99,11 +100,9 @@ Status EncodeSetup(const Setup& setup, std::string* out) {
   CONSAC_RETURN_IF_ERROR(CheckSpace(setup.observation_space, "observation"));
   if (setup.training_length < 0)
     return {StatusCode::kInvalidArgument, "training length " + std::to_string(setup.training_length) + " is negative"};
-  for (const char c : setup.model_name) {
-    if (c == '#' || static_cast<unsigned char>(c) < 0x20)
-      return {StatusCode::kInvalidArgument,
-              "model name " + Quote(setup.model_name) + " must not hold '#' or control characters"};
-  }
+  CONSAC_RETURN_IF_ERROR(CheckOptionalName("model", setup.model_name));
+  if (setup.model_name.find('#') != std::string::npos)
+    return {StatusCode::kInvalidArgument, "model name " + Quote(setup.model_name) + " must not hold '#'"};
   AppendSpace(setup.action_space, out);
   *out += "#";
   AppendSpace(setup.observation_space, out);
@@ -134,6 +133,8 @@ Result<Setup> ParseSetup(std::string_view message) {
   setup.action_space = std::move(*action);
   setup.observation_space = std::move(*observation);
   if (fields.size() == 8) setup.model_name = fields[7];
+  if (const Status named = CheckOptionalName("model", setup.model_name); !named.ok())
+    return SetupError(message, named.message());
   if (setup.training_length == 0 && setup.model_name.empty()) {
     return SetupError(message, "training length 0 asks for a model to act, but no model name follows");
   }

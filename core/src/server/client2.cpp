@@ -1,13 +1,13 @@
 // The trainer's end of protocol 2: one request, one answer; between them pings and pauses. A connection that breaks is
 // taken up again where there is a way to connect anew: the same request is sent once more and carried out once.
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <thread>
 
 #include "consac/base/text.h"
 #include "consac/base/version.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/protocol/result_check.h"
 #include "consac/protocol/text1.h"
 #include "server/clients.h"
 #include "server/limits.h"
@@ -22,6 +22,27 @@ using protocol2::FrameHeader;
 using protocol2::FrameType;
 
 constexpr double kRetryPause = 0.2;  // s between attempts to connect anew
+
+/// How long an answer is waited for yet. Time does not count while the engine is paused; nothing else that it says
+/// meanwhile, a PING least of all, gives it more.
+class Patience {
+ public:
+  explicit Patience(double deadline_s) : deadline_s_(deadline_s), end_(Now() + deadline_s) {}
+  void Pause() {
+    if (!paused_) left_ = end_ - Now();
+    paused_ = true;
+  }
+  void Resume() {
+    if (paused_) end_ = Now() + left_;
+    paused_ = false;
+  }
+  double deadline_s() const { return deadline_s_; }
+  double left() const { return paused_ ? deadline_s_ : end_ - Now(); }
+
+ private:
+  double deadline_s_, end_, left_ = 0.0;
+  bool paused_ = false;
+};
 
 StatusCode CodeOf(std::string_view name) {
   if (name == "CAPACITY" || name == "SHUTTING_DOWN") return StatusCode::kUnavailable;
@@ -112,6 +133,10 @@ class Client2 final : public EnvClient {
     if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
     Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
     if (!spec.ok()) return spec.status();
+    if (spec->autoreset != configure.autoreset) {
+      return {StatusCode::kProtocol, transport_->peer() + " begins episodes in another way than same_step, which was " +
+                                         "asked for; an engine that cannot answers UNSUPPORTED (R31)"};
+    }
     blocks_ = Blocks(spec->env);
     if (share) {
       Result<SharedChannel> channel = SharedChannel::Open(spec->shared_memory, blocks_);
@@ -119,6 +144,9 @@ class Client2 final : public EnvClient {
       shared_ = std::move(*channel);
     }
     spec_ = std::move(spec->env);
+    check_ =
+        protocol2::ResultCheck(spec_, configure.autoreset,
+                               options_.refuse_non_finite ? protocol2::Numbers::kJudged : protocol2::Numbers::kLeft);
     present_.clear();
     for (const BehaviourSpec& behaviour : spec_.behaviours)
       present_.emplace_back(static_cast<std::size_t>(behaviour.slots), std::uint8_t{1});
@@ -200,7 +228,7 @@ class Client2 final : public EnvClient {
       Result<Frame> answer = PerformShared(next);
       if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
     }
-    double broke_at = -1.0;
+    double broke_at = -1.0;  // the first time
     while (true) {
       Status status = transport_->Write(message_, kWriteTimeout);
       if (status.ok()) {
@@ -208,8 +236,11 @@ class Client2 final : public EnvClient {
         if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
         status = answer.status();
       }
-      if (broke_at < 0.0) broke_at = Now();
-      CONSAC_RETURN_IF_ERROR(ConnectAnew(status, broke_at));
+      const bool again = broke_at >= 0.0;
+      if (!again) broke_at = Now();
+      // An engine that takes a session up and closes at once is given time, and is said once.
+      if (again) std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
+      CONSAC_RETURN_IF_ERROR(ConnectAnew(status, broke_at, again ? Said::kAlready : Said::kNotYet));
     }
   }
 
@@ -217,8 +248,7 @@ class Client2 final : public EnvClient {
   Result<Frame> PerformShared(std::uint64_t request) {
     std::memcpy(shared_->request(), message_.data(), message_.size());
     shared_->request_turn.Take();
-    double start = Now();
-    bool paused = false;
+    Patience patience(options_.deadline_s);
     while (!shared_->result_turn.Await(kSharedWait)) {
       if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
         return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
@@ -229,34 +259,37 @@ class Client2 final : public EnvClient {
       for (Result<bool> whole = reader_.Next(&frame);; whole = reader_.Next(&frame)) {
         if (!whole.ok()) return whole.status();
         if (!*whole) break;
-        const Result<bool> answer = IsAnswer(frame, request, &paused);
+        const Result<bool> answer = IsAnswer(frame, request, &patience);
         if (!answer.ok()) return answer.status();
         if (*answer) return frame;
-        start = Now();
       }
-      if (!paused && Now() - start > options_.deadline_s) return Silent(options_.deadline_s);
+      if (patience.left() <= 0.0) return Silent(patience);
     }
     std::byte head[protocol2::kHeaderBytes];
     std::memcpy(head, shared_->result(), sizeof(head));
     const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->result_bytes - sizeof(head));
     if (!header.ok()) return header.status();
     const Frame frame{*header, {shared_->result() + sizeof(head), header->length}};
-    const Result<bool> answer = IsAnswer(frame, request, &paused);
+    const Result<bool> answer = IsAnswer(frame, request, &patience);
     if (!answer.ok()) return answer.status();
     return frame;
   }
 
-  Status Silent(double deadline_s) const {
-    return {StatusCode::kDeadlineExceeded,
-            transport_->peer() + " is silent for " + NumberText(deadline_s) + " s; if it is paused, raise --deadline"};
+  Status Silent(const Patience& patience) const {
+    return {StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(patience.deadline_s()) +
+                                               " s; if it is paused, raise --deadline"};
   }
 
-  Status ConnectAnew(const Status& why, double start) {
+  enum class Said : std::uint8_t { kNotYet, kAlready };
+
+  Status ConnectAnew(const Status& why, double start, Said said) {
     open_ = false;
     shared_.reset();
-    if (!options_.reconnect || spec_.behaviours.empty()) return why;
-    Log(LogLevel::kWarning,
-        why.message() + "; trying for " + NumberText(options_.resume_s) + " s to go on with the session");
+    if (!options_.reconnect || spec_.behaviours.empty() || welcome_.resume.empty()) return why;
+    if (said == Said::kNotYet) {
+      Log(LogLevel::kWarning,
+          why.message() + "; trying for " + NumberText(options_.resume_s) + " s to go on with the session");
+    }
     while (Now() - start < options_.resume_s) {
       if (options_.stop != nullptr && options_.stop->load())
         return {StatusCode::kCancelled, "stopped while connecting anew"};
@@ -285,13 +318,16 @@ class Client2 final : public EnvClient {
       return {StatusCode::kInvalidArgument, "this engine offers " + std::to_string(spec_.behaviours.size()) +
                                                 " behaviours, not " + std::to_string(batches.size())};
     }
+    check_.Ask(type, std::span(message_).subspan(protocol2::kHeaderBytes + protocol2::kActiveOffset));
     const Result<Frame> answer = Perform(type);
     if (!answer.ok()) return answer.status();
     if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
+    if (const Status judged = check_.Judge(answer->payload); !judged.ok())
+      return {judged.code(), transport_->peer() + ": " + judged.message()};
     CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
     engine_seconds_ = protocol2::ReadEngineTime(answer->payload.data());
     ReadPresence(answer->payload.data());
-    return options_.refuse_non_finite ? CheckNumbers(batches) : Status::Ok();
+    return CheckAnyone();
   }
 
   void ReadPresence(const std::byte* payload) {
@@ -306,54 +342,39 @@ class Client2 final : public EnvClient {
     }
   }
 
-  Status CheckNumbers(std::span<const Batch> batches) const {
-    for (std::size_t b = 0; b < batches.size(); ++b) {
-      const BehaviourSpec& behaviour = spec_.behaviours[b];
-      for (std::int32_t slot = 0; slot < behaviour.slots; ++slot) {
-        const std::string_view what = FirstNonFinite(behaviour, batches[b], slot);
-        if (what.empty()) continue;
-        return {StatusCode::kNonFinite, std::string(what) + " of slot " + std::to_string(slot) + " of '" +
-                                            behaviour.name + "' is NaN or infinite; mend it in the world"};
-      }
+  /// An engine that steps on and on with nobody in it has forgotten to say who takes part.
+  Status CheckAnyone() {
+    if (check_.anyone()) {
+      deserted_at_ = -1.0;
+      return Status::Ok();
     }
-    return Status::Ok();
-  }
-
-  static std::string_view FirstNonFinite(const BehaviourSpec& behaviour, const Batch& batch, std::int32_t slot) {
-    const auto row = static_cast<std::size_t>(slot);
-    if (!std::isfinite(batch.rewards[row])) return "the reward";
-    const std::byte* at = batch.next_observations + row * behaviour.observation_layout.row_bytes;
-    for (const Leaf& leaf : behaviour.observation_layout.leaves) {
-      if (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64) continue;
-      for (std::int64_t i = 0; i < leaf.count; ++i) {
-        if (!std::isfinite(ReadElement(leaf, at, i)))
-          return leaf.name.empty() ? std::string_view("an observation") : std::string_view(leaf.name);
-      }
-    }
-    return {};
+    if (deserted_at_ < 0.0) deserted_at_ = Now();
+    if (Now() - deserted_at_ <= options_.deadline_s) return Status::Ok();
+    return {StatusCode::kDeadlineExceeded,
+            transport_->peer() + " has had no agent that takes part for " + NumberText(options_.deadline_s) +
+                " s: RESULT's state 16 is set for no slot; the engine sets it for every agent whose action counts next "
+                "time (R77)"};
   }
 
   // ---- frames in
 
   /// The answer to `request`; what comes between is dealt with. Time does not count while the engine is paused.
   Result<Frame> ReadAnswer(std::uint64_t request, double deadline_s) {
-    double start = Now();
-    bool paused = false;
+    Patience patience(deadline_s);
     while (true) {
       Frame frame;
       const Result<bool> whole = reader_.Next(&frame);
       if (!whole.ok()) return whole.status();
       if (*whole) {
-        const Result<bool> answer = IsAnswer(frame, request, &paused);
+        const Result<bool> answer = IsAnswer(frame, request, &patience);
         if (!answer.ok()) return answer.status();
         if (*answer) return frame;
-        if (paused || frame.header.type == FrameType::kResumed) start = Now();
         continue;
       }
       if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
         return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
-      const double left = paused ? deadline_s : deadline_s - (Now() - start);
-      if (left <= 0.0) return Silent(deadline_s);
+      const double left = patience.left();
+      if (left <= 0.0) return Silent(patience);
       const Result<std::size_t> count =
           transport_->Read(reader_.Writable(), options_.stop != nullptr ? std::min(left, kStopLook) : left);
       if (!count.ok()) return count.status();
@@ -361,7 +382,9 @@ class Client2 final : public EnvClient {
     }
   }
 
-  Result<bool> IsAnswer(const Frame& frame, std::uint64_t request, bool* paused) {
+  static bool IsKnown(FrameType type) { return type >= FrameType::kHello && type <= FrameType::kFrame; }
+
+  Result<bool> IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience) {
     switch (frame.header.type) {
       case FrameType::kPing:
         CONSAC_RETURN_IF_ERROR(SendControl(
@@ -369,10 +392,10 @@ class Client2 final : public EnvClient {
         return false;
       case FrameType::kPaused:
         Log(LogLevel::kInfo, transport_->peer() + " is paused");
-        *paused = true;
+        if (options_.waits_while_paused) patience->Pause();
         return false;
       case FrameType::kResumed:
-        *paused = false;
+        patience->Resume();
         return false;
       case FrameType::kPong:
         return false;
@@ -385,17 +408,31 @@ class Client2 final : public EnvClient {
     }
     if ((static_cast<std::uint16_t>(frame.header.type) & protocol2::kOptionalType) != 0) return false;
     if (frame.header.request == request) return true;
+    if (!IsKnown(frame.header.type)) {
+      return Status{StatusCode::kProtocol,
+                    transport_->peer() + " sent a frame of type " +
+                        std::to_string(static_cast<int>(frame.header.type)) +
+                        ", which protocol 2 does not know; types that may be passed over are from 32768 on"};
+    }
     return Status{StatusCode::kProtocol, transport_->peer() + " answered request " +
                                              std::to_string(frame.header.request) + ", expected " +
                                              std::to_string(request)};
   }
 
   Status Farewell(const Frame& frame) {
-    const Result<std::string> reason = protocol2::ParseGoAway(frame.payload);
-    if (!reason.ok()) return reason.status();
+    const Result<protocol2::GoAway> message = protocol2::ParseGoAway(frame.payload);
+    if (!message.ok()) return message.status();
     refused_ = true;
-    return {StatusCode::kUnavailable,
-            transport_->peer() + " ends the session" + (reason->empty() ? "" : ": " + *reason)};
+    return {StatusCode::kUnavailable, transport_->peer() + " ends the session" +
+                                          (message->reason.empty() ? "" : ": " + message->reason) +
+                                          Later(message->retry_after_s)};
+  }
+
+  /// Keeps when the engine wants to be tried again, and says it.
+  std::string Later(double retry_after_s) const {
+    if (!(retry_after_s > 0.0)) return {};
+    if (options_.not_before != nullptr) options_.not_before->store(Now() + retry_after_s);
+    return " (it asks to be tried again in " + NumberText(retry_after_s) + " s)";
   }
 
   Status Refusal(const Frame& frame) {
@@ -403,7 +440,9 @@ class Client2 final : public EnvClient {
     if (!error.ok()) return error.status();
     refused_ = true;
     if (error->ends_connection) open_ = false;
-    return {CodeOf(error->code), transport_->peer() + " refused: " + error->message};
+    const std::string where = error->environment < 0 ? "" : ", environment " + std::to_string(error->environment);
+    return {CodeOf(error->code), transport_->peer() + " refused (" + error->code + where + "): " + error->message +
+                                     Later(error->retry_after_s)};
   }
 
   std::unique_ptr<Transport> transport_;
@@ -413,12 +452,13 @@ class Client2 final : public EnvClient {
   EnvSpec spec_;
   SessionRequest request_ask_;
   Blocks blocks_;
+  protocol2::ResultCheck check_;
   std::optional<SharedChannel> shared_;
   std::vector<std::byte> message_;  // the request under way
   std::uint64_t request_ = 0;
   std::int64_t steps_ = 0;
   std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
-  double engine_seconds_ = 0.0, alive_at_ = 0.0;
+  double engine_seconds_ = 0.0, alive_at_ = 0.0, deserted_at_ = -1.0;
   bool agents_leave_ = false, open_ = false, refused_ = false;
 };
 

@@ -2,8 +2,12 @@
 #include "consac/server/env_server.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
 #include <thread>
 
+#include "consac/base/memory.h"
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
@@ -18,6 +22,9 @@ using protocol2::FrameType;
 
 constexpr double kIdleWait = 0.1;           // s between looks at the stop flag and at further trainers
 constexpr double kShortWait = 0.005;        // s, while somebody has connected who has said nothing yet
+constexpr double kAfterRefusal = 0.1;       // s before the next try where the system let nobody in
+constexpr double kRefusalAgain = 60.0;      // s before that is said again
+constexpr double kMutePatience = 4.0;       // handshake deadlines: a trainer that is mute for longer gives way
 constexpr double kSpin = 0.0001;            // s of looking at several sessions in turn before waiting for one
 constexpr double kTurnWait = 0.0005;        // s of waiting for one of several sessions
 constexpr int kMostFramesPerPoll = 64;      // a peer that floods does not keep the engine's tick either
@@ -30,6 +37,9 @@ struct Undecided {
   std::unique_ptr<Transport> transport;
   double since = 0.0;
   protocol2::FrameReader reader;
+  std::optional<protocol2::Hello> hello = std::nullopt;  // that was good
+  std::uint64_t request = 0;                             // its
+  bool looked_for_room = false;  // every session there is was asked whether its trainer has left
 };
 
 /// Worlds and whom they serve: a session of either protocol, or nobody.
@@ -47,6 +57,7 @@ class Seat {
     return connected2_ ? session2_.get() : nullptr;
   }
   bool resumable() const { return session2_->resumable(); }
+  double mute_s() const { return present() == nullptr ? 0.0 : present()->mute_s(); }
   bool Owns(std::string_view token) const { return session2_->Owns(token); }
   void RestartCount() { steps_.Restart(); }
 
@@ -82,6 +93,13 @@ class Seat {
   bool connected2_ = false;
   std::unique_ptr<ServerSession> text_;
 };
+
+/// About what a seat takes beside its worlds: rows and results of a step in their several copies, a request on its way.
+std::size_t SeatBytes(const EnvSpec& spec) {
+  constexpr std::size_t kResults = 8, kRequests = 4;  // copies
+  const protocol2::Blocks blocks(spec);
+  return kResults * blocks.largest_result + kRequests * blocks.step_bytes + blocks.options + protocol2::kLargestJson;
+}
 
 /// Text protocol 1 has no place for a token.
 Status TextFits(const EnvSpec& spec, const EnvServerOptions& options) {
@@ -224,19 +242,13 @@ class EnvServerOfEither final : public EnvServer {
 
   /// Takes waiting connections and decides about those that have said enough, or nothing for long enough.
   Status Accept(double timeout_s) {
-    Result<std::unique_ptr<Transport>> accepted = listener_->Accept(timeout_s);
-    if (!accepted.ok()) {
-      if (sessions_present() == 0) return accepted.status();
-      if (!accept_failed_) Log(LogLevel::kWarning, accepted.status().message());  // the sessions there are go on
-      accept_failed_ = true;
-      return Status::Ok();
-    }
-    accept_failed_ = false;
-    if (*accepted != nullptr && waiting_.size() < kMostUndecided)
+    Result<std::unique_ptr<Transport>> accepted = Knock(timeout_s);
+    if (!accepted.ok()) return accepted.status();
+    if (*accepted != nullptr && (waiting_.size() < kMostUndecided || SendAwayMute()))
       waiting_.push_back({std::move(*accepted), Now(), protocol2::FrameReader()});
     for (std::size_t i = 0; i < waiting_.size();) {
       const Result<Protocol> protocol = Decide(waiting_[i]);
-      if (protocol.ok() && *protocol == Protocol::kAuto) {
+      if (protocol.ok() && (*protocol == Protocol::kAuto || LooksForRoom(waiting_[i]))) {
         ++i;
         continue;
       }
@@ -246,15 +258,54 @@ class EnvServerOfEither final : public EnvServer {
         TurnAway(one, protocol.status());
       } else if (*protocol == Protocol::kText1) {
         WelcomeText(std::move(one));
+      } else {
+        Welcome(std::move(one));
       }
     }
     return Status::Ok();
   }
 
-  /// kAuto: not yet; kProtocol2: seated. An error when the connection is gone, has outstayed its time or said what it
-  /// may not.
+  /// The next connection. Where the system has no more of what one takes, that is said once, the sessions there are go
+  /// on, and whoever waits is let in once somebody has left.
+  Result<std::unique_ptr<Transport>> Knock(double timeout_s) {
+    const double pause = shut_until_ - Now();
+    if (pause > 0.0) {
+      if (timeout_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(pause, timeout_s)));
+      return std::unique_ptr<Transport>();
+    }
+    Result<std::unique_ptr<Transport>> accepted = listener_->Accept(timeout_s);
+    if (accepted.ok() || accepted.status().code() != StatusCode::kResourceExhausted) return accepted;
+    shut_until_ = Now() + kAfterRefusal;
+    if (shut_until_ > quiet_until_) Log(LogLevel::kWarning, accepted.status().message());
+    quiet_until_ = std::max(quiet_until_, shut_until_ + kRefusalAgain);
+    return std::unique_ptr<Transport>();
+  }
+
+  /// Of those at the door, whoever has said nothing for longest makes room. False where all have begun to speak.
+  bool SendAwayMute() {
+    const auto mute = std::find_if(waiting_.begin(), waiting_.end(), [](const Undecided& one) {
+      return one.reader.pending().empty() && !one.hello.has_value();
+    });
+    if (mute == waiting_.end()) return false;
+    Dismiss(*mute, kBusyLine);
+    waiting_.erase(mute);
+    return true;
+  }
+
+  /// A trainer may have left whose session has not noticed yet: before a further one is turned away, each is asked.
+  /// True while the answer is awaited.
+  bool LooksForRoom(Undecided& one) {
+    const bool goes_on = one.hello.has_value() && !one.hello->resume.empty();
+    if (goes_on || one.looked_for_room || sessions_present() < seats_.size() || CanMakeRoom()) return false;
+    for (const std::unique_ptr<Seat>& seat : seats_) seat->present()->LookForTrainer();
+    return one.looked_for_room = true;
+  }
+
+  /// kAuto: not yet; kProtocol2: its HELLO is there. An error when the connection is gone, has outstayed its time or
+  /// said what it may not.
   Result<Protocol> Decide(Undecided& one) {
     if (options_.protocol == Protocol::kText1) return Protocol::kText1;
+    if (one.hello.has_value()) return Protocol::kProtocol2;
     const Result<std::size_t> count = one.transport->Read(one.reader.Writable(), 0.0);
     if (!count.ok()) return count.status();
     one.reader.Commit(*count);
@@ -275,17 +326,24 @@ class EnvServerOfEither final : public EnvServer {
       if (waited < options_.handshake_s) return Protocol::kAuto;
       return Fault("MALFORMED", "no whole HELLO came within " + NumberText(options_.handshake_s) + " s");
     }
+    protocol2::Hello hello;
+    CONSAC_RETURN_IF_ERROR(ReadHello(frame, &hello));
+    one.hello = std::move(hello);
+    one.request = frame.header.request;
+    return Protocol::kProtocol2;
+  }
+
+  void Welcome(Undecided one) {
+    Result<Seat*> seat = SeatFor(*one.hello);
+    if (!seat.ok()) return TurnAway(one, seat.status());
     Arrival arrival;
-    CONSAC_RETURN_IF_ERROR(ReadHello(frame, &arrival.hello));
-    Result<Seat*> seat = SeatFor(arrival.hello);
-    if (!seat.ok()) return seat.status();
-    arrival.request = frame.header.request;
+    arrival.hello = std::move(*one.hello);
+    arrival.request = one.request;
     arrival.transport = std::move(one.transport);
     arrival.reader = std::move(one.reader);
     arrival.since = one.since;
     arrival.number = static_cast<std::uint32_t>(arrival.hello.resume.empty() ? ++sessions_ : 0);
     (void)(*seat)->Connect(std::move(arrival));  // gone again at once: the seat is free
-    return Protocol::kProtocol2;
   }
 
   Status ReadHello(const protocol2::Frame& frame, protocol2::Hello* hello) const {
@@ -321,7 +379,12 @@ class EnvServerOfEither final : public EnvServer {
     return seat;
   }
 
-  /// Nobody's, rather than one whose trainer may come back; one more where worlds can be made; null when there is none.
+  bool CanMakeRoom() const {
+    return options_.make_env && seats_.size() < static_cast<std::size_t>(std::max(1, options_.max_sessions));
+  }
+
+  /// Nobody's, rather than one more where worlds can be made and memory is there for them, one that a mute trainer must
+  /// give up, or one whose trainer may come back; null when there is none.
   Seat* FreeSeat() {
     if (sessions_present() == 0) {
       for (const std::unique_ptr<Seat>& seat : seats_) {
@@ -334,11 +397,26 @@ class EnvServerOfEither final : public EnvServer {
       if (!seat->resumable()) return seat.get();
       if (left == nullptr) left = seat.get();
     }
-    if (options_.make_env && seats_.size() < static_cast<std::size_t>(std::max(1, options_.max_sessions))) {
+    if (CanMakeRoom()) {
       std::unique_ptr<VectorEnv> env = options_.make_env();
-      if (env != nullptr) return seats_.emplace_back(std::make_unique<Seat>(std::move(env), options_, steps_)).get();
+      const bool afforded = env != nullptr && CheckMemory(SeatBytes(env->spec()), "a further trainer").ok();
+      if (afforded) return seats_.emplace_back(std::make_unique<Seat>(std::move(env), options_, steps_)).get();
     }
-    return left;
+    Seat* mute = MuteSeat();
+    return mute != nullptr ? mute : left;
+  }
+
+  /// The seat, free now, of whoever was served text protocol 1 because it said nothing, and has said nothing since.
+  Seat* MuteSeat() {
+    Seat* longest = seats_.front().get();
+    for (const std::unique_ptr<Seat>& seat : seats_)
+      longest = seat->mute_s() > longest->mute_s() ? seat.get() : longest;
+    const double silence = longest->mute_s();
+    if (silence <= kMutePatience * options_.handshake_s) return nullptr;
+    Log(LogLevel::kWarning, longest->present()->peer() + " has said nothing for " + NumberText(std::round(silence)) +
+                                " s; its place goes to another trainer");
+    (void)longest->End({StatusCode::kDeadlineExceeded, "it said nothing, and another trainer came"});
+    return longest;
   }
 
   void WelcomeText(Undecided one) {
@@ -386,7 +464,8 @@ class EnvServerOfEither final : public EnvServer {
   std::size_t turn_ = 0;
   std::vector<Undecided> waiting_;
   std::int64_t sessions_ = 0;
-  bool open_ = true, accept_failed_ = false;
+  double shut_until_ = 0.0, quiet_until_ = 0.0;  // nobody is let in, and nothing said about it
+  bool open_ = true;
 };
 
 }  // namespace
@@ -405,6 +484,7 @@ Result<std::unique_ptr<EnvServer>> EnvServer::Create(VectorEnv& env, std::unique
                   "a session needs a training length above 0, or a model name to act with"};
   }
   if (options.protocol == Protocol::kText1) CONSAC_RETURN_IF_ERROR(CheckTextSession(env.spec(), options));
+  CONSAC_RETURN_IF_ERROR(CheckMemory(SeatBytes(env.spec()), "a session of these worlds"));
   return std::unique_ptr<EnvServer>(std::make_unique<EnvServerOfEither>(env, std::move(listener), options));
 }
 

@@ -10,7 +10,7 @@
 
 namespace consac {
 
-/// Bytes on their way out, in order.
+/// Bytes on their way out, in order. Holds what has not been taken, and 64 KiB when all has.
 class Outbox {
  public:
   /// Sends what is taken at once and keeps the rest.
@@ -39,10 +39,12 @@ class Outbox {
   bool empty() const { return rest_.empty(); }
   void Clear() {
     rest_.clear();
+    if (rest_.capacity() > kKept) rest_.shrink_to_fit();
     sent_ = 0;
   }
 
  private:
+  static constexpr std::size_t kKept = 65536;
   std::vector<std::byte> rest_;
   std::size_t sent_ = 0;
   double taken_at_ = 0.0;

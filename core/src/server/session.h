@@ -45,6 +45,10 @@ class ServerSession {
   virtual Status End(const Status& why) = 0;
   /// Who is at the other end.
   virtual std::string peer() const = 0;
+  /// The next Pump looks at the connection, even where the trainer speaks through memory: has it left?
+  virtual void LookForTrainer() {}
+  /// Seconds for which a trainer that has never said anything has let the engine wait; 0 once it has said something.
+  virtual double mute_s() const { return 0.0; }
   /// Tells the trainer that the engine stands still on purpose, or goes on.
   virtual void SetPaused(bool paused) = 0;
 };

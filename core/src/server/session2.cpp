@@ -74,6 +74,8 @@ class Session2Server final : public Session2 {
     };
     offer(kSharedMemory);
     if (env_.renders()) offer(kRendering);
+    const std::vector<std::string>& agreed = welcome.capabilities;
+    renders_ = std::find(agreed.begin(), agreed.end(), kRendering) != agreed.end();
     welcome.server = std::string("consac ") + kVersion;
     welcome.session = number_;
     welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
@@ -83,7 +85,7 @@ class Session2Server final : public Session2 {
       return Fatal(Fault("FRAME_TOO_LARGE", "a RESULT may take " + std::to_string(result_room()) +
                                                 " bytes, which does not fit over TCP; begin a new session"));
     welcome.last_request = request_;
-    reader_.SetLimit(welcome.max_frame);
+    reader_.SetLimit(std::min(welcome.max_frame, LargestRequest()));
     return SendJson(FrameType::kWelcome, arrival.request, protocol2::EncodeWelcome(welcome));
   }
 
@@ -106,7 +108,7 @@ class Session2Server final : public Session2 {
     }
     if (shared_.has_value()) {
       // Now and then the connection beside it.
-      if (++shared_idle_ % kSharedLooks != 0 && timeout_s <= 0.0) return false;
+      if (++shared_idle_ % kSharedLooks != 0 && timeout_s <= 0.0 && phase_ == Phase::kRun) return false;
       timeout_s = 0.0;
     }
     Frame frame;
@@ -133,6 +135,8 @@ class Session2Server final : public Session2 {
       (void)SendJson(FrameType::kGoAway, 0, protocol2::EncodeGoAway(why.message()));
     if (!outbox_.empty()) (void)outbox_.Flush(*transport_, 0.0, options_.write_s);
     transport_->Close();
+    reader_ = protocol2::FrameReader();  // what had come of a frame goes
+    outbox_.Clear();
     connected_ = false;
     broke_at_ = Now();
     resumable_ = !finished_ && phase_ == Phase::kRun && why.code() == StatusCode::kUnavailable;
@@ -150,6 +154,8 @@ class Session2Server final : public Session2 {
   }
   bool resumable() const override { return resumable_ && Now() - broke_at_ < options_.resume_s; }
 
+  void LookForTrainer() override { shared_idle_ = kSharedLooks - 1; }
+
   void SetPaused(bool paused) override {
     last_heard_ = Now();  // the trainer's silence meanwhile was not its own
     if (phase_ == Phase::kRun) (void)SendFrame(paused ? FrameType::kPaused : FrameType::kResumed, 0, {});
@@ -161,6 +167,12 @@ class Session2Server final : public Session2 {
   enum class UnderWay : std::uint8_t { kNothing, kWaitsForTime, kReset, kStep };
 
   std::size_t result_room() const { return protocol2::kHeaderBytes + stepper_.result_room(); }
+
+  /// No request of this session is longer: what a trainer may make the engine hold.
+  std::size_t LargestRequest() const {
+    const protocol2::Blocks& blocks = stepper_.blocks();
+    return std::max(blocks.step_bytes, blocks.options + protocol2::kLargestJson);
+  }
 
   void PlaceResult(std::byte* at) {
     result_at_ = at;
@@ -249,7 +261,7 @@ class Session2Server final : public Session2 {
     last_heard_ = Now();  // from now on the trainer's silence is its own
     if (!through_memory_ || frame.size() > shared_->result_bytes) return outbox_.Send(*transport_, frame);
     if (frame.data() != shared_->result()) {
-      std::memcpy(result_.data(), shared_->result(), result_room());  // see Uncover
+      if (!covered_) std::memcpy(result_.data(), shared_->result(), result_room());  // see Uncover
       covered_ = true;
       std::memcpy(shared_->result(), frame.data(), frame.size());
     }
@@ -293,11 +305,18 @@ class Session2Server final : public Session2 {
     return Deliver({result_at_, result_size_});
   }
 
-  /// Tells the trainer and lets the session go on.
+  /// Tells the trainer and lets the session go on, unless what came cannot be read.
   Status Refuse(const Status& why, const std::string& path = {}) {
+    if (protocol2::FaultName(why) == "MALFORMED") return Fatal(why);
     protocol2::ErrorMessage error{
         std::string(protocol2::FaultName(why)), false, protocol2::FaultText(why), path, 0.0, stepper_.TakeBlamed()};
     return Answer(FrameType::kError, protocol2::EncodeError(error));
+  }
+
+  /// Tells the trainer; its number is not used up.
+  Status RefuseUncounted(std::uint64_t request, const std::string& why) {
+    const protocol2::ErrorMessage error{"BAD_STATE", false, why, {}, 0.0};
+    return SendJson(FrameType::kError, request, protocol2::EncodeError(error));
   }
 
   /// Tells the trainer and ends the connection.
@@ -334,16 +353,16 @@ class Session2Server final : public Session2 {
         break;
     }
     if ((type & protocol2::kOptionalType) != 0) return Status::Ok();
+    if (header.type == FrameType::kHello)
+      return RefuseUncounted(header.request, "HELLO was said already; it is a connection's first frame");
+    if (header.session != number_ && header.session != 0) {
+      return RefuseUncounted(header.request, "session " + std::to_string(header.session) +
+                                                 " on the connection of session " + std::to_string(number_));
+    }
     if (header.request == request_ && (answer_is_result_ || !answer_.empty())) return Repeat();
     if (header.request != request_ + 1) {
-      // Not carried out and not counted.
-      protocol2::ErrorMessage error{
-          "BAD_STATE",
-          false,
-          "request " + std::to_string(header.request) + " does not follow request " + std::to_string(request_),
-          {},
-          0.0};
-      return SendJson(FrameType::kError, header.request, protocol2::EncodeError(error));
+      return RefuseUncounted(header.request, "request " + std::to_string(header.request) + " does not follow request " +
+                                                 std::to_string(request_));
     }
     request_ = header.request;
     switch (header.type) {
@@ -355,8 +374,6 @@ class Session2Server final : public Session2 {
         return OnStep(frame.payload);
       case FrameType::kRender:
         return OnRender(frame.payload);
-      case FrameType::kHello:
-        return Refuse(Fault("BAD_STATE", "HELLO was said already"));
       default:
         return Refuse(Fault("UNKNOWN_MESSAGE", "a frame of type " + std::to_string(type) + " is not known"));
     }
@@ -365,7 +382,6 @@ class Session2Server final : public Session2 {
   Status OnConfigure(const Frame& frame) {
     if (phase_ == Phase::kRun) return Refuse(Fault("BAD_STATE", "CONFIGURE comes before the first RESET"));
     const Result<protocol2::Configure> configure = protocol2::ParseConfigure(frame.payload);
-    if (!configure.ok() && protocol2::FaultName(configure.status()) == "MALFORMED") return Fatal(configure.status());
     if (!configure.ok()) return Refuse(configure.status());
     if (!configure->expect_json.empty()) {
       std::string path;
@@ -438,7 +454,10 @@ class Session2Server final : public Session2 {
   }
 
   Status OnRender(std::span<const std::byte> payload) {
-    if (!env_.renders()) return Refuse(Fault("UNSUPPORTED", "this engine sends no pictures"));
+    if (!renders_) {
+      return Refuse(Fault("UNSUPPORTED", env_.renders() ? "render was not agreed: say so in HELLO's capabilities"
+                                                        : "this engine sends no pictures"));
+    }
     if (phase_ != Phase::kRun) return Refuse(Fault("BAD_STATE", "RENDER comes after the first RESET"));
     const Result<std::int64_t> world = protocol2::ParseRender(payload);
     if (!world.ok()) return Refuse(world.status());
@@ -465,6 +484,7 @@ class Session2Server final : public Session2 {
   Phase phase_ = Phase::kConfigure;
   double connected_at_ = 0.0, last_heard_ = 0.0, broke_at_ = 0.0;
   std::size_t max_frame_ = protocol2::kLargestFrame;
+  bool renders_ = false;  // was agreed
   bool connected_ = false, finished_ = false, resumable_ = false;
 
   // The session.

@@ -5,10 +5,14 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "consac/base/json.h"
+#include "protocol/protocol2_json.h"
+
 namespace consac {
 
 using protocol2::Autoreset;
 using protocol2::Fault;
+using protocol2::WordAt;
 
 Stepper::Group::Group(const BehaviourSpec& behaviour)
     : spec(&behaviour),
@@ -19,7 +23,8 @@ Stepper::Group::Group(const BehaviourSpec& behaviour)
       whole_rows(behaviour),
       some_rows(behaviour),
       stashed(static_cast<std::size_t>(behaviour.slots) * row_bytes),
-      active(static_cast<std::size_t>(behaviour.slots)) {
+      active(static_cast<std::size_t>(behaviour.slots)),
+      choices(mask_bytes > 0 ? MaskedChoices(behaviour.action_layout) : std::vector<std::int64_t>()) {
   some_slots.reserve(active.size());
 }
 
@@ -85,19 +90,68 @@ bool Stepper::Present(std::size_t b, std::size_t slot) const {
 
 // ---- RESET
 
-Status Stepper::Reset(std::span<const std::byte> request, bool first, std::uint64_t seed) {
-  std::uint32_t flags = 0;
-  if (request.size() < blocks_.seeds) return Fault("WRONG_SIZE", "RESET is too short");
-  std::memcpy(&flags, request.data(), sizeof(flags));
-  const bool seeded = (flags & protocol2::kWithSeeds) != 0;
-  if (seeded && request.size() < blocks_.options) return Fault("WRONG_SIZE", "RESET has too few seeds");
+/// What RESET and STEP begin with: flags, and a byte for each environment that is 0 or 1.
+Status Stepper::CheckHead(std::span<const std::byte> request, std::uint32_t flags, const char* name) {
+  const std::uint32_t said = WordAt(request, 0), zero = WordAt(request, sizeof(said));
+  if ((said & ~flags) != 0 || zero != 0) {
+    return Fault("MALFORMED", std::string(name) + " has flags " + std::to_string(said) + " and " +
+                                  std::to_string(zero) + " behind them; what is not known must be 0");
+  }
+  for (std::size_t world = 0; world < blocks_.environments; ++world) {
+    const auto chosen = std::to_integer<int>(request[protocol2::kActiveOffset + world]);
+    if (chosen <= 1) continue;
+    blamed_ = static_cast<std::int64_t>(world);
+    return Fault("OUT_OF_RANGE", std::string(name) + " says " + std::to_string(chosen) + " for environment " +
+                                     std::to_string(world) + "; 0 or 1");
+  }
+  return Status::Ok();
+}
+
+Status Stepper::CheckReset(std::span<const std::byte> request) {
+  const auto wrong_size = [&](std::size_t expected) {
+    return Fault("WRONG_SIZE",
+                 "RESET has " + std::to_string(request.size()) + " bytes, expected " + std::to_string(expected));
+  };
+  if (request.size() < blocks_.seeds) return wrong_size(blocks_.seeds);
+  CONSAC_RETURN_IF_ERROR(CheckHead(request, protocol2::kWithSeeds | protocol2::kWithOptions, "RESET"));
+  const std::uint32_t flags = WordAt(request, 0);
+  std::size_t end = (flags & protocol2::kWithSeeds) != 0 ? blocks_.options : blocks_.seeds;
+  const std::size_t options = end + sizeof(std::uint32_t);
+  std::span<const std::byte> text;
+  if ((flags & protocol2::kWithOptions) != 0) {
+    if (request.size() < options) return wrong_size(options);
+    const std::size_t length = WordAt(request, end);
+    end = protocol2::AlignBlock(options + length);
+    if (request.size() == end) text = request.subspan(options, length);
+  }
+  if (request.size() != end) return wrong_size(end);
+  for (std::size_t world = 0; world < blocks_.environments && (flags & protocol2::kWithSeeds) != 0; ++world) {
+    std::int64_t seed = 0;
+    std::memcpy(&seed, request.data() + blocks_.seeds + world * sizeof(seed), sizeof(seed));
+    if (seed >= 0 || request[protocol2::kActiveOffset + world] == std::byte{0}) continue;
+    blamed_ = static_cast<std::int64_t>(world);
+    return Fault("OUT_OF_RANGE",
+                 "seed " + std::to_string(seed) + " of environment " + std::to_string(world) + "; seeds are 0 or more");
+  }
+  if ((flags & protocol2::kWithOptions) == 0) return Status::Ok();
+  return protocol2::ParseObject(text).status();
+}
+
+Status Stepper::Reset(std::span<const std::byte> shared, bool first, std::uint64_t seed) {
   // Copied, since in shared memory it might change while it is looked at.
-  std::transform(request.data() + protocol2::kActiveOffset,
-                 request.data() + protocol2::kActiveOffset + blocks_.environments, stepped_.begin(),
-                 [](std::byte b) { return b != std::byte{0} ? 1 : 0; });
-  const bool all = std::all_of(stepped_.begin(), stepped_.end(), [](std::uint8_t chosen) { return chosen != 0; });
-  std::vector<std::uint64_t> seeds(seeded ? blocks_.environments : 0);
-  if (seeded) std::memcpy(seeds.data(), request.data() + blocks_.seeds, seeds.size() * sizeof(seeds[0]));
+  const std::vector<std::byte> request(shared.begin(), shared.end());
+  CONSAC_RETURN_IF_ERROR(CheckReset(request));
+  std::vector<std::uint64_t> seeds;
+  if ((WordAt(request, 0) & protocol2::kWithSeeds) != 0) {
+    seeds.resize(blocks_.environments);
+    std::memcpy(seeds.data(), request.data() + blocks_.seeds, seeds.size() * sizeof(seeds[0]));
+  }
+  bool all = true;
+  for (std::size_t world = 0; world < blocks_.environments; ++world) {
+    stepped_[world] = std::to_integer<std::uint8_t>(request[protocol2::kActiveOffset + world]);
+    all = all && stepped_[world] != 0;
+  }
+  const bool seeded = !seeds.empty();
   if (first && !all) return Fault("BAD_STATE", "the first RESET is of every environment");
   BeginResult();
   std::fill(begins_.begin(), begins_.end(), std::uint8_t{0});
@@ -153,6 +207,7 @@ Status Stepper::ReadStep(std::span<const std::byte> request) {
                                    std::to_string(blocks_.step_bytes));
   }
   std::memcpy(request_.data(), request.data(), request.size());
+  CONSAC_RETURN_IF_ERROR(CheckHead({request_.data(), request.size()}, 0, "STEP"));
   const std::byte* wanted = request_.data() + protocol2::kActiveOffset;
   stepped_count_ = 0;
   begins_next_ = false;
@@ -341,21 +396,20 @@ void Stepper::WriteOutcomes(std::size_t b, const Batch& batch) {
     States(b)[slot] = static_cast<std::byte>(state);
     if (group.mask_bytes > 0 && !said_no_choice_) CheckMask(b, slot);
   }
-  result_bytes_ = protocol2::AlignBlock(result_bytes_);
+  const std::size_t padded = protocol2::AlignBlock(result_bytes_);
+  std::memset(payload_ + result_bytes_, 0, padded - result_bytes_);
+  result_bytes_ = padded;
 }
 
 /// The designer reads this engine's log: a world must leave a legal action. Said once.
 void Stepper::CheckMask(std::size_t b, std::size_t slot) {
   const Group& group = groups_[b];
-  const std::uint8_t* mask = whole_[b].next_action_masks + slot * group.mask_bytes;
-  for (const Leaf& leaf : group.spec->action_layout.leaves) {
-    if (leaf.mask_count == 0) continue;
-    const std::uint8_t* begin = mask + leaf.mask_offset;
-    if (std::any_of(begin, begin + leaf.mask_count, [](std::uint8_t legal) { return legal != 0; })) continue;
-    said_no_choice_ = true;
-    Log(LogLevel::kError, "environment " + std::to_string(slot / group.agents) + " of '" + group.spec->name +
-                              "' leaves no legal action; leave at least one");
-  }
+  const std::int64_t choice =
+      ChoiceWithNothingLegal(group.choices, whole_[b].next_action_masks + slot * group.mask_bytes);
+  if (choice < 0) return;
+  said_no_choice_ = true;
+  Log(LogLevel::kError, "environment " + std::to_string(slot / group.agents) + " of '" + group.spec->name +
+                            "' leaves no legal action in choice " + std::to_string(choice) + "; leave at least one");
 }
 
 unsigned Stepper::WriteEnd(std::size_t b, const Batch& batch, std::size_t row) {
@@ -416,7 +470,7 @@ nlohmann::json Stepper::InfoColumns(bool final) {
 /// The last block: length, then JSON; left out where it would not fit.
 bool Stepper::WriteInfos() {
   const nlohmann::json all = {{"infos", InfoColumns(false)}, {"final_infos", InfoColumns(true)}};
-  const std::string text = all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const std::string text = JsonText(all);
   const auto length = static_cast<std::uint32_t>(text.size());
   const std::size_t end = result_bytes_ + sizeof(length) + text.size();
   if (protocol2::AlignBlock(end) > result_room()) return false;

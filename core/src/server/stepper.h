@@ -69,12 +69,15 @@ class Stepper {
     std::vector<std::int32_t> some_slots;  // gathered
     std::vector<std::byte> stashed;        // first rows of episodes that are not visible yet
     std::vector<std::uint8_t> active;      // [slots] takes part in the episode that is visible
+    std::vector<std::int64_t> choices;     // mask bytes of each; empty where nothing is masked
     std::size_t WorldOf(std::int32_t slot) const { return static_cast<std::size_t>(slot) / agents; }
   };
 
   bool Present(std::size_t b, std::size_t slot) const;
   bool Ended(std::size_t b, std::size_t slot);
   std::byte* States(std::size_t b) { return payload_ + blocks_.behaviours[b].states; }
+  Status CheckHead(std::span<const std::byte> request, std::uint32_t flags, const char* name);
+  Status CheckReset(std::span<const std::byte> request);
   Status ResetChosen(const std::vector<std::uint64_t>& seeds, bool all);
   void BeginAll(std::uint64_t seed);
   Status ResetOne(std::size_t world, std::optional<std::uint64_t> seed);

@@ -37,6 +37,10 @@ class TextClient final : public EnvClient {
     }
     if (message->starts_with(text1::kBusyPrefix))
       return {StatusCode::kUnavailable, transport_->peer() + " is " + std::string(*message)};
+    if (message->starts_with("\xC0NSC")) {
+      return {StatusCode::kFailedPrecondition,
+              transport_->peer() + " speaks protocol 2, and was to speak text protocol 1; leave --protocol out"};
+    }
     if (!message->starts_with("D#") && !message->starts_with("B#")) {
       return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " +
                                          Quote(*message) + ", expected a setup such as D#3#0#B#2#0,0,40,40#1000"};

@@ -54,6 +54,7 @@ class TextSession final : public ServerSession {
 
   /// Bytes that came before the session began.
   Status Take(std::span<const std::byte> first) {
+    spoken_ = !first.empty();
     while (!first.empty()) {
       const std::span<std::byte> room = framer_.Writable();
       const std::size_t count = std::min(room.size(), first.size());
@@ -106,6 +107,7 @@ class TextSession final : public ServerSession {
   }
 
   std::string peer() const override { return transport_->peer(); }
+  double mute_s() const override { return spoken_ || phase_ != Phase::kAwaitAction ? 0.0 : Now() - last_heard_; }
   void SetPaused(bool) override {}  // text protocol 1 has no word for it
 
  private:
@@ -149,7 +151,10 @@ class TextSession final : public ServerSession {
       if (!count.ok()) return count.status();
       const Status fits = framer_.Commit(*count);
       if (!fits.ok()) return Refuse(fits);
-      if (*count > 0) last_heard_ = Now();
+      if (*count > 0) {
+        last_heard_ = Now();
+        spoken_ = true;
+      }
       message = framer_.Next();
       if (message.empty() && *count == 0) {
         const double silence = Now() - last_heard_;
@@ -235,15 +240,22 @@ class TextSession final : public ServerSession {
   Phase phase_ = Phase::kSendFirst;
   StepCount& steps_;
   double not_before_ = 0.0, last_heard_ = 0.0, last_step_ = 0.0;
+  bool spoken_ = false;  // the trainer has said anything yet
 };
+
+std::size_t AgentsOfAWorld(const EnvSpec& spec) {
+  std::size_t agents = 0;
+  for (const BehaviourSpec& behaviour : spec.behaviours) agents += behaviour.agents.size();
+  return agents;
+}
 
 }  // namespace
 
 Status CheckTextSession(const EnvSpec& spec, const EnvServerOptions& options) {
   if (spec.behaviours.size() != 1 || spec.behaviours[0].slots != 1) {
     return {StatusCode::kInvalidArgument, "text protocol 1 serves one world with one agent; '" + spec.id + "' offers " +
-                                              std::to_string(spec.behaviours.size()) + " behaviours with " +
-                                              std::to_string(spec.behaviours[0].slots) + " agents"};
+                                              std::to_string(spec.environments()) + " environments with " +
+                                              std::to_string(AgentsOfAWorld(spec)) + " agents each"};
   }
   std::string ignored;
   return text1::EncodeSetup(SetupOf(spec, options), &ignored);

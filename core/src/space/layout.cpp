@@ -179,6 +179,35 @@ std::pair<double, double> ElementBounds(const Leaf& leaf, std::int64_t index) {
   return {leaf.space.low()[i], leaf.space.high()[i]};
 }
 
+std::vector<std::int64_t> MaskedChoices(const Layout& action) {
+  std::vector<std::int64_t> choices;
+  for (const Leaf& leaf : action.leaves) {
+    switch (leaf.space.kind()) {
+      case SpaceKind::kDiscrete:
+        choices.push_back(leaf.space.n());
+        break;
+      case SpaceKind::kMultiDiscrete:
+        choices.insert(choices.end(), leaf.space.nvec().begin(), leaf.space.nvec().end());
+        break;
+      case SpaceKind::kMultiBinary:
+        choices.insert(choices.end(), static_cast<std::size_t>(leaf.count), 2);
+        break;
+      default:
+        break;
+    }
+  }
+  return choices;
+}
+
+std::int64_t ChoiceWithNothingLegal(std::span<const std::int64_t> choices, const std::uint8_t* mask) {
+  for (std::size_t choice = 0; choice < choices.size(); ++choice) {
+    std::uint8_t any = 0;
+    for (std::int64_t i = 0; i < choices[choice]; ++i) any |= *mask++;
+    if (any == 0) return static_cast<std::int64_t>(choice);
+  }
+  return -1;
+}
+
 Layout Layout::Of(const Space& space) {
   Layout layout;
   AppendLeaves(space, "", layout);

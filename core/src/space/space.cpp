@@ -4,12 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 
 namespace consac {
 namespace {
-
-constexpr std::size_t kLongestName = 255;  // bytes
 
 // Larger spaces are mistakes, and would overflow offsets.
 constexpr std::int64_t kLargestElementCount = std::int64_t{1} << 28;
@@ -89,6 +88,15 @@ void AppendLeafPaths(const Space& space, const std::string& path, std::vector<st
 
 }  // namespace
 
+const std::vector<double> Space::kNoBounds;
+
+bool operator==(const Space& a, const Space& b) {
+  const bool alike = a.kind_ == b.kind_ && a.dtype_ == b.dtype_ && a.n_ == b.n_ && a.start_ == b.start_ &&
+                     a.shape_ == b.shape_ && a.nvec_ == b.nvec_;
+  return alike && (a.bounds_ == b.bounds_ || (a.low() == b.low() && a.high() == b.high())) &&
+         a.children_ == b.children_;
+}
+
 Result<Space> Space::Discrete(std::int64_t n, std::int64_t start) {
   if (n < 1 || n > kLargestElementCount) {
     return SpaceError("a Discrete space has " + std::to_string(n) + " choices; it needs at least 1 and at most 2^28");
@@ -132,8 +140,7 @@ Result<Space> Space::Box(std::vector<double> low, std::vector<double> high, std:
     for (double& bound : low) bound = static_cast<float>(bound);
     for (double& bound : high) bound = static_cast<float>(bound);
   }
-  space.low_ = std::move(low);
-  space.high_ = std::move(high);
+  space.bounds_ = std::make_shared<const BoxBounds>(BoxBounds{std::move(low), std::move(high)});
   return space;
 }
 
@@ -183,12 +190,8 @@ Result<Space> Space::Dict(std::vector<std::pair<std::string, Space>> children) {
       return SpaceError("a Dict space has a child named " + Quote(name) +
                         " that is empty or twice there; give each its own name");
     }
-    const bool control =
-        std::any_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 32; });
-    if (control || name.size() > kLongestName) {
-      return SpaceError("a Dict space has a child named " + Quote(name) +
-                        "; a name has at most 255 bytes and no control characters");
-    }
+    if (const Status named = CheckName("a child's", name); !named.ok())
+      return SpaceError("a Dict space cannot be made: " + named.message());
   }
   // "a/b" beside "a" with a "b" below it: leaves are told apart by their paths.
   std::vector<std::string> paths;
@@ -221,7 +224,7 @@ std::int64_t Space::flat_size() const {
     case SpaceKind::kMultiBinary:
       return n_;
     case SpaceKind::kBox:
-      return static_cast<std::int64_t>(low_.size());
+      return static_cast<std::int64_t>(low().size());
     case SpaceKind::kMultiDiscrete:
       for (const std::int64_t n : nvec_) size += n;
       return size;
@@ -239,7 +242,7 @@ std::string Space::ToString() const {
     case SpaceKind::kDiscrete:
       return "Discrete(" + std::to_string(n_) + (start_ != 0 ? ", start=" + std::to_string(start_) : "") + ")";
     case SpaceKind::kBox:
-      return "Box(" + BoundsText(low_, dtype_) + ", " + BoundsText(high_, dtype_) + ", " + ShapeText(shape_) + ", " +
+      return "Box(" + BoundsText(low(), dtype_) + ", " + BoundsText(high(), dtype_) + ", " + ShapeText(shape_) + ", " +
              std::string(GymnasiumName(dtype_)) + ")";
     case SpaceKind::kMultiDiscrete:
       for (const std::int64_t n : nvec_) out += (out.empty() ? "" : " ") + std::to_string(n);

@@ -13,8 +13,10 @@ namespace {
 using SpaceJson = nlohmann::json;
 
 constexpr int kDeepestSpace = 16;
-// Numbers and choices of all leaves together: what somebody else's JSON may make us allocate.
-constexpr std::int64_t kMostElements = std::int64_t{1} << 24;
+constexpr std::int64_t kMostElements = std::int64_t{1} << 24;  // of one box, or choices of one leaf
+// What is charged for what somebody else's JSON makes: both bounds of an element of a box, which all copies of
+// the space share; a choice, in a row's one-hot features and masks; a space itself and its leaf.
+constexpr std::uint64_t kElementBytes = 2 * sizeof(double), kChoiceBytes = 8, kSpaceBytes = 1024;
 
 Status BadSpace(const std::string& what) {
   return {StatusCode::kDataLoss, "a space " + what};
@@ -33,6 +35,10 @@ SpaceJson BoundsToJson(const std::vector<double>& bounds) {
 bool BoundsFromJson(const SpaceJson& json, std::size_t count, double unbounded, std::vector<double>* out) {
   if (json.is_number()) {
     out->assign(count, json.get<double>());
+    return true;
+  }
+  if (json.is_null()) {
+    out->assign(count, unbounded);
     return true;
   }
   if (!json.is_array()) return false;
@@ -58,9 +64,9 @@ const SpaceJson& Field(const SpaceJson& json, const char* name) {
   return found == json.end() ? kMissing : *found;
 }
 
-Result<Space> FromJson(const SpaceJson& json, int depth, std::int64_t* elements_left);
+Result<Space> FromJson(const SpaceJson& json, int depth, MemoryBudget& budget);
 
-Result<Space> BoxFromJson(const SpaceJson& json, std::int64_t* elements_left) {
+Result<Space> BoxFromJson(const SpaceJson& json, MemoryBudget& budget) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::vector<std::int64_t> shape;
   std::vector<double> low, high;
@@ -71,11 +77,11 @@ Result<Space> BoxFromJson(const SpaceJson& json, std::int64_t* elements_left) {
   if (!IntegersFromJson(Field(json, "shape"), &shape)) return BadSpace("is a box without shape");
   std::int64_t elements = 1;
   for (const std::int64_t size : shape) {
-    if (size < 1 || size > *elements_left / elements)
+    if (size < 1 || size > kMostElements / elements)
       return BadSpace("has a box with a side of " + std::to_string(size) + "; at most 2^24 elements are taken");
     elements *= size;
   }
-  *elements_left -= elements;
+  CONSAC_RETURN_IF_ERROR(budget.Take("a box", static_cast<std::uint64_t>(elements), kElementBytes));
   const auto count = static_cast<std::size_t>(elements);
   if (!BoundsFromJson(Field(json, "low"), count, -kInfinity, &low) ||
       !BoundsFromJson(Field(json, "high"), count, kInfinity, &high)) {
@@ -85,23 +91,22 @@ Result<Space> BoxFromJson(const SpaceJson& json, std::int64_t* elements_left) {
 }
 
 /// The same space, if its one-hot numbers or bits are still within what is taken.
-Result<Space> Within(Result<Space> space, std::int64_t* elements_left) {
+Result<Space> Within(Result<Space> space, MemoryBudget& budget) {
   if (!space.ok()) return space;
-  const std::int64_t elements = space->flat_size();
-  if (elements < 1 || elements > *elements_left)
-    return BadSpace("has " + std::to_string(elements) + " choices; at most 2^24 in all are taken");
-  *elements_left -= elements;
+  const std::int64_t choices = space->flat_size();
+  if (choices > kMostElements) return BadSpace("has " + std::to_string(choices) + " choices; at most 2^24 are taken");
+  CONSAC_RETURN_IF_ERROR(budget.Take("choices", static_cast<std::uint64_t>(choices), kChoiceBytes));
   return space;
 }
 
-Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, std::int64_t* elements_left) {
+Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, MemoryBudget& budget) {
   const SpaceJson& children = Field(json, "spaces");
   if (!children.is_array()) return BadSpace("has no list of children");
   std::vector<std::pair<std::string, Space>> named_children;
   std::vector<Space> ordered;
   for (const SpaceJson& child : children) {
     if (!child.is_object()) return BadSpace("has a child that is no object");
-    Result<Space> space = FromJson(Field(child, "space"), depth + 1, elements_left);
+    Result<Space> space = FromJson(Field(child, "space"), depth + 1, budget);
     if (!space.ok()) return space.status();
     const SpaceJson& name = Field(child, "name");
     if (named && !name.is_string()) return BadSpace("has a child without a name");
@@ -141,8 +146,9 @@ nlohmann::json SpaceToJson(const Space& space) {
 
 namespace {
 
-Result<Space> FromJson(const SpaceJson& json, int depth, std::int64_t* elements_left) {
+Result<Space> FromJson(const SpaceJson& json, int depth, MemoryBudget& budget) {
   if (depth > kDeepestSpace) return BadSpace("is nested more than 16 deep");
+  CONSAC_RETURN_IF_ERROR(budget.Take("a space", 1, kSpaceBytes));
   if (!json.is_object() || !Field(json, "type").is_string()) return BadSpace("has no type");
   const std::string type = Field(json, "type").get<std::string>();
   const SpaceJson& n = Field(json, "n");
@@ -150,27 +156,26 @@ Result<Space> FromJson(const SpaceJson& json, int depth, std::int64_t* elements_
     const SpaceJson& start = Field(json, "start");
     if (!n.is_number_integer()) return BadSpace("is discrete without n");
     return Within(Space::Discrete(n.get<std::int64_t>(), start.is_number_integer() ? start.get<std::int64_t>() : 0),
-                  elements_left);
+                  budget);
   }
   if (type == "multi_binary") {
     if (!n.is_number_integer()) return BadSpace("is multi_binary without n");
-    return Within(Space::MultiBinary(n.get<std::int64_t>()), elements_left);
+    return Within(Space::MultiBinary(n.get<std::int64_t>()), budget);
   }
   if (type == "multi_discrete") {
     std::vector<std::int64_t> nvec;
     if (!IntegersFromJson(Field(json, "nvec"), &nvec)) return BadSpace("is multi_discrete without nvec");
-    return Within(Space::MultiDiscrete(std::move(nvec)), elements_left);
+    return Within(Space::MultiDiscrete(std::move(nvec)), budget);
   }
-  if (type == "box") return BoxFromJson(json, elements_left);
-  if (type == "dict" || type == "tuple") return ChildrenFromJson(json, type == "dict", depth, elements_left);
+  if (type == "box") return BoxFromJson(json, budget);
+  if (type == "dict" || type == "tuple") return ChildrenFromJson(json, type == "dict", depth, budget);
   return BadSpace("has the unknown type " + Quote(type) + "; use a newer CONSAC");
 }
 
 }  // namespace
 
-Result<Space> SpaceFromJson(const nlohmann::json& json) {
-  std::int64_t elements_left = kMostElements;
-  return FromJson(json, 0, &elements_left);
+Result<Space> SpaceFromJson(const nlohmann::json& json, MemoryBudget& budget) {
+  return FromJson(json, 0, budget);
 }
 
 }  // namespace consac

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "consac/base/budget.h"
 #include "consac/space/space.h"
 
 namespace consac {
@@ -10,6 +11,6 @@ namespace consac {
 /// {"type": "box", "shape": [2], "dtype": "F32", "low": [...], "high": [...]} and so on; infinity is null.
 nlohmann::json SpaceToJson(const Space& space);
 /// The reverse; the error says which part does not fit. Depth and size are limited before memory is taken.
-Result<Space> SpaceFromJson(const nlohmann::json& json);
+Result<Space> SpaceFromJson(const nlohmann::json& json, MemoryBudget& budget);
 
 }  // namespace consac

@@ -4,18 +4,17 @@
 
 #if CONSAC_SHARED_MEMFD
 
-#include <fcntl.h>
 #include <linux/futex.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+
+#include "base/linux_calls.h"
 
 namespace consac {
 namespace {
@@ -28,7 +27,7 @@ class MemfdRegion final : public SharedRegion {
  public:
   static Result<std::unique_ptr<SharedRegion>> Make(std::size_t bytes) {
     std::unique_ptr<MemfdRegion> region(new MemfdRegion);
-    region->descriptor_ = memfd_create("consac", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+    region->descriptor_ = static_cast<int>(syscall(SYS_memfd_create, "consac", MFD_CLOEXEC | MFD_ALLOW_SEALING));
     if (region->descriptor_ < 0) return MemfdError("cannot make shared memory");
     if (ftruncate(region->descriptor_, static_cast<off_t>(bytes)) != 0)
       return MemfdError("cannot size shared memory to " + std::to_string(bytes) + " bytes");

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cmath>
 #include <exception>
+#include <mutex>
 
 // Asio asks for this where exceptions are off. Every call below takes an error_code, so only a broken precondition
 // of Asio itself could come here.
@@ -24,6 +25,7 @@ void throw_exception(const Exception&) {
 #if !defined(_WIN32)
 #include <fcntl.h>
 #include <poll.h>
+#include <unistd.h>
 #endif
 #if defined(__linux__)
 #include <netinet/tcp.h>
@@ -52,13 +54,62 @@ bool WaitForSocket(tcp::socket::native_handle_type handle, WaitFor what, double 
     return WSAPoll(&entry, 1, static_cast<int>(std::ceil(left * 1e3))) > 0;
 #else
     pollfd entry = {handle, static_cast<short>(what == WaitFor::kReadable ? POLLIN : POLLOUT), 0};
+#if defined(__APPLE__)  // has no ppoll
+    const int ready = poll(&entry, 1, static_cast<int>(std::ceil(left * 1e3)));
+#else
     timespec time;
     time.tv_sec = static_cast<time_t>(left);
     time.tv_nsec = static_cast<long>((left - std::floor(left)) * 1e9);
     const int ready = ppoll(&entry, 1, &time, nullptr);
+#endif
     if (ready >= 0 || errno != EINTR) return ready > 0;
 #endif
   }
+}
+
+/// The system has no more of something that a connection takes.
+bool IsShortage(const asio::error_code& error) {
+  const asio::error_code none_on_the_machine(ENFILE, asio::error::get_system_category());
+  return error == asio::error::no_descriptors || error == none_on_the_machine || error == asio::error::no_memory ||
+         error == asio::error::no_buffer_space;
+}
+
+Status SocketShortage(const std::string& what, const asio::error_code& error) {
+  return {StatusCode::kResourceExhausted,
+          what + ": " + error.message() + "; close other connections, or raise the limit of open files (ulimit -n)"};
+}
+
+/// Ok when the system has the descriptors that a context takes, at most four: two and two.
+Status CheckDescriptors(const std::string& what) {
+#if !defined(_WIN32)
+  int ends[4] = {-1, -1, -1, -1};
+  const bool enough = pipe(ends) == 0 && pipe(ends + 2) == 0;
+  const asio::error_code error(errno, asio::error::get_system_category());
+  for (const int end : ends) {
+    if (end >= 0) close(end);
+  }
+  if (!enough) return SocketShortage(what, error);
+#else
+  (void)what;
+#endif
+  return Status::Ok();
+}
+
+using ContextPointer = std::shared_ptr<asio::io_context>;
+
+/// All sockets hang on one context, so that each costs one descriptor and not four. It comes with the first and goes
+/// with the last. Asio ends the program where there are no descriptors for it, so they are tried first.
+Result<ContextPointer> SocketContext() {
+  static std::mutex mutex;
+  static std::weak_ptr<asio::io_context> present;
+  const std::lock_guard lock(mutex);
+  ContextPointer context = present.lock();
+  if (context != nullptr) return context;
+  CONSAC_RETURN_IF_ERROR(CheckDescriptors("cannot open a socket"));
+  context = std::make_shared<asio::io_context>();
+  const tcp::socket takes_them(*context);
+  present = context;
+  return context;
 }
 
 std::string EndpointText(const tcp::endpoint& endpoint) {
@@ -94,8 +145,7 @@ void KeepFromChildren([[maybe_unused]] tcp::socket::native_handle_type handle) {
 
 class TcpTransport final : public Transport {
  public:
-  TcpTransport(std::unique_ptr<asio::io_context> context, tcp::socket socket)
-      : context_(std::move(context)), socket_(std::move(socket)) {
+  TcpTransport(ContextPointer context, tcp::socket socket) : context_(std::move(context)), socket_(std::move(socket)) {
     asio::error_code ignored;
     socket_.set_option(tcp::no_delay(true), ignored);
     socket_.non_blocking(true, ignored);
@@ -154,7 +204,7 @@ class TcpTransport final : public Transport {
   std::string peer() const override { return peer_; }
 
  private:
-  std::unique_ptr<asio::io_context> context_;
+  const ContextPointer context_;  // outlives the socket
   tcp::socket socket_;
   std::string peer_;
   SpinBudget spin_;
@@ -162,12 +212,13 @@ class TcpTransport final : public Transport {
 
 class TcpListener final : public Listener {
  public:
-  TcpListener() : acceptor_(context_) {}
+  explicit TcpListener(const ContextPointer& context) : context_(context), acceptor_(*context) {}
 
   Status Open(const Endpoint& endpoint) {
     asio::error_code error;
-    tcp::resolver resolver(context_);
+    tcp::resolver resolver(*context_);
     const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port), tcp::resolver::passive, error);
+    if (error) CONSAC_RETURN_IF_ERROR(CheckDescriptors("cannot find host " + Quote(endpoint.host)));
     if (error || found.empty())
       return {StatusCode::kInvalidArgument, "cannot listen on host " + Quote(endpoint.host) + ": " + error.message()};
     const tcp::endpoint local = found.begin()->endpoint();
@@ -188,6 +239,7 @@ class TcpListener final : public Listener {
               "port " + std::to_string(endpoint.port) +
                   " is in use; stop what listens there, choose another port, or use port 0 for a free one"};
     }
+    if (IsShortage(error)) return SocketShortage("cannot listen on port " + std::to_string(endpoint.port), error);
     if (error)
       return {StatusCode::kUnavailable,
               "cannot listen on " + endpoint.host + ":" + std::to_string(endpoint.port) + ": " + error.message()};
@@ -200,18 +252,14 @@ class TcpListener final : public Listener {
       return Status{StatusCode::kFailedPrecondition, "the port is closed; open it before accepting"};
     if (timeout_s > 0.0 && !WaitForSocket(acceptor_.native_handle(), WaitFor::kReadable, timeout_s))
       return std::unique_ptr<Transport>();
-    // The connection lives on a context of its own, so that it may outlive this listener.
-    auto context = std::make_unique<asio::io_context>();
-    tcp::socket socket(*context);
+    tcp::socket socket(*context_);
     asio::error_code error;
     acceptor_.accept(socket, error);
     if (error == asio::error::would_block || error == asio::error::try_again ||
         error == asio::error::connection_aborted)
       return std::unique_ptr<Transport>();
-    if (error)
-      return Status{StatusCode::kResourceExhausted,
-                    "cannot accept a connection on port " + std::to_string(port_) + ": " + error.message()};
-    return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
+    if (error) return SocketShortage("cannot accept a connection on port " + std::to_string(port_), error);
+    return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(context_, std::move(socket)));
   }
 
   int port() const override {
@@ -224,7 +272,7 @@ class TcpListener final : public Listener {
   }
 
  private:
-  asio::io_context context_;
+  const ContextPointer context_;  // outlives the acceptor
   tcp::acceptor acceptor_;
   int port_ = 0;
 };
@@ -249,24 +297,28 @@ asio::error_code ConnectSocket(tcp::socket& socket, const tcp::endpoint& remote,
 }  // namespace
 
 Result<std::unique_ptr<Listener>> ListenTcp(const Endpoint& endpoint) {
-  auto listener = std::make_unique<TcpListener>();
+  const Result<ContextPointer> context = SocketContext();
+  if (!context.ok()) return context.status();
+  auto listener = std::make_unique<TcpListener>(*context);
   CONSAC_RETURN_IF_ERROR(listener->Open(endpoint));
   return std::unique_ptr<Listener>(std::move(listener));
 }
 
 Result<std::unique_ptr<Transport>> ConnectTcp(const Endpoint& endpoint, double timeout_s) {
-  auto context = std::make_unique<asio::io_context>();
+  const Result<ContextPointer> context = SocketContext();
+  if (!context.ok()) return context.status();
   const std::string where = endpoint.host + ":" + std::to_string(endpoint.port);
   asio::error_code error;
-  tcp::resolver resolver(*context);
+  tcp::resolver resolver(**context);
   const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port), error);
+  if (error) CONSAC_RETURN_IF_ERROR(CheckDescriptors("cannot find host " + Quote(endpoint.host)));
   if (error)
     return Status{StatusCode::kInvalidArgument, "cannot find host " + Quote(endpoint.host) + ": " + error.message()};
   for (const auto& entry : found) {
-    tcp::socket socket(*context);
+    tcp::socket socket(**context);
     error = ConnectSocket(socket, entry.endpoint(), timeout_s);
-    if (!error)
-      return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(std::move(context), std::move(socket)));
+    if (!error) return std::unique_ptr<Transport>(std::make_unique<TcpTransport>(*context, std::move(socket)));
+    if (IsShortage(error)) return SocketShortage("cannot connect to " + where, error);
   }
   return Status{StatusCode::kUnavailable,
                 "nobody answers at " + where + " (" + error.message() + "); start the engine, or check host and port"};

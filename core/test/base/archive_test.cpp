@@ -97,6 +97,21 @@ TEST(Archive, AnImpossibleValueIsNamedWithItsPath) {
   EXPECT_NE(reader.status().message().find("'rng/used'"), std::string::npos) << reader.status().message();
 }
 
+TEST(Archive, AFlagThatIsNeitherTrueNorFalseIsRefused) {
+  Outer object;
+  StateMap state = Save(object);
+  state.at("flag").bytes[0] = std::byte{0};
+  StateReader cleared(state);
+  object.Visit(cleared);
+  ASSERT_TRUE(cleared.status().ok());
+  EXPECT_FALSE(object.flag);
+  state.at("flag").bytes[0] = std::byte{2};
+  StateReader reader(state);
+  object.Visit(reader);
+  EXPECT_EQ(reader.status().code(), StatusCode::kDataLoss);
+  EXPECT_NE(reader.status().message().find("'flag'"), std::string::npos) << reader.status().message();
+}
+
 TEST(Archive, ANameTwiceIsOurMistakeAndReported) {
   StateWriter writer;
   int number = 1;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include "consac/nn/kernels.h"
 #include "consac/nn/net_arch.h"
@@ -93,6 +94,27 @@ TEST(Policy, AWrongSelfTestIsRefused) {
   const auto loaded = Policy::FromBytes(file.Serialise());
   EXPECT_EQ(loaded.status().code(), StatusCode::kDataLoss);
   EXPECT_NE(loaded.status().message().find("self-test"), std::string::npos);
+}
+
+// Statistics at the edge of float32: what is saved is finite throughout, as every reader demands.
+TEST(Policy, ModelsOfEnormousObservationsHaveFiniteSelfTests) {
+  PolicyData data = SmallPolicy(*Space::Box(-3e38, 3e38, {2}), *Space::Discrete(3), 3);
+  RunningMoments moments(2);
+  moments.mean = {3e38, -3e38};
+  moments.variance = {1e77, 1e77};
+  data.normaliser = ObservationNormaliser::Of(moments, 1e-8, 10);
+  auto policy = Policy::Create(data, 1);
+  ASSERT_TRUE(policy.ok()) << policy.status().message();
+  ModelFile file = policy->ToFile();
+  for (const auto& [name, tensor] : file.tensors) {
+    for (const float number : tensor.floats()) ASSERT_TRUE(std::isfinite(number)) << name;
+  }
+  EXPECT_TRUE(Policy::FromBytes(file.Serialise()).ok());
+  const float infinity = std::numeric_limits<float>::infinity();
+  std::memcpy(file.tensors.find("test/0/in")->second.bytes.data(), &infinity, sizeof(infinity));
+  const Status status = Policy::FromBytes(file.Serialise()).status();
+  EXPECT_EQ(status.code(), StatusCode::kDataLoss);
+  EXPECT_NE(status.message().find("infinity"), std::string::npos) << status.message();
 }
 
 // Another machine has another instruction set; the model must pass its self-test there. Rectifiers and wide bounds

@@ -63,5 +63,50 @@ TEST(Protocol2Frames, ConformanceCasesHoldWhereverTheStreamIsCut) {
   }
 }
 
+/// Feeds `bytes` of a frame of `whole` bytes; the most that the reader held.
+std::size_t Feed(FrameReader& reader, std::size_t whole, std::size_t bytes) {
+  std::vector<std::byte> stream(bytes);
+  WriteHeader({FrameType::kStep, false, static_cast<std::uint32_t>(whole - kHeaderBytes), 0, 1, 0}, stream.data());
+  std::size_t most = 0;
+  for (std::size_t at = 0; at < bytes;) {
+    const std::span<std::byte> room = reader.Writable();
+    const std::size_t count = std::min(room.size(), bytes - at);
+    EXPECT_GT(count, 0u);
+    std::copy_n(stream.data() + at, count, room.data());
+    reader.Commit(count);
+    at += count;
+    Frame frame;
+    for (auto next = reader.Next(&frame); next.ok() && *next; next = reader.Next(&frame)) {
+    }
+    most = std::max(most, reader.capacity());
+  }
+  return most;
+}
+
+TEST(Protocol2Frames, HoldWhatHasComeAndGiveItBack) {
+  constexpr std::size_t kKibi = 1024, kLong = kLargestFrame, kShort = 100;
+  FrameReader reader(kLargestFrame);
+  EXPECT_EQ(Feed(reader, kShort, kShort), 64 * kKibi);
+  for (const std::size_t come : {kHeaderBytes, 64 * kKibi, 1024 * kKibi, kLong / 2, kLong - 1}) {
+    FrameReader greedy(kLargestFrame);
+    const std::size_t held = Feed(greedy, kLong, come);
+    EXPECT_LE(held, std::max(64 * kKibi, std::min(2 * come, kLong) + 16 * kKibi)) << come;
+  }
+  EXPECT_LE(Feed(reader, kLong, kLong), kLong + 16 * kKibi);
+  for (int i = 0; i < 64; ++i) (void)Feed(reader, kShort, kShort);
+  EXPECT_LE(reader.capacity(), 128 * kKibi) << "after short frames nothing is left of the long one";
+}
+
+TEST(Protocol2Frames, LongFramesInARowTakeMemoryOnce) {
+  constexpr std::size_t kLong = std::size_t{1} << 20;
+  FrameReader reader(kLargestFrame);
+  (void)Feed(reader, kLong, kLong);
+  const std::byte* at = reader.Writable().data();
+  for (int i = 0; i < 10; ++i) {
+    (void)Feed(reader, kLong, kLong);
+    EXPECT_EQ(reader.Writable().data(), at);
+  }
+}
+
 }  // namespace
 }  // namespace consac::protocol2

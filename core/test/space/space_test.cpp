@@ -120,6 +120,24 @@ TEST(Layout, CheckNamesLeafValueAndBound) {
   EXPECT_EQ(CheckRow(layout, row.data()).code(), StatusCode::kNonFinite);
 }
 
+TEST(Layout, EachChoiceOfAMaskIsLookedAtByItself) {
+  const Layout layout = Layout::Of(*Space::Dict({{"bits", *Space::MultiBinary(1)},
+                                                 {"gear", *Space::MultiDiscrete({2, 3})},
+                                                 {"push", *Space::Box(-1, 1, {4})},
+                                                 {"turn", *Space::Discrete(2)}}));
+  const std::vector<std::int64_t> choices = MaskedChoices(layout);
+  EXPECT_EQ(choices, (std::vector<std::int64_t>{2, 2, 3, 2}));
+  const std::vector<std::uint8_t> legal = {0, 1, 1, 0, 0, 0, 1, 1, 0};
+  ASSERT_EQ(static_cast<std::int64_t>(legal.size()), layout.mask_bytes);
+  EXPECT_EQ(ChoiceWithNothingLegal(choices, legal.data()), -1);
+  std::vector<std::uint8_t> mask = legal;
+  mask[6] = 0;  // the second of `gear`, whose first has something
+  EXPECT_EQ(ChoiceWithNothingLegal(choices, mask.data()), 2);
+  mask[1] = 0;
+  EXPECT_EQ(ChoiceWithNothingLegal(choices, mask.data()), 0);
+  EXPECT_TRUE(MaskedChoices(Layout::Of(*Space::Box(-1, 1, {2}))).empty());
+}
+
 TEST(Space, TextNamesItAsGymnasiumDoes) {
   EXPECT_EQ(Space::Discrete(3)->ToString(), "Discrete(3)");
   EXPECT_EQ(Space::Box({0, 0}, {40, 20}, {2})->ToString(), "Box(0, [40, 20], (2,), float32)");

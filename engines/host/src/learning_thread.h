@@ -5,15 +5,16 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
-#include <thread>
 #include <utility>
+
+#include "consac/base/thread.h"
 
 namespace consac::host {
 
 /// Does one job at a time. What the job touches is its own until it is done.
 class LearningThread {
  public:
-  LearningThread() : thread_([this] { Work(); }) {}
+  LearningThread() = default;
   /// Waits for the job under way.
   ~LearningThread() {
     {
@@ -21,11 +22,15 @@ class LearningThread {
       stop_ = true;
     }
     wake_.notify_all();
-    thread_.join();
+    thread_.Join();
   }
   LearningThread(const LearningThread&) = delete;
   LearningThread& operator=(const LearningThread&) = delete;
 
+  /// Once, before the first job. kResourceExhausted where the system gives no thread.
+  Status Start() {
+    return thread_.Start([this] { Work(); });
+  }
   /// Begins a job; none may be under way.
   void Begin(std::function<void()> job) {
     {
@@ -65,7 +70,7 @@ class LearningThread {
   std::condition_variable wake_;
   std::function<void()> job_;
   bool busy_ = false, stop_ = false;
-  std::thread thread_;  // last: it uses what is above
+  Thread thread_;  // last: it uses what is above
 };
 
 }  // namespace consac::host

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "consac/base/hooks.h"
 #include "consac/base/text.h"
@@ -31,16 +32,14 @@ void WatchBounds(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place,
                               "; it is offered as it is; widen the bounds, or keep within them");
 }
 
-/// Makes every float32 of a row finite; names the first that was not.
+/// Makes every number of a row finite, as the float32 that learners take it for; names the first that was not.
 Status MendRow(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, std::byte* row) {
   Status status;
   for (std::size_t l = 0; l < behaviour.observation_layout.leaves.size(); ++l) {
     const Leaf& leaf = behaviour.observation_layout.leaves[l];
-    if (leaf.dtype != DType::kF32) continue;
+    if (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64) continue;
     for (std::int64_t i = 0; i < leaf.count; ++i) {
-      float value;
-      std::byte* at = row + leaf.offset + static_cast<std::size_t>(i) * sizeof(float);
-      std::memcpy(&value, at, sizeof(value));
+      const auto value = static_cast<float>(ReadElement(leaf, row, i));
       if (std::isfinite(value)) {
         WatchBounds(behaviour, herd, place, l, i, value);
         continue;
@@ -49,8 +48,7 @@ Status MendRow(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, s
         status = {StatusCode::kNonFinite,
                   Sight(behaviour, place, leaf, i, std::isnan(value) ? "NaN" : "infinity") + "; 0 was taken instead"};
       }
-      value = 0.0f;
-      std::memcpy(at, &value, sizeof(value));
+      WriteElement(leaf, row, i, 0.0);
     }
   }
   return status;
@@ -61,6 +59,20 @@ Status MendReward(const BehaviourSpec& behaviour, std::int64_t place, float* rew
   *reward = 0.0f;
   return {StatusCode::kNonFinite, "the reward of agent " + std::to_string(place) + " of '" + behaviour.name +
                                       "' is NaN or infinite; 0 was taken instead"};
+}
+
+/// Where nothing is legal, everything is: an agent has to do something.
+Status MendMask(const BehaviourSpec& behaviour, const Herd& herd, std::int64_t place, std::uint8_t* mask) {
+  Status status;
+  for (std::int64_t choice; (choice = ChoiceWithNothingLegal(herd.choices, mask)) >= 0;) {
+    const auto end = herd.choices.begin() + choice;
+    std::fill_n(mask + std::accumulate(herd.choices.begin(), end, std::int64_t{0}), *end, std::uint8_t{1});
+    if (!status.ok()) continue;
+    status = {StatusCode::kInvalidArgument, "agent " + std::to_string(place) + " of '" + behaviour.name +
+                                                "' has nothing legal in choice " + std::to_string(choice) +
+                                                " of its action mask; all of it was taken as legal"};
+  }
+  return status;
 }
 
 }  // namespace
@@ -165,8 +177,10 @@ Status TickWorld::OfferPlace(std::size_t b, std::size_t index, std::size_t row, 
   }
   std::memcpy(batch.next_observations + row * herd.observation_bytes, seen, herd.observation_bytes);
   if (herd.mask_bytes > 0) {
-    std::memcpy(batch.next_action_masks + row * herd.mask_bytes, herd.masks.data() + index * herd.mask_bytes,
-                herd.mask_bytes);
+    std::uint8_t* mask = herd.masks.data() + index * herd.mask_bytes;
+    const Status mended = place.joined ? MendMask(behaviour, herd, number, mask) : Status::Ok();
+    if (status.ok()) status = mended;
+    std::memcpy(batch.next_action_masks + row * herd.mask_bytes, mask, herd.mask_bytes);
   }
   return status;
 }

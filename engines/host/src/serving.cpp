@@ -1,5 +1,6 @@
 // A trainer at the other end of a connection drives the world.
 #include <algorithm>
+#include <utility>
 
 #include "turn.h"
 
@@ -34,13 +35,17 @@ class ServingDriver final : public Driver {
       if (still) finished_ = false;
       if (!status.ok()) return status;
       if (connected && !still) {
+        if (!std::exchange(began_, false)) return Status::Ok();  // it left in the handshake: that was no session
         finished_ = server_->session_steps() >= total_steps_;
         ++ended_;
         return Status::Ok();
       }
       if (Now() >= until) break;
     }
-    if (world_.cue() != Cue::kWait) meter_.Note(world_.tally().steps, began);
+    if (world_.cue() != Cue::kWait) {
+      began_ = true;
+      meter_.Note(world_.tally().steps, began);
+    }
     return Status::Ok();
   }
 
@@ -67,6 +72,7 @@ class ServingDriver final : public Driver {
   std::unique_ptr<EnvServer> server_;
   std::int64_t total_steps_ = 0, ended_ = 0;
   bool finished_ = false;
+  bool began_ = false;  // the present trainer has asked the agents for something
   Meter meter_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "consac/base/names.h"
 #include "tick_world_state.h"
 
 namespace consac::host {
@@ -47,7 +48,7 @@ Result<BehaviourSpec> BehaviourOfOffering(const Offering& offering, bool alone) 
   const auto wrong = [&](const std::string& what) {
     return Status{StatusCode::kInvalidArgument, "behaviour '" + offering.name + "' " + what};
   };
-  if (offering.name.empty()) return wrong("has no name");
+  CONSAC_RETURN_IF_ERROR(CheckName("behaviour", offering.name));
   if (offering.agents < 1) return wrong("has room for " + std::to_string(offering.agents) + " agents; at least 1");
   const Result<Space> seen = SpaceOfEntries(offering.observations);
   if (!seen.ok()) return wrong("(observations) " + seen.status().message());
@@ -80,6 +81,7 @@ Herd::Herd(const BehaviourSpec& behaviour)
       last(seen.size()),
       done(places.size() * action_bytes),
       masks(places.size() * mask_bytes, 1),
+      choices(mask_bytes > 0 ? MaskedChoices(behaviour.action_layout) : std::vector<std::int64_t>()),
       outside(behaviour.observation_layout.leaves.size()) {}
 
 Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
@@ -89,17 +91,17 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
     return Status{StatusCode::kInvalidArgument, "max_episode_steps is " + std::to_string(options.max_episode_steps) +
                                                     "; give 0 for no limit, or more"};
   }
+  CONSAC_RETURN_IF_ERROR(CheckOptionalName("environment", options.id));
   std::size_t bytes = 0;
+  std::vector<std::string_view> names;
   state->spec.id = std::move(options.id);
   state->spec.max_episode_steps = state->max_episode_steps = options.max_episode_steps;
   state->agents_leave = options.agents_leave;
   for (const Offering& offering : options.offerings) {
     Result<BehaviourSpec> behaviour = BehaviourOfOffering(offering, options.offerings.size() == 1);
     if (!behaviour.ok()) return behaviour.status();
-    for (const BehaviourSpec& other : state->spec.behaviours) {
-      if (other.name == behaviour->name)
-        return Status{StatusCode::kInvalidArgument, "two behaviours are called '" + other.name + "'; rename one"};
-    }
+    names.emplace_back(offering.name);
+    CONSAC_RETURN_IF_ERROR(CheckNamesTogether("behaviour", names));
     bytes += static_cast<std::size_t>(behaviour->slots) * BytesOfPlace(*behaviour);
     if (bytes > kMostRowBytes) {
       return Status{StatusCode::kResourceExhausted,

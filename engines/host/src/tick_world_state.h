@@ -34,6 +34,7 @@ struct Herd {
   std::vector<std::uint8_t> present;  // [places] as of the latest Offer
   std::vector<std::byte> seen, last, done;
   std::vector<std::uint8_t> masks;
+  std::vector<std::int64_t> choices;  // mask bytes of each choice; empty where nothing is masked
   std::vector<std::uint8_t> outside;  // [observation leaves] a number beyond the bounds was told of
 };
 

@@ -27,14 +27,16 @@ class TrainingDriver final : public Driver {
   TrainingDriver(TickWorld& world, const TrainOptions& options)
       : world_(world), turn_(world), options_(options), rng_(options.seed, StreamId("acting_while_learning")) {}
 
-  Status MakeLearners() {
+  /// The thread to learn on, and a learner for each behaviour.
+  Status Begin() {
+    CONSAC_RETURN_IF_ERROR(thread_.Start());
     const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(options_.algorithm);
     if (!algorithm.ok()) return algorithm.status();
     learn::HyperparameterSet values((*algorithm)->hyperparameters);
     for (const auto& [name, text] : options_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
     for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
       const learn::LearnerOptions options{
-          world_.spec().behaviours[b], options_.seed, ShareOfSteps(b), {}, kMostLearnerBytes};
+          world_.spec().behaviours[b], learn::BehaviourSeed(options_.seed, b), ShareOfSteps(b), {}, kMostLearnerBytes};
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
@@ -217,7 +219,7 @@ Result<std::unique_ptr<Driver>> Train(TickWorld& world, const TrainOptions& opti
                   "total_steps is " + std::to_string(options.total_steps) + "; give at least 1"};
   }
   auto driver = std::make_unique<TrainingDriver>(world, options);
-  CONSAC_RETURN_IF_ERROR(driver->MakeLearners());
+  CONSAC_RETURN_IF_ERROR(driver->Begin());
   return std::unique_ptr<Driver>(std::move(driver));
 }
 

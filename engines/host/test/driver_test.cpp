@@ -10,6 +10,7 @@
 #include "consac/host/recorder.h"
 #include "consac/policy/policy.h"
 #include "engines/host/test/ticked_engine.h"
+#include "tests/protocol2_peers.h"
 #include "tests/support.h"
 
 namespace consac::host {
@@ -47,6 +48,19 @@ TEST(Training, InsideTheEngineLearnsTheRoadAndGoesOnActing) {
   ASSERT_TRUE(driver->SaveModel(0, path).ok());
   Policy policy = *Policy::Load(path);
   EXPECT_GE(RoadAccuracy(policy), 0.98);
+}
+
+// Rounds of learning every few ticks, agents that are asked for each: nothing of the driver knows which algorithm it
+// is.
+TEST(Training, InsideTheEngineByA2cToo) {
+  TickedEngine engine("road-v0", 4, 1);
+  TrainOptions options = RoadTraining(4000);
+  options.algorithm = "a2c";
+  auto driver = *Train(engine.world(), options);
+  TrainToTheEnd(engine, *driver);
+  EXPECT_EQ(driver->progress().steps, 4000);
+  EXPECT_EQ(driver->progress().updates, 200);
+  EXPECT_TRUE(driver->learned(0));
 }
 
 TEST(Training, WhileTheGameGoesOnNeverWaits) {
@@ -104,6 +118,55 @@ TEST(Serving, BeyondThisComputerNeedsAToken) {
   EXPECT_THAT(Serve(engine.world(), options).status().message(), HasSubstr("needs an access token"));
   options.server.token = "secret";
   EXPECT_TRUE(Serve(engine.world(), options).ok());
+}
+
+// As `consac eval` with a model that does not fit does. Whoever comes next is not told that it is still there.
+TEST(Serving, ATrainerThatLeavesInTheHandshakeMakesRoomAtOnce) {
+  TickedEngine engine("road-v0", 1, 1);
+  ServeOptions options;
+  options.endpoint = {"127.0.0.1", 0};
+  options.server.training_length = 10;
+  const std::unique_ptr<Driver> driver = *Serve(engine.world(), options);
+  const auto connect = [&] {
+    auto trainer = std::make_unique<testing::RawTrainer>(*ConnectTcp({"127.0.0.1", driver->port()}, 2.0));
+    trainer->Send(protocol2::FrameType::kHello, 0, protocol2::EncodeHello({}));
+    return trainer;
+  };
+  std::unique_ptr<testing::RawTrainer> trainer = connect();
+  for (int i = 0; i < 4; ++i) {
+    for (int tick = 0; tick < 4; ++tick) (void)engine.Tick(*driver, 0.01);  // an error when one has left
+    ASSERT_EQ(trainer->Next().header.type, protocol2::FrameType::kWelcome) << i;
+    if (i % 2 == 0) trainer->Send(protocol2::FrameType::kBye, 0, "");
+    trainer->transport().Close();
+    trainer = connect();
+  }
+  EXPECT_EQ(driver->ended(), 0) << "those were no sessions";
+  EXPECT_FALSE(driver->finished());
+}
+
+// Twins that see the same: what tells them apart is their learners' draws alone.
+TEST(Training, NoTwoBehavioursDrawTheSameNumbers) {
+  const ScratchFolder folder("host_twins");
+  TickWorldOptions options;
+  options.id = "twins";
+  for (const char* name : {"one", "other"}) {
+    Offering offering;
+    offering.name = name;
+    offering.observations = {{"seen", *Space::Box(0.0, 1.0, {2}, DType::kF32)}};
+    offering.actions = {{"done", *Space::Discrete(3)}};
+    offering.agents = 1;
+    options.offerings.push_back(offering);
+  }
+  const std::unique_ptr<TickWorld> world = *TickWorld::Create(options);
+  for (std::size_t b = 0; b < 2; ++b) (void)*world->Join(b);
+  const auto driver = *Train(*world, RoadTraining(100));
+  std::vector<float> parameters[2];
+  for (std::size_t b = 0; b < 2; ++b) {
+    const std::string path = folder.path() + "/" + std::to_string(b) + ".consac";
+    ASSERT_TRUE(driver->SaveModel(b, path).ok());
+    parameters[b] = Policy::Load(path)->data().parameters;
+  }
+  EXPECT_NE(parameters[0], parameters[1]);
 }
 
 TEST(Training, SaysWhatDoesNotFit) {

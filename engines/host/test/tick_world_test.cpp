@@ -72,7 +72,7 @@ TEST(TickWorld, SaysWhatIsWrongWithAnOffering) {
   EXPECT_THAT(message(options), HasSubstr("place"));
   options = Walkers(1);
   options.offerings.push_back(Walker(1));
-  EXPECT_THAT(message(options), HasSubstr("two behaviours are called 'walker'"));
+  EXPECT_THAT(message(options), HasSubstr("behaviour name 'walker' is there twice"));
   options = Walkers(1);
   options.offerings[0].actions = {{"push", *Space::Box(-1, 1, {1})}};
   options.offerings[0].masks_actions = true;
@@ -88,6 +88,20 @@ TEST(TickWorld, OneEntryIsTheSpaceItselfAndSeveralAreADictOfThem) {
   EXPECT_EQ(world.world->ObservationLeaf(0, 0).name, "place");
   EXPECT_EQ(world.world->ObservationLeaf(0, 1).name, "colour");
   EXPECT_EQ(world.world->spec().environments(), 2);
+}
+
+TEST(TickWorld, WhereNothingIsLegalEverythingIsAndItIsSaid) {
+  TickWorldOptions options = Walkers(1);
+  options.offerings[0].actions = {{"move", *Space::MultiDiscrete({2, 3})}};
+  options.offerings[0].masks_actions = true;
+  World w(options);
+  w.JoinAll();
+  w.world->Reset(1, w.batches);
+  const std::uint8_t mask[5] = {1, 0, 0, 0, 0};
+  std::memcpy(w.world->ActionMask(0), mask, sizeof(mask));
+  EXPECT_THAT(w.world->Offer().message(), HasSubstr("agent 0 of 'walker' has nothing legal in choice 1"));
+  const std::uint8_t* sent = w.batches[0].next_action_masks;
+  EXPECT_EQ(std::vector<std::uint8_t>(sent, sent + 5), (std::vector<std::uint8_t>{1, 0, 1, 1, 1}));
 }
 
 TEST(TickWorld, AgentsOfSeveralBehavioursShareOneEnvironment) {

@@ -51,10 +51,12 @@ void AddAgents(Shim::Game& game, int count) {
   for (int k = 0; k < count; ++k) {
     game.SpawnWith<ABenchActor>([&game](ABenchActor& actor) {
       UConsacAgentComponent* agent = game.AddComponent<UConsacAgentComponent>(actor);
+      // As the pins of a graph: names that were made once.
+      static const FName kSeen = TEXT("seen"), kDone = TEXT("done");
       FConsacEntry seen, done;
-      seen.Name = TEXT("seen");
+      seen.Name = kSeen;
       seen.Space = UConsacBlueprintLibrary::MakeBoxSpace(kNumbers, -1.0f, 1.0f);
-      done.Name = TEXT("done");
+      done.Name = kDone;
       done.Space = UConsacBlueprintLibrary::MakeDiscreteSpace(4);
       agent->Observations.Add(seen);
       agent->Actions.Add(done);
@@ -64,10 +66,10 @@ void AddAgents(Shim::Game& game, int count) {
         phase += 0.001f;
         TArray<float> numbers;
         for (int n = 0; n < kNumbers; ++n) numbers.Add(std::sin(phase + static_cast<float>(n)));
-        which->SetObservationNumbers(TEXT("seen"), numbers);
+        which->SetObservationNumbers(kSeen, numbers);
       });
       agent->OnAction.ShimBind(nullptr, [](UConsacAgentComponent* which) {
-        which->AddReward(which->GetActionChoice(TEXT("done")) == 1 ? 1.0f : 0.0f);
+        which->AddReward(which->GetActionChoice(kDone) == 1 ? 1.0f : 0.0f);
       });
     });
   }

@@ -21,8 +21,15 @@ def class_body(type_) -> list[str]:
     return ["public:", f"using Super = {base};", f"using ThisClass = {type_.name};",
             f"{type_.name}(const {type_.name}&) = delete;", f"{type_.name}& operator=(const {type_.name}&) = delete;",
             *([] if own else [f"{type_.name}() = default;"]),
+            f"explicit {type_.name}(FVTableHelper& helper) : Super(helper) {{}}",
+            f"virtual void ShimReferences(Shim::References& references) const override {{ Super::ShimReferences(references); {added(type_)} }}",
             f'static UClass* StaticClass() {{ static UClass made("{type_.name}", {base}::StaticClass()); return &made; }}',
             "friend struct ShimAddresses;", "virtual UClass* ShimClass() const override { return StaticClass(); }", "private:"]
+
+
+def added(type_) -> str:
+    """Says what a type's reflected members keep alive."""
+    return " ".join(f"references.Add({member.name});" for member in type_.members if member.kind == "UPROPERTY")
 
 
 def generated_header(file) -> str:
@@ -31,7 +38,8 @@ def generated_header(file) -> str:
     for type_ in file.types:
         for token in type_.body:
             if token.kind == "word" and token.text == "GENERATED_BODY":
-                body = class_body(type_) if type_.kind == "UCLASS" else []
+                body = class_body(type_) if type_.kind == "UCLASS" else [
+                    f"template <class R> void ShimReferences(R& references) const {{ (void)references; {added(type_)} }}"]
                 lines.append(f"#define {file_id}_{token.line}_GENERATED_BODY " + " ".join(body))
     return "\n".join(lines) + "\n"
 
@@ -49,6 +57,8 @@ def source_of(plugin: Plugin) -> str:
     for file, type_ in plugin.types:
         if type_.kind != "UCLASS":
             continue
+        includes.add(file.name)
+        lines.append(f"Shim::AddReflected(&HotReloaded<{type_.name}>);")
         for member in type_.members:
             if member.kind != "UFUNCTION":
                 continue
@@ -56,18 +66,27 @@ def source_of(plugin: Plugin) -> str:
                 raise SystemExit(f"{file.path}:{member.line}: the shim has no events that Blueprint implements; use a delegate")
             includes.add(file.name)
             lines.append(f"Addressed(&{type_.name}::{member.name});")
-        if "UGameInstanceSubsystem" in bases(plugin, type_):
-            includes.add(file.name)
-            lines.append(f"Shim::AddSubsystem([]() -> UGameInstanceSubsystem* {{ return new {type_.name}(); }});")
+        for base in {"UGameInstanceSubsystem", "UWorldSubsystem"} & set(bases(plugin, type_)):
+            lines.append(f"Shim::AddSubsystem([]() -> {base}* {{ return new {type_.name}(); }});")
     body = "\n".join(f"    {line}" for line in lines)
     return "\n".join([f'#include "{name}"' for name in sorted(includes)]) + f"""
+#include "Shim/Runtime.h"
 #include "Subsystems/GameInstanceSubsystem.h"
+#include "Subsystems/WorldSubsystem.h"
 
 /// A friend of every reflected class.
 struct ShimAddresses {{
   template <class T>
   static void Addressed(T function) {{
     [[maybe_unused]] static volatile T kept = function;
+  }}
+  template <class T>
+  static void HotReloaded() {{
+    if constexpr (!std::is_abstract_v<T>) {{
+      FVTableHelper helper;
+      std::unique_ptr<UObject> made(new T(helper));
+      made->BeginDestroy();
+    }}
   }}
   static bool Take() {{
 {body}

@@ -1,5 +1,5 @@
-// Every node in every wrong order: random sequences of random nodes with random arguments. Nothing crashes, nothing is
-// left; whatever fails says why.
+// Every node in every wrong order: random sequences of random nodes with random arguments, in worlds that come and go,
+// with garbage collected between any two of them. Nothing crashes, nothing is left; whatever fails says why.
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -43,6 +43,9 @@ class Sequence {
   }
 
   void Do() {
+    socket_held_.Hold(socket_);
+    model_held_.Hold(model_);
+    Shim::Collect();
     const std::uint32_t what = Pick(40);
     if (what < 12) {
       SocketNode(what);
@@ -336,7 +339,32 @@ class Sequence {
     } else if (what == 37 && Pick(8) == 0) {
       Shim::Destroy(*trainer_);
       SpawnTrainer();
+    } else if (what == 38 && Pick(8) == 0) {
+      // To another level, at once or with both for a while.
+      agent_.reset();
+      if (Pick(2) == 0) {
+        game_->Travel();
+      } else {
+        UWorld& before = game_->world();
+        game_->OpenWorld();
+        for (std::uint32_t k = Pick(3); k > 0; --k) game_->Tick();
+        game_->CloseWorld(before);
+      }
+      Populate();
+    } else if (what == 38 && Pick(4) == 0) {
+      // A level with a trainer comes, and goes, while another trainer drives.
+      AConsacTrainer* first = trainer_;
+      SpawnTrainer();
+      trainer_->bAutoStart = true;
+      game_->Tick();
+      Shim::StreamOut(Pick(2) == 0 ? *first : *trainer_);
+      if (!trainer_->shim_begun_) trainer_ = first;
+    } else if (what == 39 && Pick(8) == 0) {
+      // Somebody else plays in the same process.
+      other_ = Pick(2) == 0 ? nullptr : std::make_unique<Shim::Game>(Pick(2) == 0 ? NM_Client : NM_ListenServer);
+      if (other_ != nullptr) other_->Spawn<AConsacTrainer>();
     } else {
+      if (other_ != nullptr) other_->Tick();
       game_->Tick();
     }
   }
@@ -346,17 +374,25 @@ class Sequence {
       made.Port = 0;
       made.bAutoStart = false;
       made.LogSeconds = 0.0f;
+      made.MaxWaitSeconds = 5.0f;
     });
   }
 
   void Restart() {
     agent_.reset();
     game_.reset();
+    socket_held_.Hold(nullptr);
+    model_held_.Hold(nullptr);
     Shim::Collect();
     client_.reset();
     socket_ = nullptr;
     model_ = nullptr;
-    game_ = std::make_unique<Shim::Game>();
+    game_ = std::make_unique<Shim::Game>(Pick(8) == 0 ? NM_Client : NM_Standalone);
+    Populate();
+  }
+
+  /// A world's actors.
+  void Populate() {
     actor_ = game_->Spawn<AConsacTestActor>();
     environment_ = game_->AddComponent<UConsacEnvironmentComponent>(*actor_);
     agent_ = std::make_unique<RoadAgent>(*game_, 1);
@@ -366,7 +402,9 @@ class Sequence {
   Rng rng_;
   const std::string folder_;
   Outcomes& outcomes_;
+  std::unique_ptr<Shim::Game> other_;
   std::unique_ptr<Shim::Game> game_;
+  Shim::Held socket_held_, model_held_;
   std::unique_ptr<RoadAgent> agent_;
   std::unique_ptr<Transport> client_;
   AActor* actor_ = nullptr;

@@ -30,7 +30,7 @@ class Engine : public ::testing::Environment {
 TEST(Plugin, ItsOwnAutomationTestsHold) {
   ASSERT_FALSE(FAutomationTestBase::ShimAll().empty());
   for (FAutomationTestBase* test : FAutomationTestBase::ShimAll()) {
-    EXPECT_TRUE(test->RunTest(FString()));
+    test->ShimRun();
     for (const FString& failure : test->ShimFailures()) ADD_FAILURE() << test->ShimName() << ": " << Text(failure);
   }
 }

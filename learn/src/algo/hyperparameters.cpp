@@ -97,6 +97,18 @@ HyperparameterSet::HyperparameterSet(std::span<const Hyperparameter> table) : ta
   for (const Hyperparameter& row : table) values_.emplace_back(row.default_value);
 }
 
+Result<Generation> ParseGeneration(std::string_view name) {
+  if (name == "sb2") return Generation::kStableBaselines2;
+  if (name == "sb3") return Generation::kStableBaselines3;
+  return Status{StatusCode::kInvalidArgument, "there are no defaults " + Quote(name) + "; expected sb2 or sb3"};
+}
+
+void HyperparameterSet::UseDefaultsOf(Generation generation) {
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    values_[i] = generation == Generation::kStableBaselines2 ? table_[i].sb2_default : table_[i].sb3_default;
+  }
+}
+
 Status HyperparameterSet::Set(std::string_view name, std::string_view text) {
   const std::size_t row = FindRow(table_, name);
   if (row == table_.size()) {

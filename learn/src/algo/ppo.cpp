@@ -1,123 +1,300 @@
-// Making a PPO learner: what must hold between its options, and the memory it takes.
-#include "algo/ppo.h"
-
+// Proximal policy optimisation: `ppo2` as in Stable Baselines 2.10.2, the thesis' algorithm, and `ppo` as in Stable
+// Baselines3. From top to bottom: hyperparameters, collecting, one update (advantages, epochs of minibatches, the
+// clipped loss, one optimiser step each), what it tells and keeps. docs/algorithms/ppo.md has the equations, ppo_loss.h
+// the loss of a row. Source: Schulman et al. 2017, arXiv:1707.06347, eq. 7 and 9; Stable Baselines 2.10.2 ppo2.py and
+// Stable Baselines3 ppo.py for everything that the paper leaves open.
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "algo/ppo_learner.h"
+#include "algo/algorithms.h"
+#include "algo/on_policy.h"
+#include "algo/ppo_loss.h"
+#include "buffer/moments.h"
+#include "collect/rollout_minibatch.h"
+#include "collect/shuffled_passes.h"
+#include "collect/sums.h"
+#include "consac/nn/kernels.h"
+#include "optim/gradient_step.h"
 
 namespace consac::learn {
-
-std::int64_t LargestMinibatch(const PpoOptions& ppo, std::int64_t slots) {
-  const std::int64_t rows = ppo.n_steps * slots;
-  return ppo.n_minibatches > 0 ? (rows + ppo.n_minibatches - 1) / ppo.n_minibatches : std::min(ppo.batch_size, rows);
-}
-
-Ppo::Ppo(const LearnerOptions& options, const PpoOptions& ppo, nn::Network network, std::string hyperparameters)
-    : behaviour_(options.behaviour),
-      ppo_(ppo),
-      network_(std::move(network)),
-      hyperparameters_(std::move(hyperparameters)),
-      executor_(options.executor),
-      features_(behaviour_.observation_layout.feature_count),
-      raw_size_(RawActionSize(behaviour_.action_layout)),
-      mask_bytes_(behaviour_.masks_actions ? behaviour_.action_layout.mask_bytes : 0),
-      total_steps_(options.total_steps),
-      parameters_(static_cast<std::size_t>(network_.parameter_count() + LogStdSize(behaviour_.action_layout)),
-                  ppo.log_std_init),
-      evaluator_(network_, behaviour_.slots),
-      backpropagation_(network_, LogStdSize(behaviour_.action_layout), LargestMinibatch(ppo, behaviour_.slots)),
-      adam_(static_cast<std::int64_t>(parameters_.size()), ppo.adam),
-      rollout_(behaviour_, ppo.n_steps, raw_size_),
-      action_rng_(options.seed, StreamId("action_sampling")),
-      shuffle_rng_(options.seed, StreamId("minibatch_shuffle")),
-      observation_moments_(ppo.norm_obs ? features_ : 0),
-      return_moments_(1) {
-  const auto slots = static_cast<std::size_t>(behaviour_.slots), features = static_cast<std::size_t>(features_);
-  const auto raw = static_cast<std::size_t>(raw_size_), rollout_rows = slots * static_cast<std::size_t>(ppo.n_steps);
-  const auto rows = static_cast<std::size_t>(LargestMinibatch(ppo, behaviour_.slots));
-  Rng init_rng(options.seed, StreamId("network_initialisation"));
-  network_.Initialise(init_rng, std::span(parameters_).first(static_cast<std::size_t>(network_.parameter_count())));
-  evaluator_.Load(std::span(parameters_).first(static_cast<std::size_t>(network_.parameter_count())));
-  discounted_.resize(slots);
-  step_features_.resize(slots * features);
-  work_features_.resize(slots * features);
-  step_raw_.resize(slots * raw);
-  part_raw_.resize(slots * raw);
-  for (std::vector<float>* column : {&step_values_, &step_neglogp_, &part_neglogp_, &step_rewards_, &last_values_})
-    column->resize(slots);
-  slab_features_.resize(rollout_rows * features);
-  order_.resize(rollout_rows);
-  for (std::vector<float>* column : {&mb_advantages_, &mb_returns_, &mb_values_, &mb_neglogp_}) column->resize(rows);
-  mb_raw_.resize(rows * raw);
-  mb_masks_.resize(rows * static_cast<std::size_t>(mask_bytes_));
-  heads_.assign((rows + kBlockRows - 1) / kBlockRows, HeadGradient(behaviour_.action_layout));
-  block_sums_.resize(heads_.size());
-  metrics_.reserve(32);
-  if (ppo_.norm_obs) RefreshNormaliser();
-}
-
 namespace {
 
-std::string HyperparametersJson(const HyperparameterSet& values) {
-  nlohmann::json json = nlohmann::json::object();
-  for (const Hyperparameter& row : values.table()) json[row.name] = values.Text(row.name);
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+struct PpoOptions : OnPolicyOptions {
+  std::int64_t n_minibatches;             // pieces per epoch; 0: by batch_size
+  std::int64_t batch_size;                // rows per minibatch; used where n_minibatches is 0
+  std::int64_t n_epochs;                  // passes over the rollout
+  double target_kl;                       // stop the epochs past 1.5 times this; 0: never
+  Schedule clip_range, clip_range_vf;     // of the ratio; of the value
+  RolloutMinibatch::Deviation deviation;  // of advantages: n (SB2) or n - 1 (SB3)
+  Generation value_loss;                  // 1/2 mean max(...) (SB2), or mean (...) of the clipped value (SB3)
+  AdamOptions adam;                       // optimiser
+};
+
+using P = PpoOptions;
+namespace rows = on_policy_rows;
+using enum ParameterSource;
+
+constexpr rows::Row kPpoOnPolicy[] = {rows::kLearningRate, rows::kNSteps, rows::kGamma,       rows::kGaeLambda,
+                                      rows::kEntCoef,      rows::kVfCoef, rows::kMaxGradNorm, rows::kNormalizeAdvantage,
+                                      rows::kTruncation};
+constexpr ParameterRow<P> kPpoOwn[] = {
+    {"nminibatches", "nminibatches", Into<P, &P::n_minibatches>, "4", "none", 1, 1e9, "",
+     "minibatches per epoch; must divide the rollout; in ppo instead of batch_size", kSb2},
+    {"batch_size", "batch_size", Into<P, &P::batch_size>, "none", "64", 1, 1e9, "",
+     "rows per minibatch; in ppo2 instead of nminibatches", kSb3},
+    {"noptepochs", "n_epochs", Into<P, &P::n_epochs>, "4", "10", 1, 1e6, "", "passes over the rollout per update",
+     kBoth},
+    {"cliprange", "clip_range", Into<P, &P::clip_range>, "0.2", "0.2", 0, kUnlimited, "",
+     "how far the probability ratio may move", kBoth},
+    {"cliprange_vf", "clip_range_vf", Into<P, &P::clip_range_vf>, "none", "none", -kUnlimited, kUnlimited, "none",
+     "how far the value may move; none: as cliprange (ppo2), no clipping (ppo); negative: no clipping", kBoth},
+    {"target_kl", "target_kl", Into<P, &P::target_kl>, "none", "none", 0, kUnlimited, "none",
+     "stop an update's epochs past 1.5 times this divergence", kSb3},
+    {"advantage_std", "advantage_std", Into<P, &P::deviation>, "population", "sample", 0, 0, "population|sample",
+     "deviation by n (SB2) or n - 1 (SB3)", kConsac},
+    {"value_loss", "value_loss", Into<P, &P::value_loss>, "sb2", "sb3", 0, 0, "sb2|sb3",
+     "half the mean of the larger of both errors, or the mean of one", kConsac},
+    {"optimizer", "optimizer", Into<P, &P::adam, &AdamOptions::form>, "tensorflow", "pytorch", 0, 0,
+     "tensorflow|pytorch", "whose form of Adam and of the gradient clip", kConsac},
+    {"adam_epsilon", "adam_epsilon", Into<P, &P::adam, &AdamOptions::epsilon>, "1e-5", "1e-5", 0, 1, "",
+     "Adam's epsilon", kBoth},
+};
+constexpr auto kPpoRows = std::tie(kPpoOnPolicy, kPpoOwn, rows::kNetwork, rows::kNormalise);
+
+constexpr const char* kPpoTerms[] = {"policy", "value", "entropy", "kl", "clipped"};
+enum PpoTerm { kPolicy, kValue, kEntropy, kKl, kClipped };
+using PpoSums = Sums<kPpoTerms>;
+
+std::int64_t LargestMinibatch(const PpoOptions& ppo, std::int64_t slots) {
+  const std::int64_t rollout = ppo.rollout.n_steps * slots;
+  return ppo.n_minibatches > 0 ? (rollout + ppo.n_minibatches - 1) / ppo.n_minibatches
+                               : std::min(ppo.batch_size, rollout);
 }
 
-/// What the rollout and the learner's own rows keep of one step of one agent.
-std::int64_t BytesOfTransition(const BehaviourSpec& behaviour) {
-  const Layout &seen = behaviour.observation_layout, &done = behaviour.action_layout;
-  constexpr std::int64_t kNumbers = 8;  // reward, value, advantage, place in the order, ...
-  return static_cast<std::int64_t>(seen.row_bytes) + done.mask_bytes +
-         (seen.feature_count + RawActionSize(done) + kNumbers) * static_cast<std::int64_t>(sizeof(float));
-}
+/// See learner.h. An update may be learned in pieces and saved between them.
+class Ppo final : public Learner, private BlockLoss {
+ public:
+  Ppo(const LearnerOptions& options, const PpoOptions& ppo, nn::Network network, std::string hyperparameters)
+      : behaviour_(options.behaviour),
+        ppo_(ppo),
+        hyperparameters_(std::move(hyperparameters)),
+        executor_(options.executor),
+        total_steps_(options.total_steps),
+        model_(std::move(network), behaviour_, options.seed, ppo.log_std_init),
+        collector_(behaviour_, ppo.rollout, model_, options.seed),
+        backpropagation_(model_.network(), LogStdSize(behaviour_.action_layout),
+                         LargestMinibatch(ppo, behaviour_.slots)),
+        step_(Optimiser(Adam(static_cast<std::int64_t>(model_.parameters().size()), ppo.adam)), ppo.max_grad_norm),
+        passes_(steps_per_update(), options.seed),
+        minibatch_(behaviour_, LargestMinibatch(ppo, behaviour_.slots)),
+        losses_(LargestMinibatch(ppo, behaviour_.slots)) {
+    metrics_.reserve(32);
+  }
 
-Result<std::unique_ptr<Learner>> CreateEither(const LearnerOptions& options, const HyperparameterSet& values,
-                                              Generation generation) {
-  Result<PpoOptions> ppo = PpoOptions::From(values, generation);
-  if (!ppo.ok()) return ppo.status();
-  CONSAC_RETURN_IF_ERROR(CheckHead(options.behaviour.action_layout));
-  const std::int64_t rows = ppo->n_steps * options.behaviour.slots;
-  if (rows > (std::int64_t{1} << 30)) {
-    return Status{StatusCode::kInvalidArgument, "n_steps " + std::to_string(ppo->n_steps) + " times " +
-                                                    std::to_string(options.behaviour.slots) +
-                                                    " agents is more than 2^30 transitions; lower n_steps"};
+  // Collecting: collect/rollout_collector.h.
+  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
+  void Begin(const Batch& batch) override { collector_.Begin(batch); }
+  void Act(Batch& batch) override { collector_.Act(batch); }
+  void Record(const Batch& batch) override { collector_.Record(batch); }
+
+  // Learning.
+  bool LearningDue() const override { return collector_.full(); }
+  bool Learn(const LearnBudget& budget) override {
+    if (!LearningDue()) return false;
+    if (!updating_) BeginUpdate();
+    for (std::int64_t step = 0; step < budget.gradient_steps; ++step) {
+      BeginMinibatch();
+      backpropagation_.Run(model_.parameters(), minibatch_.size(), executor_, *this);
+      if (OptimiserStep() && passes_.finished() < ppo_.n_epochs) continue;
+      FinishUpdate();
+      return false;
+    }
+    return true;
   }
-  if (ppo->n_minibatches > 0 && rows % ppo->n_minibatches != 0) {
-    return Status{StatusCode::kInvalidArgument, "nminibatches " + std::to_string(ppo->n_minibatches) +
-                                                    " does not divide the rollout of " + std::to_string(rows) +
-                                                    " steps (n_steps times agents); choose one that does"};
+
+  std::int64_t steps() const override { return collector_.steps(); }
+  std::int64_t updates() const override { return updates_; }
+  std::int64_t steps_per_update() const override { return ppo_.rollout.n_steps * behaviour_.slots; }
+  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
+  std::span<const Metric> metrics() const override { return metrics_; }
+  Status health() const override { return step_.health(); }
+  PolicyData Snapshot() const override {
+    return model_.Snapshot(behaviour_, collector_.normaliser(), TrainingJson(hyperparameters_, steps(), updates_));
   }
-  const std::int64_t bytes = rows * BytesOfTransition(options.behaviour);
-  if (bytes > options.max_bytes) {
-    return Status{StatusCode::kResourceExhausted,
-                  "a rollout of " + std::to_string(rows) + " steps (n_steps times agents) takes " +
-                      std::to_string(bytes >> 20) + " MiB, more than the " + std::to_string(options.max_bytes >> 20) +
-                      " that are allowed here; lower n_steps"};
+  void Visit(Archive& archive) override {
+    model_.Visit(archive);
+    step_.Visit(archive);
+    collector_.Visit(archive);
+    passes_.Visit(archive);
+    losses_.Visit(archive);
+    archive("updating", updating_);
+    archive("learning_rate", learning_rate_);
+    archive("clip_range", clip_range_);
+    archive("clip_range_vf", clip_range_vf_);
+    archive("updates", updates_);
   }
-  ppo->network.observation_size = options.behaviour.observation_layout.feature_count;
-  ppo->network.action_size = HeadSize(options.behaviour.action_layout);
-  Result<nn::Network> network = nn::Network::Create(nn::ActorCritic(ppo->network));
-  if (!network.ok()) return network.status();
-  constexpr std::int64_t kCopies = 8;  // gradient, Adam's moments, the initialisation in double precision, the snapshot
-  if (network->parameter_count() * kCopies * static_cast<std::int64_t>(sizeof(float)) > options.max_bytes - bytes) {
-    return Status{StatusCode::kResourceExhausted,
-                  "net_arch makes " + std::to_string(network->parameter_count()) +
-                      " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
+
+ private:
+  // Advantages, and the schedules' values of this update.
+  void BeginUpdate() {
+    passes_.Begin(collector_.Finish());
+    const double remaining =
+        TrainingProgress{total_steps_, steps(), updates_, steps_per_update()}.Remaining(ppo_.generation);
+    learning_rate_ = static_cast<float>(ppo_.learning_rate.At(remaining));
+    clip_range_ = static_cast<float>(ppo_.clip_range.At(remaining));
+    const bool follows = ppo_.clip_range_vf.absent && ppo_.generation == Generation::kStableBaselines2;
+    clip_range_vf_ = follows                     ? clip_range_
+                     : ppo_.clip_range_vf.absent ? -1.0f
+                                                 : static_cast<float>(ppo_.clip_range_vf.At(remaining));
+    updating_ = true;
+    losses_.BeginUpdate();
+    step_.Begin();
   }
-  return std::unique_ptr<Learner>(
-      std::make_unique<Ppo>(options, *ppo, std::move(*network), HyperparametersJson(values)));
-}
+
+  void BeginMinibatch() {
+    if (passes_.at_begin()) losses_.BeginPass();
+    const auto rows = static_cast<std::int64_t>(passes_.rows().size());
+    const std::int64_t pieces = ppo_.n_minibatches;
+    minibatch_.Begin(collector_, passes_.Next(pieces > 0 ? std::max<std::int64_t>(1, rows / pieces) : ppo_.batch_size));
+    if (ppo_.normalize_advantage) minibatch_.StandardiseAdvantages(ppo_.deviation);
+  }
+
+  void Gather(const LossBlock& block) override { minibatch_.Gather(block); }
+  // L = mean max(-A rho, -A clip(rho)) - ent_coef mean H + vf_coef L_V, row by row (ppo_loss.h) and through the head.
+  void Loss(const LossBlock& block) override {
+    const auto first = static_cast<std::size_t>(block.first_row), rows = static_cast<std::size_t>(block.rows);
+    HeadGradient& head = minibatch_.Head(block, model_.log_std().data());
+    float ratio[kBlockRows], d_neglogp[kBlockRows], d_entropy[kBlockRows];
+    for (std::size_t r = 0; r < rows; ++r) ratio[r] = minibatch_.neglogp[first + r] - head.neglogp()[r];
+    nn::Exp(std::span<const float>(ratio, rows), std::span<float>(ratio, rows));
+
+    const PpoLossForm form{clip_range_, clip_range_vf_, ppo_.vf_coef, ppo_.value_loss == Generation::kStableBaselines2,
+                           ppo_.generation == Generation::kStableBaselines2};
+    const float inverse = 1.0f / static_cast<float>(minibatch_.size());
+    PpoSums& sums = losses_.block(block.index) = {};
+    for (std::size_t r = 0; r < rows; ++r) {
+      const std::size_t i = first + r;
+      const PpoLossTerms terms =
+          PpoLossOf(form, {minibatch_.advantages[i], minibatch_.returns[i], minibatch_.values[i], minibatch_.neglogp[i],
+                           block.outputs[1][r], head.neglogp()[r], ratio[r]});
+      sums[kPolicy] += terms.policy;
+      sums[kValue] += terms.value;
+      sums[kEntropy] += head.entropy()[r];
+      sums[kKl] += terms.kl;
+      sums[kClipped] += terms.clipped;
+      d_neglogp[r] = terms.d_neglogp * inverse;
+      d_entropy[r] = -ppo_.ent_coef * inverse;
+      block.output_gradients[1][r] = terms.d_value * inverse;
+    }
+    head.Backward(std::span<const float>(d_neglogp, rows), std::span<const float>(d_entropy, rows),
+                  block.output_gradients[0], block.extra_gradient.data());
+  }
+
+  // One clipped Adam step; false when target_kl ends the update before it.
+  bool OptimiserStep() {
+    losses_.AddMinibatch(minibatch_.size());
+    if (ppo_.target_kl > 0.0 && losses_.last()[kKl] > 1.5 * ppo_.target_kl) return false;
+    step_.Apply(model_.parameters(), backpropagation_.gradient(), learning_rate_);
+    return true;
+  }
+
+  void FinishUpdate() {
+    ++updates_;
+    metrics_.clear();
+    ppo_.generation == Generation::kStableBaselines2 ? WriteMetrics2(losses_.UpdateMeans())
+                                                     : WriteMetrics3(losses_.UpdateMeans());
+    step_.Finish(updates_, losses_.minibatches());
+    model_.Publish();
+    collector_.Restart();
+    updating_ = false;
+  }
+
+  // Source: Stable Baselines 2.10.2, ppo2.py, learn and setup_model.
+  void WriteMetrics2(const PpoSums& means) {
+    const auto mean_of = [this](const std::vector<float>& column) {
+      return Moments(passes_.rows(), [&](std::size_t row) { return column[row]; }).mean;
+    };
+    const Rollout& rollout = collector_.rollout();
+    metrics_ = {{"policy_loss", "loss/policy_gradient_loss", means[kPolicy], true},
+                {"value_loss", "loss/value_function_loss", means[kValue], true},
+                {"policy_entropy", "loss/entropy_loss", means[kEntropy], true},
+                {"approxkl", "loss/approximate_kullback-leibler", means[kKl], true},
+                {"clipfrac", "loss/clip_factor", means[kClipped], true},
+                {"", "loss/loss", Total(means)},
+                {"explained_variance", "", collector_.ExplainedVariance(passes_.rows())},
+                {"", "input_info/discounted_rewards", mean_of(rollout.returns)},
+                {"", "input_info/learning_rate", learning_rate_},
+                {"", "input_info/advantage", mean_of(rollout.advantages)},
+                {"", "input_info/clip_range", clip_range_}};
+    if (clip_range_vf_ >= 0.0f) metrics_.push_back({"", "input_info/clip_range_vf", clip_range_vf_});
+    metrics_.push_back({"", "input_info/old_neglog_action_probability", mean_of(rollout.neglogp)});
+    metrics_.push_back({"", "input_info/old_value_pred", mean_of(rollout.values)});
+  }
+
+  // Source: Stable Baselines3, ppo.py, train: approx_kl is the last epoch's mean, loss the last minibatch's.
+  void WriteMetrics3(const PpoSums& means) {
+    const auto put = [this](std::string_view name, double number) { metrics_.push_back({name, name, number}); };
+    put("train/approx_kl", losses_.PassMean(kKl));
+    put("train/clip_fraction", means[kClipped]);
+    put("train/clip_range", clip_range_);
+    if (clip_range_vf_ >= 0.0f) put("train/clip_range_vf", clip_range_vf_);
+    put("train/entropy_loss", -means[kEntropy]);
+    put("train/explained_variance", collector_.ExplainedVariance(passes_.rows()));
+    put("train/learning_rate", learning_rate_);
+    put("train/loss", Total(losses_.last()));
+    put("train/n_updates", static_cast<double>(passes_.begun()));
+    put("train/policy_gradient_loss", means[kPolicy]);
+    if (!model_.log_std().empty()) put("train/std", MeanDeviation(model_.log_std()));
+    put("train/value_loss", means[kValue]);
+  }
+
+  double Total(const PpoSums& sums) const {
+    return sums[kPolicy] - ppo_.ent_coef * sums[kEntropy] + ppo_.vf_coef * sums[kValue];
+  }
+
+  const BehaviourSpec behaviour_;
+  const PpoOptions ppo_;
+  const std::string hyperparameters_;  // JSON, for the model file
+  const Executor executor_;
+  std::int64_t total_steps_;
+  ActorCritic model_;
+  RolloutCollector collector_;
+  Backpropagation backpropagation_;
+  GradientStep step_;
+  ShuffledPasses passes_;
+  RolloutMinibatch minibatch_;
+  LossLog<kPpoTerms> losses_;
+  bool updating_ = false;                                         // an update is under way
+  float learning_rate_ = 0, clip_range_ = 0, clip_range_vf_ = 0;  // of this update; negative clip_range_vf: off
+  std::int64_t updates_ = 0;                                      // in all
+  std::vector<Metric> metrics_;
+};
 
 }  // namespace
 
-Result<std::unique_ptr<Learner>> CreatePpo2(const LearnerOptions& options, const HyperparameterSet& values) {
-  return CreateEither(options, values, Generation::kStableBaselines2);
+Result<std::unique_ptr<Learner>> CreatePpo(Generation generation, const LearnerOptions& options,
+                                           const HyperparameterSet& values) {
+  PpoOptions ppo{};
+  CONSAC_RETURN_IF_ERROR(ReadRows(kPpoRows, values, &ppo));
+  ppo.generation = generation;
+  const bool sb2 = generation == Generation::kStableBaselines2;
+  (sb2 ? ppo.batch_size > 0 : ppo.n_minibatches == 0) ? ppo.n_minibatches = 0 : ppo.batch_size = 0;
+  const std::int64_t rows = ppo.rollout.n_steps * options.behaviour.slots;
+  if (ppo.n_minibatches > 0 && rows % ppo.n_minibatches != 0) {
+    return Status{StatusCode::kInvalidArgument, "nminibatches " + std::to_string(ppo.n_minibatches) +
+                                                    " does not divide the rollout of " + std::to_string(rows) +
+                                                    " steps (n_steps times agents); choose one that does"};
+  }
+  Result<nn::Network> network = OnPolicyNetwork(options, ppo, LargestMinibatch(ppo, options.behaviour.slots));
+  if (!network.ok()) return network.status();
+  return std::unique_ptr<Learner>(
+      std::make_unique<Ppo>(options, ppo, std::move(*network), HyperparametersJson(values)));
 }
 
-Result<std::unique_ptr<Learner>> CreatePpo(const LearnerOptions& options, const HyperparameterSet& values) {
-  return CreateEither(options, values, Generation::kStableBaselines3);
+std::span<const Hyperparameter> PpoTable(Generation generation) {
+  constexpr SourceNames kNames = {"Stable Baselines 2.10.2, PPO2", "Stable Baselines3, PPO"};
+  static const std::vector<Hyperparameter> tables[] = {TableOf(kPpoRows, Generation::kStableBaselines2, kNames),
+                                                       TableOf(kPpoRows, Generation::kStableBaselines3, kNames)};
+  return tables[static_cast<std::size_t>(generation)];
 }
 
 }  // namespace consac::learn

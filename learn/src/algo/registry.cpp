@@ -1,18 +1,28 @@
 // The table of algorithms. A new one is its own files and one row here.
 #include <vector>
 
-#include "algo/ppo.h"
+#include "algo/algorithms.h"
+#include "consac/base/rng.h"
 #include "consac/base/text.h"
 
 namespace consac::learn {
 namespace {
 
+/// An algorithm that has two generations, as one of them.
+template <Generation generation, auto create>
+Result<std::unique_ptr<Learner>> As(const LearnerOptions& options, const HyperparameterSet& values) {
+  return create(generation, options, values);
+}
+
 const std::vector<Algorithm>& AlgorithmTable() {
   static const std::vector<Algorithm> table = {
       {"ppo2", "proximal policy optimisation as in Stable Baselines 2.10.2, the thesis' algorithm",
-       LogStyle::kStableBaselines2, Ppo2Table(), CreatePpo2},
-      {"ppo", "proximal policy optimisation as in Stable Baselines3", LogStyle::kStableBaselines3, PpoTable(),
-       CreatePpo},
+       LogStyle::kStableBaselines2, PpoTable(Generation::kStableBaselines2),
+       As<Generation::kStableBaselines2, CreatePpo>},
+      {"ppo", "proximal policy optimisation as in Stable Baselines3", LogStyle::kStableBaselines3,
+       PpoTable(Generation::kStableBaselines3), As<Generation::kStableBaselines3, CreatePpo>},
+      {"a2c", "advantage actor-critic, as in Stable Baselines3 or, with the preset sb2, 2.10.2",
+       LogStyle::kStableBaselines3, A2cTable(), CreateA2c},
   };
   return table;
 }
@@ -21,6 +31,18 @@ const std::vector<Algorithm>& AlgorithmTable() {
 
 std::span<const Algorithm> Algorithms() {
   return AlgorithmTable();
+}
+
+std::uint64_t BehaviourSeed(std::uint64_t seed, std::size_t b) {
+  return b == 0 ? seed : Rng(seed, StreamId("behaviour"), static_cast<std::uint32_t>(b)).NextU64();
+}
+
+LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values) {
+  for (const Hyperparameter& row : values.table()) {
+    if (std::string_view(row.name) != "log_keys") continue;
+    return values.Text(row.name) == "sb2" ? LogStyle::kStableBaselines2 : LogStyle::kStableBaselines3;
+  }
+  return algorithm.log_style;
 }
 
 Result<const Algorithm*> FindAlgorithm(std::string_view name) {

@@ -81,6 +81,11 @@ struct Backpropagation::State {
 Backpropagation::Backpropagation(const nn::Network& network, std::int64_t extra, std::int64_t max_rows)
     : state_(std::make_unique<State>(network, extra, max_rows)) {}
 Backpropagation::~Backpropagation() = default;
+
+std::int64_t Backpropagation::GradientCopies(std::int64_t max_rows) {
+  return LaneCountFor(max_rows);
+}
+
 Backpropagation::Backpropagation(Backpropagation&&) noexcept = default;
 
 void Backpropagation::Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor,

@@ -8,7 +8,7 @@ import numpy as np
 from consac import wire
 from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
 
-from .refusal import Refused
+from .refusal import Refused, describe, tell
 from .rows import Rows
 from .world import World
 
@@ -65,7 +65,7 @@ class Batch:
             try:
                 env.close()
             except Exception as error:
-                self.warn(f"an environment did not close: {type(error).__name__}: {error}")
+                self.warn(f"an environment did not close: {describe(error)}")
 
     # -- requests
 
@@ -127,7 +127,7 @@ class Batch:
                     self._begin(env, None, None)
                 else:
                     self._advance(env)
-            except Exception as error:
+            except Exception as error:  # an environment may raise anything
                 for lost in chosen[:index + 1]:
                     self.broken[lost] = True
                 raise self._failed(env, error) from error
@@ -141,7 +141,8 @@ class Batch:
         try:
             image = np.asarray(self.envs[env].render())
         except Exception as error:
-            raise Refused("UNSUPPORTED", f"the environment cannot draw: {type(error).__name__}: {error}", env=env) from error
+            tell(self.warn, error)
+            raise Refused("UNSUPPORTED", f"the environment cannot draw: {describe(error)}", env=env) from error
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise Refused("UNSUPPORTED", f"the environment draws {image.dtype} of shape {image.shape}; wanted are bytes of height x width x 3", env=env)
         return _TWO_U32.pack(*image.shape[:2]) + image.tobytes()
@@ -176,7 +177,8 @@ class Batch:
 
     def _failed(self, env: int, error: Exception) -> Refused:
         self.broken[env] = True
-        return Refused("ENV_FAILED", f"environment {env} failed: {type(error).__name__}: {error}; reset it and those stepped with it", env=env)
+        tell(self.warn, error)
+        return Refused("ENV_FAILED", f"environment {env} failed: {describe(error)}; reset it and those stepped with it", env=env)
 
     # -- one environment with one agent
 

@@ -6,9 +6,12 @@ import os
 import signal
 import sys
 
+from consac.names import printable_line
+
 from .limits import Limits
+from .refusal import describe, place_of, tell
 from .server import Server
-from .world import environment_maker, pettingzoo_maker
+from .world import GROUPS, environment_maker, pettingzoo_maker
 
 
 def main(arguments=None) -> int:
@@ -19,7 +22,7 @@ def main(arguments=None) -> int:
     parser.add_argument("--host", default="127.0.0.1", help="address to bind; another than loopback needs --token")
     parser.add_argument("--port", type=int, default=5005, help="0 takes a free one")
     parser.add_argument("--port-file", metavar="F", help="the port is written here once it is open")
-    parser.add_argument("--token", default=os.environ.get("CONSAC_TOKEN", ""), help="that clients must have; or set CONSAC_TOKEN")
+    parser.add_argument("--token", default=os.environ.get("CONSAC_TOKEN", ""), help="that clients must have; better set CONSAC_TOKEN: other users see command lines")
     parser.add_argument("--steps", type=int, default=0, metavar="N", help="training length that is asked for")
     parser.add_argument("--model", default="", metavar="NAME", help="model that the trainer saves or finds")
     parser.add_argument("--seed", type=int, help="of the first reset, where the client gives none")
@@ -27,16 +30,20 @@ def main(arguments=None) -> int:
     parser.add_argument("--max-sessions", type=int, default=8, metavar="N", help="at once")
     parser.add_argument("--protocol", choices=["auto", "text1", "2"], default="auto")
     parser.add_argument("--no-render", action="store_true", help="make environments that do not draw")
+    parser.add_argument("--group", choices=GROUPS, default="kind", help="of several agents those of one kind (a name, and a number behind it) share a policy, or all with equal spaces")
     options = parser.parse_args(arguments)
+    log = lambda line: print(line, file=sys.stderr, flush=True)
     if (options.world is None) == (options.pettingzoo is None):
         parser.error("name one world: a Gymnasium id, module:attribute, or --pettingzoo MODULE")
     try:
         factory = environment_maker(options.world, not options.no_render) if options.world else pettingzoo_maker(options.pettingzoo, not options.no_render)
         server = Server(factory, options.envs, host=options.host, port=options.port, token=options.token, protocol=options.protocol,
                         training_length=options.steps, model_name=options.model, seed=options.seed, sessions=options.sessions,
-                        limits=Limits(max_sessions=options.max_sessions), log=lambda line: print(line, file=sys.stderr, flush=True))
+                        limits=Limits(max_sessions=options.max_sessions), group=options.group, log=log)
     except Exception as error:  # an environment's constructor may raise anything
-        print(f"consac.serve: {type(error).__name__}: {' '.join(str(error).split())}", file=sys.stderr)
+        if place_of(error):
+            tell(lambda line: log(printable_line(line)), error)
+        log(f"consac.serve: {describe(error)}")
         return 2
     for name in (signal.SIGINT, signal.SIGTERM):
         signal.signal(name, lambda *_: server._stop.set())
@@ -46,5 +53,8 @@ def main(arguments=None) -> int:
             file.write(f"{server.port}\n")
         os.replace(fresh, options.port_file)
     print(f"serving {server.world.name}, {options.envs} environment{'s' * (options.envs > 1)} per session, on {options.host}:{server.port}", flush=True)
+    if server.world.multi_agent:
+        shared = "; ".join(f"{behaviour.name}: {', '.join(behaviour.agents)}" for behaviour in server.world.behaviours)
+        print(f"agents that share a policy (--group {options.group}): {shared}", flush=True)
     server.run()
     return 0

@@ -1,6 +1,7 @@
 """Listens, lets trainers in and keeps their sessions, each with a thread of its own."""
 from __future__ import annotations
 
+import errno
 import hmac
 import socket
 import threading
@@ -8,22 +9,35 @@ import time
 
 from consac import shared_memory, wire
 from consac.address import is_here, is_loopback
+from consac.names import printable_line
 from consac.wire import WireError
 
 from . import text1
 from .batch import Batch
 from .connection import Connection
 from .limits import TICK, Limits
-from .refusal import Gone, Refused, error_json
+from .refusal import Gone, Refused, error_json, tell
 from .session import Offer, Session
 from .world import World, environment_maker
 
 
+# Why accept() may fail for a while: too many open files, here or on the machine, no memory, a peer that has left already.
+_PASSING = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EINTR)
+
+
+def _same_secret(given, secret: str) -> bool:
+    """Compared in a time that does not tell where they differ."""
+    return hmac.compare_digest(str(given).encode("utf-8", "surrogatepass"), secret.encode())
+
+
 class Server:
-    """Serves environments from `make_env`, a callable, or a Gymnasium id, on `host`:`port` (0: a free one)."""
+    """Serves environments from `make_env`, a callable, or a Gymnasium id, on `host`:`port` (0: a free one).
+
+    `group`: which of several agents are one behaviour and so share a policy: those of one "kind" (a name, and a number behind it) or of equal "spaces".
+    `log` takes lines; the traceback of an environment that fails is among them."""
 
     def __init__(self, make_env, envs: int = 1, *, host: str = "127.0.0.1", port: int = 0, token: str = "", protocol: str = "auto",
-                 training_length: int = 0, model_name: str = "", seed: int | None = None, sessions: int = 0, name: str = "",
+                 training_length: int = 0, model_name: str = "", seed: int | None = None, sessions: int = 0, name: str = "", group: str = "kind",
                  limits: Limits = Limits(), log=None):
         if protocol not in ("auto", "text1", "2"):
             raise ValueError(f"protocol {protocol!r}; it is auto, text1 or 2")
@@ -33,8 +47,8 @@ class Server:
             raise ValueError(f"envs {envs}, training length {training_length}, sessions {sessions}; envs is 1 or more, the others 0 or more")
         self.make_env = environment_maker(make_env) if isinstance(make_env, str) else make_env
         self.token, self.protocol, self.limits, self.sessions_wanted = token, protocol, limits, sessions
-        self._log = log or (lambda line: None)
-        self.world = World.probe(self.make_env, envs, name)
+        self._log = (lambda line: log(printable_line(line))) if log else lambda line: None
+        self.world = World.probe(self.make_env, envs, name, group)
         self._offer = Offer(self.world, self.make_env, seed, training_length, model_name, self._log)
         self.text_misfit = text1.misfit(self._offer) if not token else "it has no access token"
         if protocol == "text1" and self.text_misfit:
@@ -72,16 +86,31 @@ class Server:
                 if self.sessions_wanted and self._finished >= self.sessions_wanted:
                     self._stop.set()
                 continue
-            except OSError:
-                break
-            connection = Connection(sock, self.limits)
+            except OSError as error:
+                if error.errno not in _PASSING:
+                    break
+                self._log(f"no connection can be taken now: {error.strerror}")
+                self._stop.wait(TICK)
+                continue
+            try:
+                connection = Connection(sock, self.limits)
+            except OSError:  # it is gone already
+                sock.close()
+                continue
             with self._lock:
                 if len(self._connections) >= 2 * self.limits.max_sessions + 16:
                     sock.close()
                     continue
                 thread = threading.Thread(target=self._serve, args=(connection,), daemon=True)
                 self._connections[connection] = thread
-            thread.start()
+            try:
+                thread.start()
+            except RuntimeError as error:
+                with self._lock:
+                    del self._connections[connection]
+                connection.last_word(connection.pack(wire.ERROR, error_json("CAPACITY", f"no further connection can be served now: {error}", retry_after_s=10)))
+                sock.close()
+                self._log(f"no connection can be served now: {error}")
         self._shut_down()
 
     def close(self) -> None:
@@ -178,8 +207,8 @@ class Server:
         except Gone as error:
             self._log(f"text protocol 1: {error}")
         except Exception as error:
-            connection.last_word(f"error: {' '.join(str(error).split())}\n".encode())
-            self._log(f"text protocol 1: {error}")
+            connection.last_word(f"error: {printable_line(error)}\n".encode())
+            tell(self._log, error)
         finally:
             self._text_lock.release()
             if env is not None:
@@ -226,15 +255,11 @@ class Server:
                     session.deadline = None if session.configured else deadline
                     return session
                 why = f"HELLO has request {request} and session {number}; a new session begins with request 1 (or 0) and session 0"
-                connection.write(connection.pack(wire.ERROR, error_json("BAD_STATE", why), request))
-                continue
+                raise Refused("BAD_STATE", why, severity="connection")
             if kind == wire.BYE:
                 return None
             if not connection.aside(kind, payload, 0):
-                code, message = "UNKNOWN_MESSAGE", f"a frame of type {kind} is not known here"
-                if kind <= wire.FRAME:
-                    code, message = "BAD_STATE", f"a frame of type {kind} before HELLO; send HELLO first"
-                connection.write(connection.pack(wire.ERROR, error_json(code, message), request))
+                raise Refused("BAD_STATE", f"a frame of type {kind} before HELLO; send HELLO first", severity="connection")
 
     def _check_deadline(self, connection: Connection, deadline: float) -> None:
         if time.monotonic() > deadline:
@@ -245,14 +270,15 @@ class Server:
         if not (isinstance(versions, list) and len(versions) == 2 and all(type(version) is int for version in versions)):
             raise WireError("MALFORMED", f"HELLO has protocol {versions!r}; it is [lowest, highest]")
         given = hello.get("token", "")
-        if self.token and not hmac.compare_digest(str(given).encode(), self.token.encode()):
+        if self.token and not _same_secret(given, self.token):
             raise Refused("AUTH_FAILED", "this server asks for a token and HELLO's is " + ("another; check it" if given else "missing; add it"))
         if not versions[0] <= wire.VERSION <= versions[1]:
             raise Refused("UNSUPPORTED_VERSION", f"the client speaks protocols {versions[0]} to {versions[1]}, this server {wire.VERSION}; update one of them",
                           protocol=[wire.VERSION, wire.VERSION])
         offered, most = hello.get("capabilities", []), hello.get("max_frame", self.limits.max_frame)
-        if not isinstance(offered, list) or type(most) is not int or most < wire.LARGEST_BEFORE_WELCOME:
-            raise WireError("MALFORMED", f"HELLO has capabilities {offered!r} and max_frame {most!r}; a list and at least {wire.LARGEST_BEFORE_WELCOME}")
+        if not isinstance(offered, list) or type(most) is not int:
+            raise WireError("MALFORMED", f"HELLO has capabilities {offered!r} and max_frame {most!r}; a list and a whole number")
+        most = max(most, wire.LARGEST_BEFORE_WELCOME)
         if self._stop.is_set():
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
         has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
@@ -288,7 +314,7 @@ class Server:
 
     def _take_up(self, connection: Connection, token) -> tuple[Session, bool]:
         with self._lock:
-            session = next((known for known in self._sessions.values() if hmac.compare_digest(known.token.encode(), str(token).encode())), None)
+            session = next((known for known in self._sessions.values() if _same_secret(token, known.token)), None)
             if session is None:
                 raise Refused("AUTH_FAILED", "no session has this resume token, or it has expired; begin a new one")
             before, session.connection = session.connection, connection
@@ -297,7 +323,7 @@ class Server:
                 before.sock.shutdown(socket.SHUT_RDWR)
             except OSError:
                 pass
-        if not session.lock.acquire(timeout=self.limits.handshake_s):
+        if not session.lock.acquire(timeout=min(1.0, self.limits.handshake_s / 2)):  # the client's handshake has a deadline too
             with self._lock:
                 if session.connection is connection:  # nobody has taken it up meanwhile
                     session.connection = before

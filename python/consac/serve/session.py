@@ -1,6 +1,7 @@
 """One trainer's session: its environments, its requests carried out once each, the last answer kept."""
 from __future__ import annotations
 
+import json
 import secrets
 import threading
 import time
@@ -8,12 +9,12 @@ from dataclasses import dataclass
 from typing import Callable
 
 from consac import shared_memory, wire
-from consac.wire import HEADER
+from consac.wire import HEADER, WireError
 
 from .agents import AgentBatch
 from .batch import AUTORESETS, Batch
 from .connection import Connection
-from .refusal import CONNECTION_ERRORS, Gone, Refused, error_json
+from .refusal import CONNECTION_ERRORS, Gone, Refused, describe, error_json, tell
 from .world import World
 
 
@@ -117,17 +118,20 @@ class Session:
         if self.batch is not None and self.batch.started:
             raise Refused("BAD_STATE", "CONFIGURE after a RESET; begin a new session")
         autoreset, transport = wanted.get("autoreset", "same_step"), wanted.get("transport", "tcp")
+        expect = wanted.get("expect", [])
+        if not isinstance(autoreset, str) or not isinstance(transport, str) or not isinstance(expect, list):
+            raise WireError("MALFORMED", f"CONFIGURE has autoreset {autoreset!r}, transport {transport!r} and expect {str(expect)[:80]}; two texts and a list")
         if autoreset not in AUTORESETS:
             raise Refused("UNSUPPORTED", f"autoreset {autoreset!r}; there are {', '.join(AUTORESETS)}", path="autoreset")
         if transport != "tcp" and not (transport == "shm" and connection.shares):
             raise Refused("UNSUPPORTED", f"transport {transport!r}; this connection has tcp{' and shm' * connection.shares}", path="transport")
         spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name)
         if "expect" in wanted:
-            difference = wire.first_difference(wanted["expect"], spec["behaviours"], "behaviours")
+            difference = wire.first_difference(expect, spec["behaviours"], "behaviours")
             if difference:
                 path, expected, found = difference
                 path = "/".join(part for part in path.split("/") if part not in ("spaces", "space"))
-                both = [wire.dump_json(value).decode()[:400] for value in (expected, found)]
+                both = [json.dumps(value)[:400] for value in (expected, found)]
                 raise Refused("SPEC_MISMATCH", f"{path}: the client expects {both[0]}, the engine has {both[1]}", path=path)
         channel = None
         if transport == "shm":
@@ -160,5 +164,6 @@ class Session:
         except Exception as error:
             for env in envs:
                 env.close()
-            raise Refused("ENV_FAILED", f"environment {len(envs)} cannot be made: {type(error).__name__}: {error}", env=len(envs)) from error
+            tell(self.offer.log, error)
+            raise Refused("ENV_FAILED", f"environment {len(envs)} cannot be made: {describe(error)}", env=len(envs)) from error
         return (AgentBatch if self.offer.world.multi_agent else Batch)(self.offer.world, envs, self.offer.seed, self.offer.log)

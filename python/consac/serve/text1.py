@@ -6,6 +6,7 @@ import time
 import numpy as np
 from gymnasium import spaces
 
+from ..text1 import read_number
 from .connection import Connection
 from .limits import TICK, Limits
 from .refusal import Gone
@@ -63,6 +64,8 @@ class TextReader:
     def next(self, connection: Connection):
         deadline = time.monotonic() + self.limits.text_s
         while True:
+            if time.monotonic() > deadline:  # also while lines of nothing come
+                raise Gone(f"no action for {self.limits.text_s:g} s")
             self.data = self.data.lstrip(b"\r\n")
             line, terminator, rest = self.data.partition(b"\n")
             if terminator:
@@ -79,8 +82,6 @@ class TextReader:
                     return self._value(line)
                 if connection.closing.is_set():
                     raise Gone("the server shuts down")
-                if time.monotonic() > deadline:
-                    raise Gone(f"no action for {self.limits.text_s:g} s")
                 continue
             try:
                 more = connection.sock.recv(65536)
@@ -94,11 +95,11 @@ class TextReader:
         text = line.decode("utf-8", "replace")
         shown = text if len(text) <= 60 else text[:60] + "..."
         if isinstance(self.space, spaces.Discrete):
-            if not (text.isascii() and text.isdigit()) or int(text) >= self.space.n:
+            if not (text.isascii() and text.isdigit() and len(text) < 19) or int(text) >= self.space.n:
                 raise ValueError(f"action '{shown}'; expected a whole number from 0 to {self.space.n - 1}")
             return self.space.dtype.type(int(text))
         try:
-            values = [float(field) for field in text.split(",")]
+            values = [read_number(field) for field in text.split(",")]
         except ValueError:
             raise ValueError(f"action '{shown}'; expected {self.space.shape[0]} numbers") from None
         if len(values) != self.space.shape[0] or not np.isfinite(values).all():

@@ -1,8 +1,10 @@
 """What SPEC says of an environment, and how environments are made from their names."""
 from __future__ import annotations
 
+import difflib
 import hashlib
 import importlib
+import inspect
 from dataclasses import dataclass
 
 import gymnasium
@@ -10,6 +12,11 @@ import numpy as np
 from gymnasium import spaces
 
 from consac import wire
+from consac.names import check_names_apart, check_names_together, printable_line
+
+
+GROUPS = ("kind", "spaces")
+_OLD = "; one of the old gym package is wrapped first, for example by shimmy"
 
 
 @dataclass
@@ -26,23 +33,31 @@ class World:
     ids: dict | None = None  # of several agents: what the environment calls them, by their names
 
     @classmethod
-    def probe(cls, make_env, environments: int, name: str = "") -> "World":
+    def probe(cls, make_env, environments: int, name: str = "", group: str = "kind") -> "World":
         env = make_env()
+        lacks = [part for part in ("reset", "step", "close", "observation_space", "action_space") if not hasattr(env, part)]
+        if lacks:
+            raise TypeError(f"{type(env).__name__} is no environment of Gymnasium or PettingZoo: it has no {' and no '.join(lacks)}" + _OLD)
         try:
             spec = getattr(env, "spec", None)
-            known = name or (spec.id if spec is not None else "") or env.metadata.get("name", "") or type(getattr(env, "unwrapped", env)).__name__
+            known = name or (spec.id if spec is not None else "") or (getattr(env, "metadata", None) or {}).get("name", "") or type(getattr(env, "unwrapped", env)).__name__
             multi_agent = hasattr(env, "possible_agents")
             if not multi_agent and callable(env.observation_space):
                 raise TypeError(f"{known} does not name its possible_agents; protocol 2 needs all names before the first episode")
-            groups = _groups(env) if multi_agent else [("default", ["agent"], env.observation_space, env.action_space)]
-            _, info = env.reset()
+            groups = _groups(env, group) if multi_agent else [("default", ["agent"], env.observation_space, env.action_space)]
+            check_names_together("behaviour", [name for name, *_ in groups])
+            check_names_apart("agent", [str(agent) for agent in env.possible_agents] if multi_agent else [])
+            begun = env.reset()
+            if not (isinstance(begun, tuple) and len(begun) == 2 and isinstance(begun[1], dict)):
+                raise TypeError(f"{known}.reset() gave a {type(begun).__name__}, expected an observation and a dict of infos" + _OLD)
+            info = begun[1]
             behaviours = []
             for group, agents, observation, action in groups:
                 layouts = [_layout(observation, "observation"), _layout(action, "action")]
                 mask = (info.get(agents[0]) or {} if multi_agent else info).get("action_mask")
                 masks = mask is not None and layouts[1].mask_bytes > 0 and flat_mask(mask).size == layouts[1].mask_bytes
                 behaviours.append(wire.Behaviour(group, list(map(str, agents)), *layouts, environments * len(agents), masks))
-            return cls(known, environments, behaviours, multi_agent, getattr(env, "render_mode", None) == "rgb_array",
+            return cls(printable_line(known, 255), environments, behaviours, multi_agent, getattr(env, "render_mode", None) == "rgb_array" and "rgb_array" in (getattr(env, "metadata", None) or {}).get("render_modes", ()),
                        int(getattr(spec, "max_episode_steps", 0) or 0), not getattr(spec, "nondeterministic", False),
                        {str(agent): agent for agent in env.possible_agents} if multi_agent else None)
         finally:
@@ -55,16 +70,19 @@ class World:
                 "hash": hashlib.sha256(wire.canonical_json(behaviours)).hexdigest(), "behaviours": behaviours}
 
 
-def _groups(env) -> list[tuple]:
-    """Agents with equal spaces are one behaviour, named after what their names begin with."""
+def _groups(env, by: str) -> list[tuple]:
+    """Agents of one kind, or all, whose spaces are equal are one behaviour, named after what their names begin with."""
+    if by not in GROUPS:
+        raise ValueError(f"group {by!r}; agents are grouped by {' or '.join(GROUPS)}")
     groups: list[tuple] = []
     for agent in env.possible_agents:
         observation, action = env.observation_space(agent), env.action_space(agent)
-        same = next((group for group in groups if group[2] == observation and group[3] == action), None)
+        kind = str(agent).rstrip("0123456789").rstrip("_") or "agent"
+        same = next((group for group in groups if group[2] == observation and group[3] == action and (by == "spaces" or group[0] == kind)), None)
         if same:
             same[1].append(agent)
         else:
-            groups.append((str(agent).rstrip("0123456789").rstrip("_") or str(agent), [agent], observation, action))
+            groups.append((kind, [agent], observation, action))
     if len(groups) == 1:
         return [("default", *groups[0][1:])]
     names = [group[0] for group in groups]
@@ -96,13 +114,29 @@ def environment_maker(name: str, render: bool = True):
     """Makes environments by Gymnasium id, or by `module:attribute` where the attribute is callable."""
     module, colon, attribute = name.partition(":")
     if colon and attribute.isidentifier():
-        found = getattr(importlib.import_module(module), attribute, None)
+        place = importlib.import_module(module)
+        found = getattr(place, attribute, None)
         if callable(found):
-            return found
+            return _drawing(found) if render else found
+        if attribute not in gymnasium.registry:
+            near = difflib.get_close_matches(attribute, [known for known in vars(place) if callable(getattr(place, known)) and not known.startswith("_")], 1)
+            raise ValueError(f"module {module!r} has no callable {attribute!r}" + (f"; did you mean {module}:{near[0]}?" if near else ""))
     spec = gymnasium.spec(name)
     modes = getattr(gymnasium.envs.registration.load_env_creator(spec.entry_point), "metadata", {}).get("render_modes", []) if isinstance(spec.entry_point, str) else []
     mode = "rgb_array" if render and "rgb_array" in modes else None
     return lambda: gymnasium.make(name, render_mode=mode, disable_env_checker=True)
+
+
+def _drawing(maker):
+    """The same maker of environments, told to draw where it says that it can."""
+    try:
+        takes = inspect.signature(maker).parameters.values()
+    except (TypeError, ValueError):
+        return maker
+    named = any(one.name == "render_mode" or one.kind is one.VAR_KEYWORD for one in takes)
+    if not named or "rgb_array" not in (getattr(maker, "metadata", None) or {}).get("render_modes", ()):
+        return maker
+    return lambda: maker(render_mode="rgb_array")
 
 
 def pettingzoo_maker(name: str, render: bool = True):

@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 
+#include "consac/base/names.h"
+#include "consac/run/output.h"
 #include "system/system.h"
 
 namespace consac::run {
@@ -9,9 +11,7 @@ namespace {
 
 constexpr std::string_view kClearLine = "\r\x1b[K", kLoud = "\x1b[1;31m", kPlain = "\x1b[0m";
 
-void Put(std::FILE* stream, std::string_view text) {
-  (void)std::fwrite(text.data(), 1, text.size(), stream);
-}
+constexpr double kPatience = 1.0;  // s that a training waits for its reader
 
 bool IsSet(const char* variable) {
   const char* value = std::getenv(variable);
@@ -27,29 +27,46 @@ ConsoleOptions StandardConsole() {
   return options;
 }
 
+void Console::Put(std::string_view text) {
+  for (std::size_t at = 0; at < text.size(); at += kOutputPiece) {
+    unread_ = !TakesOutput(options_.stream, unread_ ? 0.0 : kPatience);
+    if (unread_) return;
+    const std::string_view piece = text.substr(at, kOutputPiece);
+    (void)std::fwrite(piece.data(), 1, piece.size(), options_.stream);
+    (void)std::fflush(options_.stream);
+  }
+}
+
 void Console::Print(std::string_view text) {
-  if (bar_.size() > 0) Put(options_.stream, kClearLine);
-  Put(options_.stream, text);
-  Put(options_.stream, {bar_.data(), bar_.size()});
-  (void)std::fflush(options_.stream);
+  PrintAbove(PrintableText(std::string(text)));
+}
+
+void Console::Line(std::string_view line) {
+  PrintAbove(PrintableLine(std::string(line)) + "\n");
+}
+
+void Console::PrintAbove(std::string_view text) {
+  if (bar_.size() > 0) Put(kClearLine);
+  Put(text);
+  Put({bar_.data(), bar_.size()});
 }
 
 void Console::Alarm(std::string_view line) {
-  Print(fmt::format("{}error: {}{}\n", colour() ? kLoud : "", line, colour() ? kPlain : ""));
+  PrintAbove(
+      fmt::format("{}error: {}{}\n", colour() ? kLoud : "", PrintableLine(std::string(line)), colour() ? kPlain : ""));
 }
 
 void Console::Bar(std::string_view line) {
   bar_.clear();
   bar_.append(line);
-  Put(options_.stream, kClearLine);
-  Put(options_.stream, line);
-  (void)std::fflush(options_.stream);
+  Put(kClearLine);
+  Put(line);
 }
 
 void Console::EndBar() {
   if (bar_.size() == 0) return;
   bar_.clear();
-  Print("\n");
+  PrintAbove("\n");
 }
 
 int Console::columns() const {

@@ -19,14 +19,17 @@ struct ConsoleOptions {
 /// What standard output is: a terminal, unless piped or TERM is "dumb".
 ConsoleOptions StandardConsole();
 
-/// Prints; failures are nobody's business (the reader went away).
+/// Prints; failures are nobody's business (the reader went away). A reader that stands still is waited for once, a
+/// second; until it reads again it misses what is said, and the training goes on.
 class Console {
  public:
   /// Prints to `options.stream`, which must outlive it.
   explicit Console(const ConsoleOptions& options) : options_(options) {}
 
-  /// Prints text that ends in a newline; a bar moves below it.
+  /// Prints text that ends in a newline; a bar moves below it. What does not show becomes \xNN (consac/base/names.h).
   void Print(std::string_view text);
+  /// Prints one line; what comes from outside cannot make it two.
+  void Line(std::string_view line);
   /// Prints one line that must not be overlooked.
   void Alarm(std::string_view line);
   /// Draws or redraws the bar: one line, at most columns() wide. Terminals only. Never allocates.
@@ -42,7 +45,11 @@ class Console {
   bool colour() const { return options_.colour; }
 
  private:
+  void Put(std::string_view text);
+  void PrintAbove(std::string_view text);
+
   ConsoleOptions options_;
+  bool unread_ = false;     // the reader stands still
   fmt::memory_buffer bar_;  // as drawn; empty: none
 };
 

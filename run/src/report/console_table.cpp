@@ -43,7 +43,11 @@ std::vector<TableLine> SectionLines(const Row& row) {
 
 std::string FormatTable(learn::LogStyle style, const Row& row) {
   if (row.empty()) return {};
-  const std::vector<TableLine> lines = style == learn::LogStyle::kStableBaselines2 ? FlatLines(row) : SectionLines(row);
+  // Stable Baselines 2 knows no sections, until several behaviours have one each.
+  const bool flat =
+      style == learn::LogStyle::kStableBaselines2 &&
+      std::none_of(row.begin(), row.end(), [](const Cell& cell) { return cell.key.find('/') != cell.key.npos; });
+  const std::vector<TableLine> lines = flat ? FlatLines(row) : SectionLines(row);
   std::size_t key_width = 0, value_width = 0;
   for (const auto& [key, value] : lines) {
     key_width = std::max(key_width, key.size());

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "consac/base/file.h"
+#include "consac/base/memory.h"
 #include "report/axis.h"
 
 namespace consac::run {
@@ -15,6 +16,9 @@ namespace {
 
 constexpr double kWidth = 800.0, kHeight = 450.0, kPngScale = 2.0;
 constexpr double kLeft = 78.0, kRight = 776.0, kTop = 74.0, kBottom = 394.0;  // of the plot
+// Pixels, both files and the system's fonts: 8 MiB where there are few fonts, and room for many. Asked for beforehand:
+// the libraries that draw do not all say what they lacked.
+constexpr std::size_t kDrawingBytes = std::size_t{32} << 20;
 constexpr double kQuarterTurn = -1.5707963267948966;
 
 struct Colour {
@@ -165,14 +169,17 @@ cairo_status_t AppendBytes(void* bytes, const unsigned char* data, unsigned int 
 }
 
 Status Save(const std::string& path, cairo_status_t drawn, const std::vector<std::byte>& bytes) {
+  const bool shortage = drawn == CAIRO_STATUS_NO_MEMORY;
   if (drawn != CAIRO_STATUS_SUCCESS)
-    return {StatusCode::kInternal, "cannot draw '" + path + "': " + cairo_status_to_string(drawn)};
+    return {shortage ? StatusCode::kResourceExhausted : StatusCode::kInternal,
+            "cannot draw '" + path + "': " + cairo_status_to_string(drawn)};
   return WriteFileAtomically(path, bytes);
 }
 
 }  // namespace
 
 Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points) {
+  CONSAC_RETURN_IF_ERROR(CheckMemory(kDrawingBytes, "drawing '" + path + "'"));
   std::vector<std::byte> svg_bytes, png_bytes;
   const Surface svg(cairo_svg_surface_create_for_stream(AppendBytes, &svg_bytes, kWidth, kHeight));
   const Surface png(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(kWidth * kPngScale),

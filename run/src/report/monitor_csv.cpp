@@ -4,6 +4,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "consac/base/json.h"
 #include "report/row.h"
 
 namespace consac::run {
@@ -23,7 +24,7 @@ Result<std::unique_ptr<MonitorCsv>> MonitorCsv::Open(const std::string& path, co
   (*file)->CutToLine((*file)->size());
   if ((*file)->size() == 0) {
     const nlohmann::ordered_json header = {{"t_start", start_time}, {"env_id", world_id}};
-    (*file)->Append("#" + header.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\nr,l,t\n");
+    (*file)->Append("#" + AsciiJsonText(header) + "\nr,l,t\n");
     (*file)->Flush();
   }
   return std::unique_ptr<MonitorCsv>(new MonitorCsv(std::move(*file)));

@@ -13,7 +13,7 @@ namespace {
 
 StatusCode CodeOf(int error) {
   if (error == ENOENT) return StatusCode::kNotFound;
-  bool full = error == ENOSPC || error == EFBIG;
+  bool full = error == ENOSPC || error == EFBIG || error == EMFILE || error == ENFILE || error == ENOMEM;
 #if defined(EDQUOT)
   full = full || error == EDQUOT;
 #endif
@@ -37,6 +37,11 @@ int WriteAll(int descriptor, const char* bytes, std::size_t count) {
 
 Result<std::unique_ptr<OutputFile>> OutputFile::Open(const std::string& path, OpenMode mode) {
   const int descriptor = OpenToAppend(path, mode == OpenMode::kTruncate);
+  if (descriptor >= 0 && IsPipe(descriptor)) {
+    Close(descriptor);
+    return Status{StatusCode::kDataLoss,
+                  "'" + path + "' is a pipe and no file, so it would keep nothing; take it away"};
+  }
   const std::int64_t size = descriptor < 0 ? -1 : SizeOf(descriptor);
   if (size < 0) {
     const int error = errno;

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kMarkEvery = 0.5;  // s
 constexpr int kWidestBar = 40, kNarrowestBar = 8, kWidestLine = 200;
+constexpr std::size_t kMostRewards = 4;  // in one line
 
 // 1234567 as 1,234,567.
 void AppendGrouped(std::int64_t value, fmt::memory_buffer* out) {
@@ -45,12 +46,34 @@ void AppendSteps(const ProgressView& view, std::string_view of, fmt::memory_buff
   AppendGrouped(view.total_steps, out);
 }
 
-void AppendReward(const ProgressView& view, fmt::memory_buffer* out) {
+void AppendReward(const RewardView& view, fmt::memory_buffer* out) {
   if (std::isnan(view.reward)) {
     out->append(std::string_view("no episode yet"));
   } else {
-    fmt::format_to(std::back_inserter(*out), "{} {:.4g}",
-                   view.reward_per_step ? "reward per step" : "mean episode reward", view.reward);
+    fmt::format_to(std::back_inserter(*out), "{} {:.4g}", view.per_step ? "reward per step" : "mean episode reward",
+                   view.reward);
+  }
+}
+
+// "mean episode reward hunter 3.1, prey 0.02 a step, scout none yet".
+void AppendRewards(const ProgressView& view, fmt::memory_buffer* out) {
+  const auto to = std::back_inserter(*out);
+  if (view.rewards.size() == 1) return AppendReward(view.rewards[0], out);
+  if (std::all_of(view.rewards.begin(), view.rewards.end(),
+                  [](const RewardView& one) { return std::isnan(one.reward); }))
+    return AppendReward({}, out);
+  out->append(std::string_view("mean episode reward"));
+  for (std::size_t i = 0; i < view.rewards.size(); ++i) {
+    if (i == kMostRewards) {
+      fmt::format_to(to, ", and of {} more", view.rewards.size() - i);
+      break;
+    }
+    const RewardView& one = view.rewards[i];
+    fmt::format_to(to, "{} {} ", i == 0 ? "" : ",", one.behaviour);
+    if (std::isnan(one.reward))
+      out->append(std::string_view("none yet"));
+    else
+      fmt::format_to(to, "{:.4g}{}", one.reward, one.per_step ? " a step" : "");
   }
 }
 
@@ -66,7 +89,7 @@ void AppendRest(const ProgressView& view, fmt::memory_buffer* out) {
   out->append(std::string_view(" | "));
   AppendRate(view.steps_per_second, out);
   out->append(std::string_view(" | "));
-  AppendReward(view, out);
+  AppendRewards(view, out);
   AppendTimeLeft(view, out);
 }
 

@@ -7,18 +7,26 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <string_view>
 
 #include "report/console.h"
 
 namespace consac::run {
+
+/// How a behaviour does.
+struct RewardView {
+  std::string_view behaviour;                                ///< empty: the only one
+  double reward = std::numeric_limits<double>::quiet_NaN();  ///< NaN: there is none yet
+  bool per_step = false;  ///< `reward` is of a step, not of an episode (episodes do not end any more)
+};
 
 /// What the line says.
 struct ProgressView {
   std::int64_t steps = 0;        ///< agent steps so far
   std::int64_t total_steps = 0;  ///< planned; 0: nobody knows
   double steps_per_second = 0.0;
-  double reward = std::numeric_limits<double>::quiet_NaN();  ///< NaN: there is none yet
-  bool reward_per_step = false;  ///< `reward` is of a step, not of an episode (episodes do not end any more)
+  std::span<const RewardView> rewards;  ///< one per behaviour
 };
 
 /// The plain line, without a newline.

@@ -26,7 +26,7 @@ std::string JoinFields(const std::vector<std::string>& fields) {
 
 // Whole lines without their ends; what follows the last newline was cut off by a kill and is dropped.
 Result<std::vector<std::string>> ReadLines(const std::string& path) {
-  Result<std::vector<std::byte>> bytes = ReadFile(path);
+  Result<std::vector<std::byte>> bytes = ReadRegularFile(path);
   if (!bytes.ok()) return bytes.status();
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   std::vector<std::string> lines;

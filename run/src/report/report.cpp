@@ -5,15 +5,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <deque>
+#include <limits>
+#include <utility>
 
+#include "report/behaviour_log.h"
 #include "report/budget.h"
 #include "report/console.h"
 #include "report/console_table.h"
-#include "report/curve.h"
-#include "report/curve_drawing.h"
-#include "report/episodes.h"
-#include "report/monitor_csv.h"
 #include "report/progress.h"
 #include "report/progress_csv.h"
 #include "report/report_on.h"
@@ -24,7 +23,6 @@ namespace {
 
 constexpr int kMostCallsPerLook = 64;                   // steps between looks at the clock
 constexpr double kShortLook = 0.005, kLongLook = 0.05;  // s: look less often, look every step
-constexpr std::int64_t kFewestEpisodes = 20;            // that make a curve
 constexpr double kFlushEvery = 1.0;                     // s
 constexpr double kBudgetEvery = 15.0;                   // s
 
@@ -36,53 +34,50 @@ class AllSinks final : public Report {
  public:
   AllSinks(const ReportOptions& options, const ConsoleOptions& console)
       : options_(options), console_(console), progress_(&console_) {
+    for (std::size_t b = 0; b < options_.behaviours.size(); ++b) logs_.emplace_back(options_, b);
+    shown_.resize(logs_.size(), 1);
+    rewards_.resize(logs_.size());
     Begin(Now());
   }
 
   Status OpenFiles();
   void OnEpisode(const EpisodeEnd& episode) override;
-  void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
-                std::int64_t steps_per_update) override;
-  void OnStep(std::int64_t steps, double reward_sum) override;
+  void OnUpdates(std::span<const UpdateReport> updates, std::int64_t steps) override;
+  void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) override;
   void OnTime(const TimeSpent& round) override { budget_.Add(round, looked_); }
-  void Line(std::string_view line) override { console_.Print(std::string(line) + "\n"); }
+  void Line(std::string_view line) override { console_.Line(line); }
   Status Finish() override;
-  double mean_episode_reward() const override { return episodes_.mean_reward(); }
-  double mean_episode_length() const override { return episodes_.mean_length(); }
+  void DrawCurves() override;
+  double mean_episode_reward(std::size_t b) const override { return logs_[b].episodes().mean_reward(); }
+  double mean_episode_length(std::size_t b) const override { return logs_[b].episodes().mean_length(); }
   void Visit(Archive& archive) override;
 
  private:
   bool IsSb2() const { return options_.style == learn::LogStyle::kStableBaselines2; }
+  const char* StepsKey() const { return IsSb2() ? "total_timesteps" : "time/total_timesteps"; }
   double Elapsed(double now) const { return elapsed_before_ + (now - session_start_); }
   void Begin(double now);
   void Look();
   void Flush();
   void SayFailures();
-  void FillRow(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
-               std::int64_t steps_per_update);
-  void FillSb2(std::int64_t steps, std::int64_t updates, std::int64_t steps_per_update);
-  void FillSb3(std::int64_t steps, std::int64_t updates);
-  void WriteScalars(std::span<const learn::Metric> metrics, std::int64_t steps);
-  bool EpisodesStopped() const;
+  void GatherRow(const std::vector<std::uint8_t>& behaviours);
+  void ShowTable(double now);
+  bool Held() const { return std::find(shown_.begin(), shown_.end(), 0) != shown_.end(); }
+  bool TableDue(double now) const { return !console_.terminal() || now - tabled_ >= options_.table_every_s; }
   void TellBudget();
-  ProgressView View() const;
-  Status Draw() const;
+  ProgressView View();
 
   const ReportOptions options_;
   Console console_;
   Progress progress_;
-  std::unique_ptr<ProgressCsv> progress_csv_;  // null, like the next two, when not written
-  std::unique_ptr<MonitorCsv> monitor_csv_;
+  std::deque<BehaviourLog> logs_;              // one per behaviour; they stay where they are
+  std::unique_ptr<ProgressCsv> progress_csv_;  // null, like the next, when not written
   std::unique_ptr<EventWriter> events_;
-  Status said_[3];  // failures of these three that were reported
+  std::vector<Status> said_;  // failures to write that were reported: of these two, and of each Monitor file
 
-  // Saved in checkpoints. Times are seconds of training, without the time between a kill and a resume.
-  EpisodeWindow episodes_;
-  EpisodeCurve episode_curve_;
-  StepCurve step_curve_;
+  // Saved in checkpoints, as is what logs_ hold. Seconds of training, without the time between a kill and a resume.
   double elapsed_before_ = 0.0;  // in earlier sessions
-  double update_started_ = 0.0;
-  std::int64_t steps_ = 0, update_started_steps_ = 0, last_episode_step_ = 0;
+  std::int64_t steps_ = 0;
 
   // Of this session.
   double session_start_ = 0.0, looked_ = 0.0, flushed_ = 0.0;
@@ -90,7 +85,12 @@ class AllSinks final : public Report {
   int calls_per_look_ = 1, calls_left_ = 1;
   Budget budget_;
   double told_budget_ = 0.0;
-  Row row_;
+  Row row_;                            // as it is written
+  std::int64_t updated_steps_ = 0;     // of the latest update
+  std::vector<std::uint8_t> updated_;  // per behaviour: it has just reported
+  std::vector<std::uint8_t> shown_;    // per behaviour: its latest numbers that are due were in a table
+  double tabled_ = -std::numeric_limits<double>::infinity();  // when the latest table was shown
+  std::vector<RewardView> rewards_;                           // per behaviour, as the progress line shows them
 };
 
 Status AllSinks::OpenFiles() {
@@ -98,16 +98,11 @@ Status AllSinks::OpenFiles() {
   const OpenMode mode = options_.append ? OpenMode::kAppend : OpenMode::kTruncate;
   const double now = WallTime();
 
-  const ProgressCsv::Resume resume{options_.append, IsSb2() ? "total_timesteps" : "time/total_timesteps",
-                                   options_.resume_step};
+  const ProgressCsv::Resume resume{options_.append, StepsKey(), options_.resume_step};
   Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/progress.csv", resume);
   if (!csv.ok()) return csv.status();
   progress_csv_ = std::move(*csv);
-
-  Result<std::unique_ptr<MonitorCsv>> monitor =
-      MonitorCsv::Open(options_.directory + "/monitor.csv", options_.world_id, now, mode);
-  if (!monitor.ok()) return monitor.status();
-  monitor_csv_ = std::move(*monitor);
+  for (BehaviourLog& log : logs_) CONSAC_RETURN_IF_ERROR(log.OpenFiles(now, mode));
 
   if (!options_.tensorboard) return Status::Ok();
   const Result<std::string> folder = TensorboardFolder(options_.directory + "/tensorboard", options_.algorithm, mode);
@@ -126,15 +121,11 @@ void AllSinks::Begin(double now) {
 }
 
 void AllSinks::OnEpisode(const EpisodeEnd& episode) {
-  episodes_.Add(episode.reward, episode.length);
-  last_episode_step_ = episode.at_step;
-  episode_curve_.Add(episode.at_step, episode.reward, episodes_.mean_reward());
-  if (monitor_csv_ != nullptr) monitor_csv_->Append(episode.reward, episode.length, Elapsed(Now()));
-  if (events_ != nullptr && IsSb2()) events_->Scalar(WallTime(), episode.at_step, "episode_reward", episode.reward);
+  logs_[episode.behaviour].OnEpisode(episode, Elapsed(Now()), events_.get(), WallTime());
 }
 
-void AllSinks::OnStep(std::int64_t steps, double reward_sum) {
-  step_curve_.Add(steps, reward_sum, steps - steps_);
+void AllSinks::OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) {
+  for (std::size_t b = 0; b < behaviours.size(); ++b) logs_[b].OnStep(steps, behaviours[b]);
   if (!stepped_) Begin(Now());
   stepped_ = true;
   steps_ = steps;
@@ -153,116 +144,79 @@ void AllSinks::Look() {
     told_budget_ = now;
     TellBudget();
   }
+  if (Held() && TableDue(now)) ShowTable(now);
   if (now - flushed_ < kFlushEvery) return;
   flushed_ = now;
   Flush();
 }
 
 void AllSinks::Flush() {
-  if (monitor_csv_ != nullptr) monitor_csv_->Flush();
+  for (BehaviourLog& log : logs_) {
+    if (log.monitor() != nullptr) log.monitor()->Flush();
+  }
   if (events_ != nullptr) events_->Flush();
   SayFailures();
 }
 
 void AllSinks::SayFailures() {
-  const Status ok;
-  const Status* found[] = {progress_csv_ ? &progress_csv_->status() : &ok, monitor_csv_ ? &monitor_csv_->status() : &ok,
-                           events_ ? &events_->status() : &ok};
-  for (std::size_t i = 0; i < std::size(found); ++i) {
-    if (found[i]->ok() || !said_[i].ok()) continue;
-    said_[i] = *found[i];
+  const auto say = [this](std::size_t i, const Status& found) {
+    if (found.ok() || !said_[i].ok()) return;
+    said_[i] = found;
     console_.Alarm(said_[i].message() + "; training goes on, but this log has a gap");
+  };
+  said_.resize(2 + logs_.size());
+  if (progress_csv_ != nullptr) say(0, progress_csv_->status());
+  if (events_ != nullptr) say(1, events_->status());
+  for (std::size_t b = 0; b < logs_.size(); ++b) {
+    if (logs_[b].monitor() != nullptr) say(2 + b, logs_[b].monitor()->status());
   }
 }
 
-void AllSinks::OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
-                        std::int64_t steps_per_update) {
+void AllSinks::OnUpdates(std::span<const UpdateReport> updates, std::int64_t steps) {
   steps_ = std::max(steps_, steps);
-  FillRow(metrics, steps, updates, steps_per_update);
-  if (progress_csv_ != nullptr) progress_csv_->Append(row_);
-  if (events_ != nullptr) WriteScalars(metrics, steps);
+  updated_steps_ = steps;
+  const double now = Now();
   const std::int64_t interval = std::max<std::int64_t>(options_.log_interval, 1);
-  const bool due = updates % interval == 0 || (IsSb2() && updates == 1);
-  if (options_.console_table && due) console_.Print(FormatTable(options_.style, row_));
-  update_started_ = Elapsed(Now());
-  update_started_steps_ = steps;
+  updated_.assign(logs_.size(), 0);
+  for (const UpdateReport& update : updates) {
+    BehaviourLog& log = logs_[update.behaviour];
+    log.OnUpdate(update, {steps, Elapsed(now)});
+    updated_[update.behaviour] = 1;
+    if (update.updates % interval == 0 || (IsSb2() && update.updates == 1)) shown_[update.behaviour] = 0;
+    if (events_ != nullptr) log.WriteScalars(update, steps, WallTime(), *events_);
+  }
+  if (progress_csv_ != nullptr) {
+    GatherRow(updated_);
+    progress_csv_->Append(row_);
+  }
+  if (!options_.console_table) shown_.assign(logs_.size(), 1);
+  if (Held() && TableDue(now)) ShowTable(now);
   calls_left_ = 0;  // learning took its time
   SayFailures();
 }
 
-void AllSinks::FillRow(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
-                       std::int64_t steps_per_update) {
-  row_.clear();
-  for (const learn::Metric& metric : metrics) {
-    if (metric.table_key.empty()) continue;
-    const bool count = metric.table_key == "train/n_updates";  // an int in Stable Baselines3
-    row_.push_back({metric.table_key, metric.value,
-                    count                     ? CellKind::kInteger
-                    : metric.single_precision ? CellKind::kSingle
-                                              : CellKind::kDouble});
+// The numbers of some behaviours beside each other, by key; those of the run come first.
+void AllSinks::GatherRow(const std::vector<std::uint8_t>& behaviours) {
+  row_.assign(1, {StepsKey(), static_cast<double>(updated_steps_), CellKind::kInteger});
+  for (std::size_t b = 0; b < logs_.size(); ++b) {
+    if (behaviours[b] != 0) row_.insert(row_.end(), logs_[b].row().begin(), logs_[b].row().end());
   }
-  if (IsSb2()) {
-    FillSb2(steps, updates, steps_per_update);
-  } else {
-    FillSb3(steps, updates);
-  }
-  std::sort(row_.begin(), row_.end(), [](const Cell& a, const Cell& b) { return a.key < b.key; });
+  const auto place = [](const Cell& cell) { return std::pair(cell.key.find('/') != cell.key.npos, cell.key); };
+  std::sort(row_.begin(), row_.end(), [&](const Cell& a, const Cell& b) { return place(a) < place(b); });
 }
 
-// Source: Stable Baselines 2.10.2, ppo2.py: fps is of this update, time_elapsed is when this update started.
-void AllSinks::FillSb2(std::int64_t steps, std::int64_t updates, std::int64_t steps_per_update) {
-  const double seconds = std::max(Elapsed(Now()) - update_started_, 1e-9);
-  row_.push_back({"fps", static_cast<double>(steps - update_started_steps_) / seconds, CellKind::kInteger});
-  row_.push_back({"n_updates", static_cast<double>(updates), CellKind::kInteger});
-  row_.push_back({"time_elapsed", update_started_, CellKind::kDouble});
-  row_.push_back({"total_timesteps", static_cast<double>(steps), CellKind::kInteger});
-  if (steps_per_update > 0) {
-    const std::int64_t n_steps = steps_per_update / std::max(options_.slots, 1);
-    row_.push_back({"serial_timesteps", static_cast<double>(updates * n_steps), CellKind::kInteger});
-  }
-  if (episodes_.count() == 0) return;
-  row_.push_back({"ep_len_mean", episodes_.mean_length(), CellKind::kDouble});
-  row_.push_back({"ep_reward_mean", episodes_.mean_reward(), CellKind::kDouble});
+// What was held back since the last one, the latest of each behaviour.
+void AllSinks::ShowTable(double now) {
+  for (std::uint8_t& shown : shown_) shown = shown != 0 ? 0 : 1;  // now: which are to be shown
+  GatherRow(shown_);
+  console_.Print(FormatTable(options_.style, row_));
+  shown_.assign(logs_.size(), 1);
+  tabled_ = now;
 }
 
-// Source: Stable Baselines3, on_policy_algorithm.py: fps and time_elapsed are of the whole training.
-void AllSinks::FillSb3(std::int64_t steps, std::int64_t updates) {
-  const double seconds = Elapsed(Now());
-  row_.push_back({"time/fps", static_cast<double>(steps) / std::max(seconds, 1e-9), CellKind::kInteger});
-  row_.push_back({"time/iterations", static_cast<double>(updates), CellKind::kInteger});
-  row_.push_back({"time/time_elapsed", seconds, CellKind::kInteger});
-  row_.push_back({"time/total_timesteps", static_cast<double>(steps), CellKind::kInteger});
-  if (episodes_.count() == 0) return;
-  row_.push_back({"rollout/ep_len_mean", episodes_.mean_length(), CellKind::kDouble});
-  row_.push_back({"rollout/ep_rew_mean", episodes_.mean_reward(), CellKind::kDouble});
-}
-
-// Stable Baselines3 also writes the table's own numbers, but for those that are the axis or count it.
-void AllSinks::WriteScalars(std::span<const learn::Metric> metrics, std::int64_t steps) {
-  const double now = WallTime();
-  for (const learn::Metric& metric : metrics) {
-    if (!metric.tensorboard_tag.empty()) events_->Scalar(now, steps, metric.tensorboard_tag, metric.value);
-  }
-  if (IsSb2()) return;
-  for (const Cell& cell : row_) {
-    if (cell.key.starts_with("rollout/") || cell.key == "time/fps") events_->Scalar(now, steps, cell.key, cell.value);
-  }
-}
-
-// A trained agent may stay on the road for ever: its episodes tell of long ago, the reward of a step of now.
-bool AllSinks::EpisodesStopped() const {
-  const double since = static_cast<double>(steps_ - last_episode_step_);
-  const double usual = episodes_.mean_length() * std::max(options_.slots, 1);
-  return episodes_.count() > 0 && since > 0.1 * static_cast<double>(steps_) && since > 10.0 * usual;
-}
-
-ProgressView AllSinks::View() const {
-  ProgressView view;
-  view.steps = steps_;
-  view.total_steps = options_.total_steps;
-  view.reward_per_step = EpisodesStopped();
-  view.reward = view.reward_per_step ? step_curve_.RecentMean() : episodes_.mean_reward();
-  return view;
+ProgressView AllSinks::View() {
+  for (std::size_t b = 0; b < logs_.size(); ++b) rewards_[b] = logs_[b].Reward(steps_);
+  return {steps_, options_.total_steps, 0.0, rewards_};
 }
 
 void AllSinks::TellBudget() {
@@ -271,44 +225,36 @@ void AllSinks::TellBudget() {
   if (line.size() > 0) Line({line.data(), line.size()});
 }
 
-Status AllSinks::Draw() const {
-  const bool per_step = episodes_.count() < kFewestEpisodes || EpisodesStopped();
-  const std::vector<CurvePoint> points = per_step ? step_curve_.Points() : episode_curve_.Points();
-  const std::string_view what = per_step ? "mean reward of a step" : "mean reward of the last 100 episodes";
-  CurveLabels labels;
-  labels.last_step = static_cast<double>(steps_);
-  labels.title = options_.algorithm + " on " + options_.world_id;
-  if (!points.empty()) labels.subtitle = fmt::format("{}: {:.4g}", what, points.back().mean);
-  labels.y_axis = per_step ? "reward per step" : "episode reward";
-  labels.points = per_step ? "some steps" : "an episode";
-  labels.mean = per_step ? "moving mean" : "mean of 100";
-  return DrawCurve(options_.directory + "/curve", labels, points);
-}
-
 Status AllSinks::Finish() {
+  if (Held()) ShowTable(Now());
   if (options_.progress && stepped_) {
     progress_.Finish(Now(), View());
     TellBudget();
   }
   Flush();
-  if (options_.directory.empty()) return Status::Ok();
-  const Status drawn = Draw();
   for (const Status& failure : said_) CONSAC_RETURN_IF_ERROR(failure);
-  return drawn;
+  return Status::Ok();
+}
+
+void AllSinks::DrawCurves() {
+  if (options_.directory.empty()) return;
+  for (const BehaviourLog& log : logs_) {
+    const Status drawn = log.Draw(steps_);
+    if (!drawn.ok()) Line("warning: there is no curve: " + drawn.message());
+  }
 }
 
 void AllSinks::Visit(Archive& archive) {
   const double now = Now();
   double elapsed = Elapsed(now);
   archive("elapsed", elapsed);
-  archive("update_started", update_started_);
-  archive("update_started_steps", update_started_steps_);
   archive("steps", steps_);
-  archive("last_episode_step", last_episode_step_);
-  archive("episodes", episodes_);
-  archive("episode_curve", episode_curve_);
-  archive("step_curve", step_curve_);
-  if (monitor_csv_ != nullptr) archive("monitor", *monitor_csv_);
+  for (std::size_t b = 0; b < logs_.size(); ++b) {
+    if (logs_.size() == 1)
+      logs_[b].Visit(archive);
+    else
+      archive("behaviour" + std::to_string(b), logs_[b]);
+  }
   if (!archive.loading()) return Flush();
   elapsed_before_ = elapsed;
   Begin(now);

@@ -24,12 +24,17 @@ int OpenToAppend(const std::string& path, bool truncate);
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count);
 /// Reads the one byte at `position`.
 bool ReadByte(int descriptor, std::uint64_t position, char* byte);
+/// Whether it is a pipe, which keeps nothing and stops whoever fills it.
+bool IsPipe(int descriptor);
 /// Bytes in the file, or -1 and errno.
 std::int64_t SizeOf(int descriptor);
 /// Cuts the file to `bytes`.
 bool CutTo(int descriptor, std::uint64_t bytes);
 /// Gives the file, or the lock, back.
 void Close(int descriptor);
+
+/// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced.
+bool IsStillAt(int descriptor, const std::string& path);
 
 /// What became of a wish for a lock.
 enum class Locked : std::uint8_t { kByUs, kByOthers, kFailed };

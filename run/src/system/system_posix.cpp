@@ -1,8 +1,10 @@
+#include "consac/run/output.h"
 #include "system/system.h"
 
 #if !defined(_WIN32)
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
@@ -32,6 +34,11 @@ int TerminalColumns(std::FILE* stream) {
   return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
+bool TakesOutput(std::FILE* stream, double wait_s) {
+  pollfd asked{::fileno(stream), POLLOUT, 0};
+  return ::poll(&asked, 1, static_cast<int>(wait_s * 1e3)) > 0;
+}
+
 int OpenToAppend(const std::string& path, bool truncate) {
   return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (truncate ? O_TRUNC : 0), 0644);
 }
@@ -42,6 +49,11 @@ std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
 
 bool ReadByte(int descriptor, std::uint64_t position, char* byte) {
   return ::pread(descriptor, byte, 1, static_cast<off_t>(position)) == 1;
+}
+
+bool IsPipe(int descriptor) {
+  struct stat info {};
+  return ::fstat(descriptor, &info) == 0 && S_ISFIFO(info.st_mode);
 }
 
 std::int64_t SizeOf(int descriptor) {
@@ -55,6 +67,13 @@ bool CutTo(int descriptor, std::uint64_t bytes) {
 
 void Close(int descriptor) {
   ::close(descriptor);
+}
+
+bool IsStillAt(int descriptor, const std::string& path) {
+  struct stat opened {
+  }, found{};
+  return ::fstat(descriptor, &opened) == 0 && ::stat(path.c_str(), &found) == 0 && opened.st_dev == found.st_dev &&
+         opened.st_ino == found.st_ino;
 }
 
 Locked LockFile(const std::string& path, int* descriptor) {

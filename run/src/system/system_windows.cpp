@@ -1,3 +1,4 @@
+#include "consac/run/output.h"
 #include "system/system.h"
 
 #if defined(_WIN32)
@@ -45,6 +46,10 @@ int TerminalColumns(std::FILE* stream) {
   return GetConsoleScreenBufferInfo(ConsoleOf(stream), &info) != 0 ? info.srWindow.Right - info.srWindow.Left + 1 : 0;
 }
 
+bool TakesOutput(std::FILE*, double) {
+  return true;
+}
+
 // Others may read the file and take it away: a spreadsheet, TensorBoard.
 int OpenToAppend(const std::string& path, bool truncate) {
   const int flags = _O_RDWR | _O_CREAT | _O_APPEND | _O_BINARY | _O_NOINHERIT | (truncate ? _O_TRUNC : 0);
@@ -59,6 +64,10 @@ bool ReadByte(int descriptor, std::uint64_t position, char* byte) {
   return _lseeki64(descriptor, static_cast<std::int64_t>(position), SEEK_SET) >= 0 && _read(descriptor, byte, 1) == 1;
 }
 
+bool IsPipe(int) {
+  return false;  // pipes have names of their own there
+}
+
 std::int64_t SizeOf(int descriptor) {
   return _filelengthi64(descriptor);
 }
@@ -69,6 +78,11 @@ bool CutTo(int descriptor, std::uint64_t bytes) {
 
 void Close(int descriptor) {
   _close(descriptor);
+}
+
+// A file that is open cannot be deleted there, nor can its folder.
+bool IsStillAt(int, const std::string&) {
+  return true;
 }
 
 // Nobody else may open it while it is open here.

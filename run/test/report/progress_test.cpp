@@ -28,7 +28,8 @@ std::string BarOf(const ProgressView& view, int columns, bool colour = false) {
   return fmt::to_string(out);
 }
 
-const ProgressView kHalf{50000, 100000, 312345.6, 184.25, false};
+const RewardView kGood[] = {{"", 184.25, false}}, kOne[] = {{"", 1.0, false}}, kNone[] = {{}};
+const ProgressView kHalf{50000, 100000, 312345.6, kGood};
 
 TEST(Progress, Durations) {
   EXPECT_EQ(Duration(0.0), "0:00");
@@ -40,12 +41,26 @@ TEST(Progress, Durations) {
 }
 
 TEST(Progress, PlainLine) {
-  EXPECT_EQ(LineOf({8400, 20000, 1000.0, 18.4, false}),
+  const RewardView episode[] = {{"", 18.4, false}}, step[] = {{"", 0.97, true}};
+  EXPECT_EQ(LineOf({8400, 20000, 1000.0, episode}),
             " 42% | 8,400 of 20,000 steps | 1,000 steps/s | mean episode reward 18.4 | 0:12 left");
-  EXPECT_EQ(LineOf({1234567, 0, 9.54}), "1,234,567 steps | 9.5 steps/s | no episode yet");
-  EXPECT_EQ(LineOf({20000, 20000, 2e5, 0.97, true}),
+  EXPECT_EQ(LineOf({1234567, 0, 9.54, kNone}), "1,234,567 steps | 9.5 steps/s | no episode yet");
+  EXPECT_EQ(LineOf({20000, 20000, 2e5, step}),
             "100% | 20,000 of 20,000 steps | 200,000 steps/s | reward per step 0.97 | 0:00 left");
-  EXPECT_EQ(LineOf({0, 100, 0.0}), "  0% | 0 of 100 steps | 0.0 steps/s | no episode yet | -:-- left");
+  EXPECT_EQ(LineOf({0, 100, 0.0, kNone}), "  0% | 0 of 100 steps | 0.0 steps/s | no episode yet | -:-- left");
+}
+
+TEST(Progress, EveryBehaviourIsNamed) {
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  const RewardView some[] = {{"hunter", 3.1, false}, {"prey", 0.02, true}, {"scout", nothing, false}};
+  EXPECT_EQ(LineOf({50, 100, 10.0, some}),
+            " 50% | 50 of 100 steps | 10.0 steps/s | mean episode reward hunter 3.1, prey 0.02 a step, scout none yet"
+            " | 0:05 left");
+  const RewardView none[] = {{"hunter", nothing, false}, {"prey", nothing, false}};
+  EXPECT_EQ(LineOf({50, 0, 10.0, none}), "50 steps | 10.0 steps/s | no episode yet");
+  const std::vector<RewardView> many(7, {"bee", 1.0, false});
+  EXPECT_EQ(LineOf({50, 0, 10.0, many}),
+            "50 steps | 10.0 steps/s | mean episode reward bee 1, bee 1, bee 1, bee 1, and of 3 more");
 }
 
 TEST(Progress, BarFillsWhatTheTerminalHas) {
@@ -63,9 +78,9 @@ TEST(Progress, BarNeverWraps) {
 }
 
 TEST(Progress, AFullMeterIsFull) {
-  EXPECT_NE(BarOf({100, 100, 1.0, 1.0}, 200, true).find("[\x1b[32m" + std::string(40, '#') + "\x1b[0m]"),
+  EXPECT_NE(BarOf({100, 100, 1.0, kOne}, 200, true).find("[\x1b[32m" + std::string(40, '#') + "\x1b[0m]"),
             std::string::npos);
-  EXPECT_NE(BarOf({150, 100, 1.0, 1.0}, 200).find("100% [" + std::string(40, '#') + "]"), std::string::npos);
+  EXPECT_NE(BarOf({150, 100, 1.0, kOne}, 200).find("100% [" + std::string(40, '#') + "]"), std::string::npos);
 }
 
 TEST(RateMeter, ForgetsWhatIsLongAgo) {

@@ -180,6 +180,7 @@ func _paths() -> void:
 	_check("a folder that is not there", not world.save_model(0, "user://no/such/folder/m.consac").is_empty())
 	_same("letters of every kind", world.save_model(0, "user://m\u00e4\u4e16.consac"), "")
 	_same("which is found again", model.load("user://m\u00e4\u4e16.consac"), "")
+	_same("a behaviour's file is no path", world.file_of("../a b"), "%2E.%2Fa b")
 
 
 func _one_line_errors() -> void:

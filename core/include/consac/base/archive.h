@@ -56,7 +56,12 @@ class Archive {
   /// One number or enum.
   template <class T>
   requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) void operator()(std::string_view name, T& value) {
-    if constexpr (std::is_enum_v<T>) {
+    if constexpr (std::is_same_v<T, bool>) {
+      std::uint8_t raw = value ? 1 : 0;  // a bool that holds any other byte may not be looked at
+      Fixed(name, DType::kBool, &raw, 1);
+      Check(name, raw <= 1);
+      value = raw == 1;
+    } else if constexpr (std::is_enum_v<T>) {
       auto raw = static_cast<std::underlying_type_t<T>>(value);
       Fixed(name, DTypeOf<decltype(raw)>::value, &raw, 1);
       value = static_cast<T>(raw);
@@ -66,14 +71,14 @@ class Archive {
   }
   /// A fixed run of numbers; a checkpoint of another length is an error.
   template <class T>
-  requires std::is_arithmetic_v<T>
-  void operator()(std::string_view name, std::span<T> values) {
+  requires(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) void operator()(std::string_view name,
+                                                                                std::span<T> values) {
     Fixed(name, DTypeOf<T>::value, values.data(), values.size());
   }
   /// A run of numbers whose length is part of the state.
   template <class T>
-  requires std::is_arithmetic_v<T>
-  void operator()(std::string_view name, std::vector<T>& values) {
+  requires(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) void operator()(std::string_view name,
+                                                                                std::vector<T>& values) {
     std::uint64_t count = values.size();
     if (loading()) {
       count = CountOf(name, DTypeOf<T>::value);

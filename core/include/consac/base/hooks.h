@@ -25,7 +25,7 @@ struct Hooks {
 
 /// Replaces the hooks; null members keep the defaults. Not thread-safe: call before anything else.
 void SetHooks(const Hooks& hooks);
-/// Sends one line to the host's log.
+/// Sends one line to the host's log; what does not show becomes \xNN (names.h).
 void Log(LogLevel level, std::string_view line);
 /// Monotonic seconds from the host's clock.
 double Now();

@@ -35,8 +35,9 @@ class [[nodiscard]] Status {
  public:
   /// Success.
   Status() = default;
-  /// A failure; `message` is one line without a trailing newline.
-  Status(StatusCode code, std::string message) : code_(code), message_(std::move(message)) {}
+  /// A failure. `message` is for people, often holds what somebody else wrote, and is kept as a line: what does not
+  /// show becomes \xNN (PrintableLine in names.h), and the rest of more than 4 KiB is left out.
+  Status(StatusCode code, std::string message);
   /// Success, spelt out.
   static Status Ok() { return {}; }
 

@@ -30,7 +30,7 @@ bool ParseHumanNumber(std::string_view text, double* value);
 /// The same for a whole number, which may also be written "1e6".
 bool ParseHumanNumber(std::string_view text, std::int64_t* value);
 
-/// `text` in quotes, cut to `limit` characters, control characters shown as \xNN: safe to put on one line.
+/// `text` in quotes, cut to `limit` bytes at a character's end, as a line for people (PrintableLine in names.h).
 std::string Quote(std::string_view text, std::size_t limit = 80);
 /// The known name nearest to `name` by edit distance; empty when none is near enough to be meant.
 std::string_view NearestName(std::string_view name, std::span<const std::string_view> known);

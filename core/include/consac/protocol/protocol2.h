@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -67,28 +68,37 @@ std::string FaultText(const Status& status);
 /// One frame that has arrived.
 struct Frame {
   FrameHeader header;
-  std::span<const std::byte> payload;  // valid until the reader is written to again
+  std::span<const std::byte> payload;  // valid until the reader is asked for the next frame
 };
 
-/// Bytes in, frames out, however they were cut or joined.
+/// Bytes in, frames out, however they were cut or joined. Holds 64 KiB or what frames have usually taken of late; while
+/// a longer one is on its way at most 16 KiB more than it, and than twice what has come of it. Movable.
 class FrameReader {
  public:
   /// Payloads of at most `limit` bytes.
   explicit FrameReader(std::size_t limit = kLargestBeforeWelcome);
   /// Once WELCOME has said how much.
   void SetLimit(std::size_t limit) { limit_ = limit; }
-  /// Where the next bytes go; never empty.
+  /// Where the next bytes go. After construction empty only where memory was short, which Next then says; never empty
+  /// where Next has returned false.
   std::span<std::byte> Writable();
   /// So many of them have arrived.
   void Commit(std::size_t count) { end_ += count; }
-  /// The next whole frame; false when there is none yet. After an error the stream cannot be read further.
+  /// The next whole frame; false when there is none yet. After an error the stream cannot be read further;
+  /// kResourceExhausted where there is no memory for the frame.
   Result<bool> Next(Frame* frame);
   /// Bytes that belong to no whole frame, for error messages.
-  std::span<const std::byte> pending() const { return std::span(buffer_).subspan(begin_, end_ - begin_); }
+  std::span<const std::byte> pending() const { return {buffer_.get() + begin_, end_ - begin_}; }
+  /// Bytes that it holds.
+  std::size_t capacity() const { return capacity_; }
 
  private:
-  std::vector<std::byte> buffer_;
-  std::size_t begin_ = 0, end_ = 0, limit_;
+  Status MakeRoom(std::size_t whole);
+  bool Hold(std::size_t capacity);
+
+  std::unique_ptr<std::byte[]> buffer_;
+  std::size_t capacity_ = 0, begin_ = 0, end_ = 0, limit_;
+  std::size_t usual_ = 0;  // bytes of the latest frames, the longest forgotten last
 };
 
 /// Who a client is and what it can do.
@@ -149,6 +159,12 @@ struct ErrorMessage {
   std::int64_t environment = -1;  ///< whose fault it is; -1: no single one's
 };
 
+/// Why an engine takes no further requests.
+struct GoAway {
+  std::string reason;
+  double retry_after_s = 0.0;  ///< it may be tried again then; 0: it does not say
+};
+
 // Each as JSON, and back. A message that does not fit is MALFORMED.
 std::string EncodeHello(const Hello& hello);
 Result<Hello> ParseHello(std::span<const std::byte> payload);
@@ -162,7 +178,7 @@ std::string EncodeError(const ErrorMessage& error);
 Result<ErrorMessage> ParseError(std::span<const std::byte> payload);
 /// GOAWAY: why no further requests are taken.
 std::string EncodeGoAway(const std::string& reason);
-Result<std::string> ParseGoAway(std::span<const std::byte> payload);
+Result<GoAway> ParseGoAway(std::span<const std::byte> payload);
 
 /// RENDER's environment.
 Result<std::int64_t> ParseRender(std::span<const std::byte> payload);

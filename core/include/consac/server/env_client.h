@@ -27,7 +27,11 @@ struct EnvClientOptions {
   std::string token;                    ///< protocol 2: the engine's access token
   /// Protocol 2: a new connection after the first has broken, to go on with the session; null: do not.
   std::function<Result<std::unique_ptr<Transport>>()> reconnect;
-  bool shared_memory = true;  ///< protocol 2: ask for it; goes on over TCP where it cannot be had
+  /// Protocol 2: where it is kept when an engine that sends its trainer away wants to be tried again, in seconds of
+  /// Now(); null: nobody asks.
+  std::shared_ptr<std::atomic<double>> not_before;
+  bool waits_while_paused = true;  ///< protocol 2: time does not count while the engine says that it is paused
+  bool shared_memory = true;       ///< protocol 2: ask for it; goes on over TCP where it cannot be had
   /// Protocol 2: NaN and infinity end the session; false: the caller looks for them. Text protocol 1 cannot carry them.
   bool refuse_non_finite = true;
   double resume_s = 10.0;  ///< how long a lost connection is tried again

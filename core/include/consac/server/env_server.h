@@ -34,7 +34,8 @@ struct EnvServerOptions {
   std::string token;                    ///< protocol 2: what a trainer must show; needed to listen beyond loopback
   double min_step_s = 0.0;              ///< at least this long between steps: acts like a frame-bound engine
   std::int32_t max_sessions = 16;       ///< trainers at once, where make_env is given
-  /// Worlds for a further trainer while others stay, of the same spec; null: one trainer at a time.
+  /// Worlds for a further trainer while others stay, of the same spec; null: one trainer at a time. It may return null,
+  /// where there is no memory for them: then the trainer is turned away.
   std::function<std::unique_ptr<VectorEnv>()> make_env;
   bool wait_after_end = false;  ///< as some hand-made engines: wait for an answer to an episode's last observation
 };

@@ -45,6 +45,12 @@ void EncodeFeatures(const Layout& layout, const std::byte* data, std::int64_t ro
 void SampleRow(const Layout& layout, Rng& rng, std::byte* row);
 /// Ok when the row lies in the space; otherwise names the leaf, the value and the bound.
 Status CheckRow(const Layout& layout, const std::byte* row);
+/// Bytes of the mask of each choice that an action makes, in the order of the mask: n of a Discrete, one of `nvec`, 2
+/// of a bit. Empty where nothing can be masked.
+std::vector<std::int64_t> MaskedChoices(const Layout& action);
+/// The first choice, of those that MaskedChoices lists, for which `mask` (one row) leaves nothing legal; -1: each has
+/// something.
+std::int64_t ChoiceWithNothingLegal(std::span<const std::int64_t> choices, const std::uint8_t* mask);
 /// Moves every Box element into its bounds.
 void ClipRow(const Layout& layout, std::byte* row);
 /// Smallest and largest legal value of an element; infinite where a box is open.

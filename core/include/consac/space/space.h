@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,7 +20,8 @@ namespace consac {
 /// Which kind of space.
 enum class SpaceKind : std::uint8_t { kDiscrete, kBox, kMultiDiscrete, kMultiBinary, kDict, kTuple };
 
-/// A set of legal values. A value type; Dict and Tuple hold their children. Source: Gymnasium's `spaces`.
+/// A set of legal values. A value type; Dict and Tuple hold their children. Copies share a Box's bounds: those of an
+/// image are large, and a space is kept in many places. Source: Gymnasium's `spaces`.
 class Space {
  public:
   /// {start, ..., start + n - 1}; n >= 1.
@@ -52,9 +54,9 @@ class Space {
   /// Element type of a leaf: Box's own, Discrete and MultiDiscrete kI64, MultiBinary kI8 (Gymnasium's).
   DType dtype() const { return dtype_; }
   /// Box: lower bounds, [count].
-  const std::vector<double>& low() const { return low_; }
+  const std::vector<double>& low() const { return bounds_ != nullptr ? bounds_->low : kNoBounds; }
   /// Box: upper bounds, [count].
-  const std::vector<double>& high() const { return high_; }
+  const std::vector<double>& high() const { return bounds_ != nullptr ? bounds_->high : kNoBounds; }
   /// MultiDiscrete: choices of each element.
   const std::vector<std::int64_t>& nvec() const { return nvec_; }
   /// Dict and Tuple: the children with their names, in flattening order.
@@ -66,15 +68,21 @@ class Space {
   /// "Box([0, 0], [40, 40], (2,), float32)", for messages.
   std::string ToString() const;
   /// Same kind, shape, type and bounds throughout.
-  friend bool operator==(const Space&, const Space&) = default;
+  friend bool operator==(const Space& a, const Space& b);
 
  private:
+  /// Of every element, [count] each.
+  struct BoxBounds {
+    std::vector<double> low, high;
+  };
+  static const std::vector<double> kNoBounds;  ///< of everything that is no Box
+
   SpaceKind kind_ = SpaceKind::kDiscrete;
   DType dtype_ = DType::kI64;
   std::int64_t n_ = 1;
   std::int64_t start_ = 0;
   std::vector<std::int64_t> shape_;
-  std::vector<double> low_, high_;
+  std::shared_ptr<const BoxBounds> bounds_;  // of a Box
   std::vector<std::int64_t> nvec_;
   std::vector<std::pair<std::string, Space>> children_;
 };

@@ -268,12 +268,15 @@ func _drive() -> void:
 					_hold(false)
 					return
 				_look()
-				if Time.get_ticks_usec() > until:
+				if Time.get_ticks_usec() > until or get_tree().paused:
 					return
 			ConsacBackend.Cue.DONE:
 				_end_session("")
 			ConsacBackend.Cue.FAILED:
-				_end_session(backend.error)
+				if _in_session or mode != Mode.SERVE:
+					_end_session(backend.error)
+				else:  # a trainer left in the handshake, or was no trainer: that was no session
+					printerr("consac: ", backend.error)
 
 
 # A game in which a model or a person acts keeps its own pace.
@@ -283,6 +286,7 @@ func _learns() -> bool:
 
 func _start_session(fast: bool) -> void:
 	_in_session = true
+	_hold(_held)
 	_began_usec = Time.get_ticks_usec()
 	if _learns():
 		_speed.change(fast)
@@ -433,8 +437,10 @@ func _note_pause() -> void:
 		_speed.change(as_fast_as_possible)
 
 
-## Stops the world without stopping the window.
+## Stops the world without stopping the window. A world that is moved in a loop stands still by itself, and held it
+## would hide that the game pauses.
 func _hold(held: bool) -> void:
+	held = held and not (_in_session and loop_mode and _learns())
 	if held == _held or not is_inside_tree():
 		return
 	_held = held

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "consac/base/names.h"
 #include "files.h"
 #include "options.h"
 #include "world.h"
@@ -160,6 +161,10 @@ Status World::Record(std::int64_t behaviour) {
   if (!part.ok()) return part.status();
   part->rows->recorder = std::make_unique<host::Recorder>(*world_, static_cast<std::size_t>(behaviour));
   return Status::Ok();
+}
+
+std::string World::FileOf(const std::string& name) {
+  return FileNameOf(name, "");
 }
 
 std::int64_t World::RecordedSteps(std::int64_t behaviour) {

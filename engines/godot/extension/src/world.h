@@ -52,6 +52,7 @@ class World : public Instance {
   bool Learned(std::int64_t behaviour);
   Status SaveModel(std::int64_t behaviour, const std::string& path);
   Status Record(std::int64_t behaviour);
+  std::string FileOf(const std::string& name);  // FileNameOf, for a path with a behaviour in it
   std::int64_t RecordedSteps(std::int64_t behaviour);
   Status SaveRecording(std::int64_t behaviour, const std::string& path);
   Array ListAlgorithms();

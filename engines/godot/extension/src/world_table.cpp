@@ -32,6 +32,7 @@ ClassTable WorldTable() {
       Bind<World, &World::Learned>("learned", {"behaviour"}),
       Bind<World, &World::SaveModel>("save_model", {"behaviour", "path"}),
       Bind<World, &World::Record>("record", {"behaviour"}),
+      Bind<World, &World::FileOf>("file_of", {"name"}),
       Bind<World, &World::RecordedSteps>("recorded_steps", {"behaviour"}),
       Bind<World, &World::SaveRecording>("save_recording", {"behaviour", "path"}),
       Bind<World, &World::ListAlgorithms>("algorithms"),

@@ -2,6 +2,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <map>
@@ -17,6 +18,7 @@
 #include "Misc/Paths.h"
 #include "Modules/ModuleManager.h"
 #include "PhysicsEngine/PhysicsSettings.h"
+#include "Shim/Runtime.h"
 #include "Stats/Stats.h"
 #include "UObject/UObjectGlobals.h"
 
@@ -47,7 +49,8 @@ IConsoleManager& IConsoleManager::Get() {
 }
 
 IConsoleVariable* IConsoleManager::FindConsoleVariable(const TCHAR* name) {
-  return std::u16string_view(name) == u"t.MaxFPS" ? &shim_max_fps_ : nullptr;
+  const auto found = shim_variables_.find(name);
+  return found != shim_variables_.end() ? &found->second : nullptr;
 }
 
 UPhysicsSettings* UPhysicsSettings::Get() {
@@ -172,6 +175,7 @@ UTextureRenderTarget2D* UKismetRenderingLibrary::CreateRenderTarget2D(UObject* c
 bool UKismetRenderingLibrary::ReadRenderTarget(UObject* context, UTextureRenderTarget2D* target,
                                                TArray<FColor>& samples) {
   check(context != nullptr && target != nullptr);
+  USceneCaptureComponent2D::shim_asked_ += 'R';
   samples = target->shim_pixels_;
   return !samples.IsEmpty();
 }
@@ -179,12 +183,14 @@ bool UKismetRenderingLibrary::ReadRenderTarget(UObject* context, UTextureRenderT
 void USceneCaptureComponent2D::CaptureScene() {
   // A picture in which every point differs: red counts columns, green counts rows.
   UTextureRenderTarget2D& target = *TextureTarget;
+  shim_asked_ += 'C';
   target.shim_pixels_.Reset();
   for (int32 row = 0; row < target.shim_height_; ++row) {
     for (int32 column = 0; column < target.shim_width_; ++column) {
       FColor colour;
       colour.R = static_cast<uint8>(column);
       colour.G = static_cast<uint8>(row);
+      colour.B = 0;
       target.shim_pixels_.Add(colour);
     }
   }
@@ -197,6 +203,26 @@ FAutomationTestBase::FAutomationTestBase(const char* shim_name) : shim_name_(shi
 std::vector<FAutomationTestBase*>& FAutomationTestBase::ShimAll() {
   static std::vector<FAutomationTestBase*> all;
   return all;
+}
+
+void FAutomationTestBase::ShimRun() {
+  shim_expected_.clear();
+  Shim::ForgetLog();
+  if (!RunTest(FString())) shim_failures_.push_back(FString(TEXT("it says itself that it failed")));
+  for (const std::string& line : Shim::Log()) {
+    if (line.find(": Error: ") == std::string::npos) continue;
+    const FString text(Shim::Wide(line).c_str());
+    const auto told = std::find_if(shim_expected_.begin(), shim_expected_.end(), [&](const ShimExpected& one) {
+      return one.left > 0 && text.Contains(*one.pattern);
+    });
+    if (told == shim_expected_.end()) {
+      shim_failures_.push_back(text);
+    } else {
+      --told->left;
+    }
+  }
+  for (const ShimExpected& one : shim_expected_)
+    if (one.left > 0) shim_failures_.push_back(FString::Printf(TEXT("the log never said '%s'"), *one.pattern));
 }
 
 namespace Shim {

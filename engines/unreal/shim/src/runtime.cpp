@@ -3,11 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "CollisionQueryParams.h"
+#include "Components/StaticMeshComponent.h"
 #include "Containers/Ticker.h"
+#include "Editor.h"
+#include "Editor/EditorEngine.h"
 #include "Engine/Engine.h"
 #include "Engine/HitResult.h"
+#include "Engine/StaticMesh.h"
+#include "Kismet/BlueprintAsyncActionBase.h"
+#include "PhysicsEngine/PhysicsSettings.h"
+#include "UObject/ConstructorHelpers.h"
 
 bool ShimGenerated();  // by generate.py: every subsystem, the address of every node
 
@@ -20,10 +29,16 @@ std::vector<UGameInstanceSubsystem* (*)()>& SubsystemMakers() {
   static std::vector<UGameInstanceSubsystem* (*)()> makers;
   return makers;
 }
+std::vector<UWorldSubsystem* (*)()>& WorldSubsystemMakers() {
+  static std::vector<UWorldSubsystem* (*)()> makers;
+  return makers;
+}
 UEngine engine;
 }  // namespace
 
 UEngine* GEngine = &engine;
+static UEditorEngine editor;
+UEditorEngine* GEditor = &editor;
 
 UObject::UObject() : shim_token_(std::make_shared<UObject*>(this)) {}
 UObject::~UObject() {
@@ -60,16 +75,86 @@ std::size_t Objects() {
   return Heap().size();
 }
 
-void Collect() {
-  // Unreal keeps what can be reached; here everything goes that no running world holds.
-  const auto keeps = [](const UObject* object) {
-    for (; object != nullptr; object = object->ShimOuter()) {
-      if (object->ShimDead()) return false;
-      if (object->ShimClass()->ShimIsA(UGameInstance::StaticClass())) return true;
+namespace {
+
+std::vector<UGameInstance*>& Games() {
+  static std::vector<UGameInstance*> games;
+  return games;
+}
+std::vector<const Held*>& AllHeld() {
+  static std::vector<const Held*> held;
+  return held;
+}
+std::vector<void (*)()>& Reflected() {
+  static std::vector<void (*)()> classes;
+  return classes;
+}
+
+/// What is alive, and the members that hold something that is not.
+class Marks {
+ public:
+  void Mark(UObject* object) {
+    if (object == nullptr || Dead(object) || !marked_.insert(object).second) return;
+    todo_.push_back(object);
+    while (!todo_.empty()) {
+      const UObject* next = todo_.back();
+      todo_.pop_back();
+      References references;
+      next->ShimReferences(references);
+      Reach(next->ShimOuter());
+      for (UObject* found : next->ShimSubobjects()) Reach(found);
+      for (UObject* found : references.found()) Reach(found);
+      for (UObject** slot : references.slots()) {
+        Reach(*slot);
+        if (*slot != nullptr && Dead(*slot)) *slot = nullptr;
+      }
     }
+  }
+  bool Has(const UObject* object) const { return marked_.contains(object); }
+
+ private:
+  static bool Dead(const UObject* object) {
+    for (; object != nullptr; object = object->ShimOuter())
+      if (object->ShimDead()) return true;
     return false;
-  };
-  const auto gone = std::stable_partition(Heap().begin(), Heap().end(), keeps);
+  }
+  void Reach(UObject* object) {
+    if (object != nullptr && !Dead(object) && marked_.insert(object).second) todo_.push_back(object);
+  }
+  std::set<const UObject*> marked_;
+  std::vector<const UObject*> todo_;
+};
+
+}  // namespace
+
+Held::Held() {
+  AllHeld().push_back(this);
+}
+Held::~Held() {
+  std::erase(AllHeld(), this);
+}
+
+UObject* Packed(const TCHAR* path, UObject* (*make)()) {
+  static std::map<std::u16string, std::unique_ptr<UObject>> packed;
+  std::unique_ptr<UObject>& thing = packed[path];
+  if (thing == nullptr) {
+    thing.reset(make());
+    std::erase(Heap(), thing.get());
+  }
+  return thing.get();
+}
+
+void Collect() {
+  Marks marks;
+  for (UGameInstance* game : Games()) {
+    std::erase_if(game->shim_registered_, [](const UObject* action) {
+      return static_cast<const UBlueprintAsyncActionBase*>(action)->shim_ready_;
+    });
+    marks.Mark(game);
+  }
+  for (const Held* held : AllHeld()) marks.Mark(held->object());
+  const auto gone =
+      std::stable_partition(Heap().begin(), Heap().end(), [&](UObject* object) { return marks.Has(object); });
   const std::vector<UObject*> dead(gone, Heap().end());
   Heap().erase(gone, Heap().end());
   for (UObject* object : dead) {
@@ -80,8 +165,23 @@ void Collect() {
   for (UObject* object : dead) delete object;
 }
 
+int AddReflected(void (*make_and_destroy)()) {
+  Reflected().push_back(make_and_destroy);
+  return 0;
+}
+
+int HotReload() {
+  check(ShimGenerated());
+  for (void (*make_and_destroy)() : Reflected()) make_and_destroy();
+  return static_cast<int>(Reflected().size());
+}
+
 int AddSubsystem(UGameInstanceSubsystem* (*make)()) {
   SubsystemMakers().push_back(make);
+  return 0;
+}
+int AddSubsystem(UWorldSubsystem* (*make)()) {
+  WorldSubsystemMakers().push_back(make);
   return 0;
 }
 
@@ -118,6 +218,11 @@ void Destroy(AActor& actor) {
   std::erase(actor.shim_world_->shim_actors_, &actor);
 }
 
+void StreamOut(AActor& actor) {
+  EndPlay(actor, EEndPlayReason::RemovedFromWorld);
+  std::erase(actor.shim_world_->shim_actors_, &actor);
+}
+
 void Destroy(UActorComponent& component) {
   if (component.ShimDead()) return;
   if (component.shim_begun_) component.EndPlay(EEndPlayReason::Destroyed);
@@ -126,8 +231,20 @@ void Destroy(UActorComponent& component) {
   std::erase(component.GetOwner()->shim_components_, &component);
 }
 
-Game::Game() : game_(NewObject<UGameInstance>()), world_(NewObject<UWorld>(game_)) {
+static void EndWorld(UWorld& world, EEndPlayReason::Type reason) {
+  while (!world.shim_actors_.empty()) {
+    AActor* actor = world.shim_actors_.back();
+    world.shim_actors_.pop_back();
+    EndPlay(*actor, reason);
+  }
+  for (UWorldSubsystem* subsystem : world.shim_subsystems_) subsystem->Deinitialize();
+  world.ShimKill();
+}
+
+Game::Game(ENetMode mode)
+    : game_(NewObject<UGameInstance>()), mode_(mode), physics_seconds_(UPhysicsSettings::Get()->MaxPhysicsDeltaTime) {
   check(ShimGenerated());
+  Games().push_back(game_);
   FSubsystemCollectionBase collection;
   for (UGameInstanceSubsystem* (*make)() : SubsystemMakers()) {
     UGameInstanceSubsystem* subsystem = make();
@@ -136,39 +253,86 @@ Game::Game() : game_(NewObject<UGameInstance>()), world_(NewObject<UWorld>(game_
     game_->shim_subsystems_.push_back(subsystem);
     subsystem->Initialize(collection);
   }
+  OpenWorld();
+}
+
+UWorld& Game::OpenWorld() {
+  world_ = NewObject<UWorld>(game_);
   world_->shim_game_ = game_;
+  world_->shim_net_mode_ = mode_;
+  game_->shim_worlds_.push_back(world_);
+  FSubsystemCollectionBase collection;
+  for (UWorldSubsystem* (*make)() : WorldSubsystemMakers()) {
+    UWorldSubsystem* subsystem = make();
+    Adopt(subsystem, world_);
+    check(subsystem->ShimSupports(EWorldType::Game) && !subsystem->ShimSupports(EWorldType::Editor));
+    world_->shim_subsystems_.push_back(subsystem);
+    subsystem->Initialize(collection);
+  }
   world_->shim_begun_ = true;
+  return *world_;
+}
+
+void Game::CloseWorld(UWorld& world) {
+  const std::shared_ptr<UObject*> token = world.ShimToken();
+  EndWorld(world, EEndPlayReason::LevelTransition);
+  std::erase(game_->shim_worlds_, &world);
+  Collect();
+  check(*token == nullptr);
+}
+
+void Game::Travel() {
+  UWorld& before = *world_;
+  world_ = nullptr;
+  CloseWorld(before);
+  OpenWorld();
 }
 
 Game::~Game() {
-  while (!world_->shim_actors_.empty()) {
-    AActor* actor = world_->shim_actors_.back();
-    world_->shim_actors_.pop_back();
-    EndPlay(*actor, EEndPlayReason::EndPlayInEditor);
-  }
+  const std::vector<UWorld*> worlds = game_->shim_worlds_;
+  for (UWorld* world : worlds) EndWorld(*world, EEndPlayReason::EndPlayInEditor);
   for (UGameInstanceSubsystem* subsystem : game_->shim_subsystems_) subsystem->Deinitialize();
   game_->ShimKill();
+  std::erase(Games(), game_);
   Collect();
 }
 
-void Game::Tick(float seconds) {
-  if (!world_->shim_paused_) world_->shim_seconds_ += static_cast<double>(seconds);
-  const std::vector<AActor*> actors = world_->shim_actors_;
+static void TickWorld(UWorld& world, float seconds) {
+  if (!world.shim_paused_) world.shim_seconds_ += static_cast<double>(seconds);
+  const std::vector<AActor*> actors = world.shim_actors_;
   for (const ETickingGroup group : {TG_PrePhysics, TG_PostPhysics}) {
     for (AActor* actor : actors) {
-      if (!actor->ShimDead() && actor->PrimaryActorTick.ShimTicks(group, world_->shim_paused_)) actor->Tick(seconds);
+      const bool there = !actor->ShimDead() && actor->shim_begun_;
+      if (there && actor->PrimaryActorTick.ShimTicks(group, world.shim_paused_)) actor->Tick(seconds);
       const std::vector<UActorComponent*> components = actor->shim_components_;
       for (UActorComponent* component : components) {
         FActorComponentTickFunction& tick = component->PrimaryComponentTick;
-        if (!component->ShimDead() && tick.ShimTicks(group, world_->shim_paused_))
+        if (!component->ShimDead() && tick.ShimTicks(group, world.shim_paused_))
           component->TickComponent(seconds, ShimAllTicks, &tick);
       }
     }
   }
+}
+
+void Game::Tick(float seconds) {
+  const std::vector<UWorld*> worlds = game_->shim_worlds_;
+  for (UWorld* world : worlds) TickWorld(*world, seconds);
   FTSTicker::GetCoreTicker().ShimTick(seconds);
+  // The settings' default object is a file of the project: nobody changes it while a game runs.
+  check(UPhysicsSettings::Get()->MaxPhysicsDeltaTime == physics_seconds_);
 }
 
 }  // namespace Shim
+
+UWorld* UWorldSubsystem::GetWorld() const {
+  return static_cast<UWorld*>(ShimOuter());
+}
+
+void UBlueprintAsyncActionBase::RegisterWithGameInstance(const UObject* context) {
+  check(context != nullptr);
+  const UWorld* world = context->GetWorld();
+  if (world != nullptr) world->GetGameInstance()->shim_registered_.push_back(this);
+}
 
 UWorld* AActor::GetWorld() const {
   return shim_world_;
@@ -192,7 +356,7 @@ void UActorComponent::RegisterComponent() {
 }
 
 FVector USceneComponent::GetComponentLocation() const {
-  const FVector at = GetOwner() != nullptr ? GetOwner()->GetActorLocation() : FVector();
+  const FVector at = GetOwner() != nullptr ? GetOwner()->GetActorLocation() : FVector::ZeroVector;
   return FVector(at.X + shim_location_.X, at.Y + shim_location_.Y, at.Z + shim_location_.Z);
 }
 

@@ -1,5 +1,6 @@
 // Texts of the shim: formatting, UTF-8, the log.
 #include <cstdio>
+#include <map>
 #include <mutex>
 #include <string_view>
 
@@ -104,6 +105,11 @@ std::u16string Wide(std::string_view text) {
     }
   }
   return out;
+}
+
+const std::u16string* SpellingOf(std::u16string_view text) {
+  static std::map<std::u16string, std::u16string> spellings;
+  return text.empty() ? nullptr : &spellings.try_emplace(Lower(text), text).first->second;
 }
 
 void LogLine(const LogCategory& category, Verbosity verbosity, std::u16string line) {

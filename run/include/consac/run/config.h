@@ -16,6 +16,7 @@ namespace consac::run {
 struct RunConfig {
   std::string world;               ///< "road-v0" or "tcp://host:port"; several engines with commas between
   std::string algorithm = "ppo2";  ///< a row of learn::Algorithms()
+  std::string preset;              ///< "sb2", "sb3": whose defaults the hyperparameters have; "": the algorithm's own
   std::string name;                ///< runs/NAME; "": made from world, algorithm and seed
   std::string directory = "runs";  ///< where runs live
   std::int64_t steps = -1;         ///< agent steps; -1: what the engine says, else 100000
@@ -28,7 +29,9 @@ struct RunConfig {
   std::int64_t keep_checkpoints = 3;          ///< older ones are deleted
   std::int64_t log_interval = 1;              ///< updates between console tables
   bool table = true;                          ///< console table
+  double table_every_s = 1.0;                 ///< on a terminal: seconds between tables at least; 0: each is shown
   bool progress = true;                       ///< progress bar or lines
+  bool quiet = false;                         ///< not even the lines that say where a run goes on and what it came to
   bool tensorboard = true;                    ///< event files
   double connect_timeout_s = 60.0;            ///< keep trying to reach an engine for so long
   double deadline_s = 60.0;                   ///< longest silence of an engine
@@ -54,7 +57,8 @@ struct RunConfig {
 Status ReadYaml(std::string_view text, std::string_view origin, RunConfig* config);
 /// Reads a YAML file over `config`.
 Status ReadYamlFile(const std::string& path, RunConfig* config);
-/// Applies "key=value": a field of the configuration or a hyperparameter of its algorithm.
+/// Applies "key=value": a field of the configuration or a hyperparameter of its algorithm. Another algorithm begins
+/// with its own defaults: hyperparameters set before are forgotten.
 Status ApplySetting(std::string_view assignment, RunConfig* config);
 /// The YAML text that ReadYaml turns into the same configuration; hyperparameters resolved in full.
 std::string WriteYaml(const RunConfig& config);
@@ -66,8 +70,8 @@ struct ConfigField {
   std::string default_value;  ///< as text
   std::string meaning;        ///< one line
 };
-/// Every field that a file or --set may give, in the order in which they are written. Name, directory, resume, force
-/// and forever are not among them: they belong to one start of a run.
+/// Every field that a file or --set may give, in the order in which they are written. Name, directory, quiet, resume,
+/// force and forever are not among them: they belong to one start of a run.
 std::vector<ConfigField> ConfigFields();
 
 }  // namespace consac::run

@@ -8,12 +8,19 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "consac/base/archive.h"
 #include "consac/base/status.h"
 #include "consac/learn/algo/learner.h"
 
 namespace consac::run {
+
+/// A behaviour that is reported on.
+struct ReportedBehaviour {
+  std::string name = "default";  ///< begins its keys, tags and files where there are several
+  std::int32_t slots = 1;        ///< its agents; serial_timesteps are steps of one
+};
 
 /// What a report shows and where it writes.
 struct ReportOptions {
@@ -22,9 +29,10 @@ struct ReportOptions {
   std::string algorithm;  ///< "ppo2"; names the TensorBoard folder (PPO2_1, ...) as Stable Baselines does
   learn::LogStyle style = learn::LogStyle::kStableBaselines2;  ///< whose keys and layout
   std::int64_t total_steps = 0;                                ///< for the time left
-  std::int32_t slots = 1;                                      ///< agents; serial_timesteps are steps of one
+  std::vector<ReportedBehaviour> behaviours{1};                ///< one or more, in the world's order
   std::int64_t log_interval = 1;                               ///< updates between tables
   bool console_table = true;                                   ///< print the table
+  double table_every_s = 1.0;    ///< on a terminal: seconds between tables at least; 0: each is shown
   bool progress = true;          ///< bar on a terminal, a plain line every few seconds otherwise
   bool tensorboard = true;       ///< write event files
   bool engine = false;           ///< the world is an engine's, reached over a wire
@@ -34,10 +42,25 @@ struct ReportOptions {
 
 /// An episode that has just ended.
 struct EpisodeEnd {
-  std::int32_t slot = 0;     ///< which agent
-  double reward = 0.0;       ///< sum of the world's own rewards
-  std::int64_t length = 0;   ///< steps
-  std::int64_t at_step = 0;  ///< agent steps of the run so far
+  std::int32_t slot = 0;      ///< which agent
+  double reward = 0.0;        ///< sum of the world's own rewards
+  std::int64_t length = 0;    ///< steps
+  std::int64_t at_step = 0;   ///< agent steps of the run so far
+  std::size_t behaviour = 0;  ///< whose agent
+};
+
+/// What a step brought to the agents of one behaviour.
+struct BehaviourStep {
+  std::int64_t agents = 0;  ///< that took it
+  double reward = 0.0;      ///< the sum of their rewards
+};
+
+/// What a learner tells of its latest update.
+struct UpdateReport {
+  std::size_t behaviour = 0;               ///< whose learner
+  std::span<const learn::Metric> metrics;  ///< its numbers
+  std::int64_t updates = 0;                ///< its counter
+  std::int64_t steps_per_update = 0;       ///< of its own agents; 0: it learns continuously
 };
 
 /// Seconds by what they were spent on, and what was done in them.
@@ -61,22 +84,23 @@ class Report {
   virtual ~Report() = default;
   /// An episode ended. Never allocates once warm.
   virtual void OnEpisode(const EpisodeEnd& episode) = 0;
-  /// An update has finished: `metrics` are the learner's, `steps` and `updates` its counters.
-  virtual void OnUpdate(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
-                        std::int64_t steps_per_update) = 0;
-  /// Cheap; call every step with the agent steps so far and the sum of this step's rewards: refreshes the progress
-  /// bar at most ten times a second, and feeds the curve of worlds whose episodes do not end.
-  virtual void OnStep(std::int64_t steps, double reward_sum) = 0;
+  /// Learners have finished updates, `steps` agent steps into the run: each behaviour at most once.
+  virtual void OnUpdates(std::span<const UpdateReport> updates, std::int64_t steps) = 0;
+  /// Cheap; call every step with the agent steps so far and what the step brought to each behaviour: refreshes the
+  /// progress bar at most ten times a second, and feeds the curve of worlds whose episodes do not end.
+  virtual void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) = 0;
   /// What the latest round took; told now and then as the budget of a step.
   virtual void OnTime(const TimeSpent& round) = 0;
   /// Prints a line without breaking the bar.
   virtual void Line(std::string_view line) = 0;
-  /// Writes everything out, and curve.svg and curve.png of the mean episode reward.
+  /// Writes everything out and shows the latest table if it was held back.
   virtual Status Finish() = 0;
-  /// Mean reward of the last 100 episodes; NaN before the first.
-  virtual double mean_episode_reward() const = 0;
-  /// Mean length of the last 100 episodes; NaN before the first.
-  virtual double mean_episode_length() const = 0;
+  /// Draws curve.svg and curve.png of the mean episode reward; a line says where that cannot be done.
+  virtual void DrawCurves() = 0;
+  /// Mean reward of the last 100 episodes of a behaviour; NaN before the first.
+  virtual double mean_episode_reward(std::size_t behaviour) const = 0;
+  /// Mean length of the last 100 episodes of a behaviour; NaN before the first.
+  virtual double mean_episode_length(std::size_t behaviour) const = 0;
   /// Episode window and clocks, for exact resume of the numbers shown.
   virtual void Visit(Archive& archive) = 0;
 };

@@ -14,11 +14,14 @@ namespace consac::run {
 /// What to do with a run's name that exists.
 enum class ExistingRun : std::uint8_t { kRefuse, kResume, kOverwrite };
 
+/// What Open would say of the name and of what is there already, before anything is made or an engine is disturbed.
+Status CheckRunName(const std::string& directory, const std::string& name, ExistingRun existing);
+
 /// An opened run folder, locked against a second writer until destroyed.
 class RunDirectory {
  public:
-  /// Makes or opens directory/name. kAlreadyExists names --resume and --force; kNotFound when there is nothing to
-  /// resume; kFailedPrecondition when another process trains it.
+  /// Makes or opens directory/name. kAlreadyExists names --resume and --force, or says that the folder is no run's and
+  /// is left alone; kNotFound when there is nothing to resume; kFailedPrecondition when another process trains it.
   static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name,
                                                     ExistingRun existing);
   ~RunDirectory();
@@ -29,11 +32,14 @@ class RunDirectory {
   const std::string& path() const { return path_; }
   /// A file in it.
   std::string File(const std::string& name) const { return path_ + "/" + name; }
+  /// Whether the folder is still the one that was opened: kDataLoss when it was deleted meanwhile, or is another run's
+  /// now. Then nothing may be written to it any more.
+  Status CheckOurs() const;
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
   Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
                         std::int64_t keep) const;
   /// The newest checkpoint that is whole; damaged ones are passed over with a warning. kNotFound when there is
-  /// none, kDataLoss when there are some and none is whole.
+  /// none, kDataLoss when there are some and none is whole, or one cannot be read: it may well be whole.
   Result<StateMap> LoadCheckpoint() const;
 
  private:

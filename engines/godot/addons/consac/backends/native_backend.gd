@@ -398,7 +398,7 @@ func _keep_recording() -> void:
 
 
 func _path_of(path: String, b: int) -> String:
-	return path.replace(PLACEHOLDER, _herds[b].name)
+	return path.replace(PLACEHOLDER, _world.file_of(_herds[b].name))
 
 
 # A picture that is missing is left out here; look() says so.

@@ -5,8 +5,9 @@ extends RefCounted
 
 const LONGEST := 1 << 20  # bytes of one message
 const ENDS: Array[int] = [10, 13, 0]
+const DIGITS: Array[int] = [48, 49, 50, 51, 52, 53, 54, 55, 56, 57]
 
-## An action is one character, so it is complete with it.
+## An action is one digit, so it is complete with it; what begins otherwise ends as any message does.
 var single_character := false
 ## Seconds of silence that end a message without newline.
 var quiet_s := 0.002
@@ -36,7 +37,7 @@ func next(now_usec: int) -> PackedByteArray:
 		_bytes = _bytes.slice(from)
 	if _bytes.is_empty():
 		return PackedByteArray()
-	var length := 1 if single_character else _length_of_line()
+	var length := 1 if single_character and _bytes[0] in DIGITS else _length_of_line()
 	if length == 0 and now_usec - _heard_usec >= quiet_s * 1e6:
 		length = _bytes.size()
 	var message := _bytes.slice(0, length)

@@ -3,21 +3,25 @@ class_name ConsacPpo2Hyperparameters
 extends ConsacHyperparameters
 ## Proximal policy optimisation as in Stable Baselines 2.10.2, the thesis' algorithm.
 
-## Discount per step. (Stable Baselines 2.10.2, PPO2)
-@export_range(0.0, 1.0, 1e-8) var gamma: float = 0.99
+## The optimiser's step size. (Stable Baselines 2.10.2, PPO2)
+@export_range(0.0, 1.0, 1e-8, "or_greater") var learning_rate: float = 2.5e-4
+## [member learning_rate] times the part of the training that is left: 1 at its start, 0 at its
+## end.
+@export var learning_rate_linear: bool = false
 
 ## Steps per world and update; the rollout is n_steps times worlds. (Stable Baselines 2.10.2,
 ## PPO2)
 @export_range(1, 1000000000, 1) var n_steps: int = 128
 
+## Discount per step. (Stable Baselines 2.10.2, PPO2)
+@export_range(0.0, 1.0, 1e-8) var gamma: float = 0.99
+
+## Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines 2.10.2,
+## PPO2)
+@export_range(0.0, 1.0, 1e-8) var lam: float = 0.95
+
 ## Weight of the entropy bonus. (Stable Baselines 2.10.2, PPO2)
 @export_range(0.0, 1.0, 1e-8, "or_greater") var ent_coef: float = 0.01
-
-## Adam's step size. (Stable Baselines 2.10.2, PPO2)
-@export_range(0.0, 1.0, 1e-8, "or_greater") var learning_rate: float = 2.5e-4
-## [member learning_rate] times the part of the training that is left: 1 at its start, 0 at its
-## end.
-@export var learning_rate_linear: bool = false
 
 ## Weight of the value loss. (Stable Baselines 2.10.2, PPO2)
 @export_range(0.0, 1.0, 1e-8, "or_greater") var vf_coef: float = 0.5
@@ -27,12 +31,21 @@ extends ConsacHyperparameters
 ## Global gradient norm is clipped to this. (Stable Baselines 2.10.2, PPO2)
 @export_range(0.0, 1.0, 1e-8, "or_greater") var max_grad_norm: float = 0.5
 
-## Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines 2.10.2,
-## PPO2)
-@export_range(0.0, 1.0, 1e-8) var lam: float = 0.95
+## Standardise advantages per minibatch. (Stable Baselines3, PPO)
+@export var normalize_advantage: bool = true
 
-## Minibatches per epoch; must divide the rollout. (Stable Baselines 2.10.2, PPO2)
+## A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two
+## generations differ here)
+@export_enum("bootstrap", "terminal") var truncation: String = "bootstrap"
+
+## Minibatches per epoch; must divide the rollout; in ppo instead of batch_size. (Stable Baselines
+## 2.10.2, PPO2)
 @export_range(1, 1000000000, 1) var nminibatches: int = 4
+
+## Whether [member batch_size] is set at all.
+@export var set_batch_size: bool = false
+## Rows per minibatch; in ppo2 instead of nminibatches. (Stable Baselines3, PPO)
+@export_range(1, 1000000000, 1) var batch_size: int = 1
 
 ## Passes over the rollout per update. (Stable Baselines 2.10.2, PPO2)
 @export_range(1, 1000000, 1) var noptepochs: int = 4
@@ -44,28 +57,17 @@ extends ConsacHyperparameters
 
 ## Whether [member cliprange_vf] is set at all.
 @export var set_cliprange_vf: bool = false
-## How far the value may move; none: as cliprange, negative: no clipping. (Stable Baselines
-## 2.10.2, PPO2)
+## How far the value may move; none: as cliprange (ppo2), no clipping (ppo); negative: no
+## clipping. (Stable Baselines 2.10.2, PPO2)
 @export var cliprange_vf: float = 0.0
 ## [member cliprange_vf] times the part of the training that is left: 1 at its start, 0 at its
 ## end.
 @export var cliprange_vf_linear: bool = false
 
-## Whether [member batch_size] is set at all.
-@export var set_batch_size: bool = false
-## Rows per minibatch, instead of nminibatches. (Stable Baselines3, PPO)
-@export_range(1, 1000000000, 1) var batch_size: int = 1
-
-## Activation of hidden layers. (Stable Baselines 2.10.2, PPO2)
-@export_enum("tanh", "relu", "sigmoid", "elu", "leaky_relu", "silu", "softplus", "linear") var act_fun: String = "tanh"
-
 ## Whether [member target_kl] is set at all.
 @export var set_target_kl: bool = false
 ## Stop an update's epochs past 1.5 times this divergence. (Stable Baselines3, PPO)
 @export_range(0.0, 1.0, 1e-8, "or_greater") var target_kl: float = 0.0
-
-## Standardise advantages per minibatch. (Stable Baselines3, PPO)
-@export var normalize_advantage: bool = true
 
 ## Deviation by n (SB2) or n - 1 (SB3). (CONSAC; the two generations differ here)
 @export_enum("population", "sample") var advantage_std: String = "population"
@@ -77,24 +79,23 @@ extends ConsacHyperparameters
 ## Whose form of Adam and of the gradient clip. (CONSAC; the two generations differ here)
 @export_enum("tensorflow", "pytorch") var optimizer: String = "tensorflow"
 
+## Adam's epsilon. (Stable Baselines 2.10.2, PPO2)
+@export_range(0.0, 1.0, 1e-8) var adam_epsilon: float = 1e-5
+
 ## Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2)
 @export_enum("MlpPolicy") var policy: String = "MlpPolicy"
 
 ## Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines 2.10.2, PPO2)
 @export var net_arch: String = "[dict(pi=[64, 64], vf=[64, 64])]"
 
+## Activation of hidden layers. (Stable Baselines 2.10.2, PPO2)
+@export_enum("tanh", "relu", "sigmoid", "elu", "leaky_relu", "silu", "softplus", "linear") var act_fun: String = "tanh"
+
 ## Orthogonal initial weights; false: PyTorch's uniform. (Stable Baselines3, PPO)
 @export var ortho_init: bool = true
 
 ## Starting log standard deviation of Box actions. (Stable Baselines3, PPO)
 @export_range(-20.0, 20.0, 1e-8) var log_std_init: float = 0.0
-
-## Adam's epsilon. (Stable Baselines 2.10.2, PPO2)
-@export_range(0.0, 1.0, 1e-8) var adam_epsilon: float = 1e-5
-
-## A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two
-## generations differ here)
-@export_enum("bootstrap", "terminal") var truncation: String = "bootstrap"
 
 ## Normalise observations by their running moments. (Stable Baselines, VecNormalize)
 @export var norm_obs: bool = false
@@ -103,7 +104,7 @@ extends ConsacHyperparameters
 @export var norm_reward: bool = false
 
 ## Largest normalised observation. (Stable Baselines, VecNormalize)
-@export_range(0.0, 1.0, 1e-8, "or_greater") var clip_obs: float = 10.0
+@export_range(1e-06, 1000000000.0, 1e-8) var clip_obs: float = 10.0
 
 ## Largest scaled reward. (Stable Baselines, VecNormalize)
 @export_range(0.0, 1.0, 1e-8, "or_greater") var clip_reward: float = 10.0
@@ -118,30 +119,30 @@ func algorithm() -> String:
 
 func collect() -> Dictionary:
 	return {
-		"gamma": var_to_str(gamma),
-		"n_steps": str(n_steps),
-		"ent_coef": var_to_str(ent_coef),
 		"learning_rate": schedule_text(learning_rate, learning_rate_linear),
+		"n_steps": str(n_steps),
+		"gamma": var_to_str(gamma),
+		"lam": var_to_str(lam),
+		"ent_coef": var_to_str(ent_coef),
 		"vf_coef": var_to_str(vf_coef),
 		"max_grad_norm": var_to_str(max_grad_norm) if set_max_grad_norm else "none",
-		"lam": var_to_str(lam),
+		"normalize_advantage": "true" if normalize_advantage else "false",
+		"truncation": truncation,
 		"nminibatches": str(nminibatches),
+		"batch_size": str(batch_size) if set_batch_size else "none",
 		"noptepochs": str(noptepochs),
 		"cliprange": schedule_text(cliprange, cliprange_linear),
 		"cliprange_vf": schedule_text(cliprange_vf, cliprange_vf_linear) if set_cliprange_vf else "none",
-		"batch_size": str(batch_size) if set_batch_size else "none",
-		"act_fun": act_fun,
 		"target_kl": var_to_str(target_kl) if set_target_kl else "none",
-		"normalize_advantage": "true" if normalize_advantage else "false",
 		"advantage_std": advantage_std,
 		"value_loss": value_loss,
 		"optimizer": optimizer,
+		"adam_epsilon": var_to_str(adam_epsilon),
 		"policy": policy,
 		"net_arch": net_arch,
+		"act_fun": act_fun,
 		"ortho_init": "true" if ortho_init else "false",
 		"log_std_init": var_to_str(log_std_init),
-		"adam_epsilon": var_to_str(adam_epsilon),
-		"truncation": truncation,
 		"norm_obs": "true" if norm_obs else "false",
 		"norm_reward": "true" if norm_reward else "false",
 		"clip_obs": var_to_str(clip_obs),

@@ -13,5 +13,9 @@ public class Consac : ModuleRules
 		CppStandard = CppStandardVersion.Cpp20;
 		PublicDependencyModuleNames.AddRange(new string[] { "Core", "CoreUObject", "Engine" });
 		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "Projects" });
+		if (Target.bBuildEditor)
+		{
+			PrivateDependencyModuleNames.Add("UnrealEd"); // so that the editor does not sleep in the background
+		}
 	}
 }

@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "Components/SceneComponent.h"
 #include "UObject/ObjectPtr.h"
 
@@ -11,5 +13,8 @@ class USceneCaptureComponent2D : public USceneComponent {
   void CaptureScene();
   TObjectPtr<UTextureRenderTarget2D> TextureTarget;
   bool bCaptureEveryFrame = true;
+  bool bCaptureOnMovement = true;
+  /// For tests: what was asked of the graphics card, in order; C a capture, R a picture read back.
+  static inline std::string shim_asked_;
   ESceneCaptureSource CaptureSource = SCS_FinalColorLDR;
 };

@@ -16,6 +16,6 @@ class USceneComponent : public UActorComponent {
 
   /// For the shim.
   USceneComponent* shim_parent_ = nullptr;
-  FVector shim_location_, shim_scale_{1.0, 1.0, 1.0};
-  FQuat shim_rotation_;
+  FVector shim_location_ = FVector::ZeroVector, shim_scale_{1.0, 1.0, 1.0};
+  FQuat shim_rotation_ = FQuat::Identity;
 };

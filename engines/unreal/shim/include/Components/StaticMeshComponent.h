@@ -5,5 +5,10 @@ class UStaticMesh;
 
 class UStaticMeshComponent : public USceneComponent {
   SHIM_CLASS(UStaticMeshComponent, USceneComponent)
-  bool SetStaticMesh(UStaticMesh* mesh) { return mesh != nullptr; }
+  bool SetStaticMesh(UStaticMesh* mesh) {
+    shim_mesh_ = mesh;
+    return mesh != nullptr;
+  }
+  /// For tests: what is seen.
+  UStaticMesh* shim_mesh_ = nullptr;
 };

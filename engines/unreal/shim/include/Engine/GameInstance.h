@@ -12,6 +12,13 @@ class UGameInstance : public UObject {
     }
     return nullptr;
   }
-  /// For the shim.
+  void ShimReferences(Shim::References& references) const override {
+    references.Add(shim_subsystems_);
+    references.Add(shim_worlds_);
+    references.Add(shim_registered_);
+  }
+  /// For the shim: its worlds, and what keeps itself alive in it.
+  std::vector<UWorld*> shim_worlds_;
+  std::vector<UObject*> shim_registered_;
   std::vector<UGameInstanceSubsystem*> shim_subsystems_;
 };

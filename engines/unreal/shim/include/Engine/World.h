@@ -1,6 +1,8 @@
 #pragma once
+#include "Engine/EngineBaseTypes.h"
 #include "Engine/EngineTypes.h"
 #include "Shim/Play.h"
+#include "Subsystems/WorldSubsystem.h"
 #include "UObject/UObjectGlobals.h"
 
 class AActor;
@@ -12,6 +14,14 @@ struct FHitResult;
 class UWorld : public UObject {
   SHIM_CLASS(UWorld, UObject)
   UGameInstance* GetGameInstance() const { return shim_game_; }
+  template <class T>
+  T* GetSubsystem() const {
+    for (UWorldSubsystem* subsystem : shim_subsystems_) {
+      if (subsystem->ShimClass()->ShimIsA(T::StaticClass())) return static_cast<T*>(subsystem);
+    }
+    return nullptr;
+  }
+  ENetMode GetNetMode() const { return shim_net_mode_; }
   double GetTimeSeconds() const { return shim_seconds_; }
   bool IsPaused() const { return shim_paused_; }
   bool LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end, ECollisionChannel channel,
@@ -23,11 +33,17 @@ class UWorld : public UObject {
     Shim::Enter(*this, *made, location);
     return made;
   }
+  void ShimReferences(Shim::References& references) const override {
+    references.Add(shim_subsystems_);
+    references.Add(shim_actors_);
+  }
   UWorld* GetWorld() const override { return const_cast<UWorld*>(this); }
 
   /// For the shim and tests.
   UGameInstance* shim_game_ = nullptr;
   double shim_seconds_ = 0.0;
+  std::vector<UWorldSubsystem*> shim_subsystems_;
+  ENetMode shim_net_mode_ = NM_Standalone;
   bool shim_begun_ = false;
   bool shim_paused_ = false;
   std::vector<AActor*> shim_actors_;

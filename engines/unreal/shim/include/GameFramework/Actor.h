@@ -33,10 +33,14 @@ class AActor : public UObject {
       shim_components_.push_back(static_cast<UActorComponent*>(object));
     }
   }
+  void ShimReferences(Shim::References& references) const override {
+    references.Add(shim_components_);
+    references.Add(RootComponent);
+  }
   UWorld* shim_world_ = nullptr;
   std::vector<UActorComponent*> shim_components_;
-  FVector shim_location_;
-  FQuat shim_rotation_;
+  FVector shim_location_ = FVector::ZeroVector;
+  FQuat shim_rotation_ = FQuat::Identity;
   bool shim_begun_ = false;
 
  protected:

@@ -4,8 +4,10 @@
 class UBlueprintAsyncActionBase : public UObject {
   SHIM_CLASS(UBlueprintAsyncActionBase, UObject)
   virtual void Activate() {}
-  void RegisterWithGameInstance(const UObject* context) { check(context != nullptr); }
+  /// The game keeps it until it is ready to go; nobody else does.
+  void RegisterWithGameInstance(const UObject* context);
   virtual void SetReadyToDestroy() { shim_ready_ = true; }
-  /// For tests.
+  /// For the shim and tests.
+  UObject* shim_game_ = nullptr;
   bool shim_ready_ = false;
 };

@@ -8,6 +8,11 @@ constexpr EAutomationTestFlags operator|(EAutomationTestFlags a, EAutomationTest
   return static_cast<EAutomationTestFlags>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
 }
 
+namespace EAutomationExpectedErrorFlags {
+enum MatchType { Exact, Contains };
+}
+
+/// An error in the log that was not expected, or one that was and did not come, fails the test.
 class FAutomationTestBase {
  public:
   explicit FAutomationTestBase(const char* shim_name);
@@ -22,6 +27,12 @@ class FAutomationTestBase {
   bool TestEqual(const TCHAR* what, const FString& actual, const FString& expected) {
     return ShimNote(what, actual == expected);
   }
+  void AddExpectedError(const FString& pattern, EAutomationExpectedErrorFlags::MatchType match, int32 occurrences) {
+    check(match == EAutomationExpectedErrorFlags::Contains && occurrences > 0);
+    shim_expected_.push_back({pattern, occurrences});
+  }
+  /// For the shim: runs it, as the engine would.
+  void ShimRun();
   /// For the shim: every test, what it is called, what did not hold.
   static std::vector<FAutomationTestBase*>& ShimAll();
   const char* ShimName() const { return shim_name_; }
@@ -32,7 +43,12 @@ class FAutomationTestBase {
     if (!held) shim_failures_.push_back(FString(what));
     return held;
   }
+  struct ShimExpected {
+    FString pattern;
+    int32 left;
+  };
   const char* shim_name_;
+  std::vector<ShimExpected> shim_expected_;
   std::vector<FString> shim_failures_;
 };
 

@@ -48,6 +48,11 @@ class TArray {
   void Append(std::initializer_list<T> items) { items_.insert(items_.end(), items); }
   bool Contains(const T& item) const { return std::find(items_.begin(), items_.end(), item) != items_.end(); }
   int32 Remove(const T& item) { return static_cast<int32>(std::erase(items_, item)); }
+  T& Last() { return (*this)[Num() - 1]; }
+  template <class Predicate>
+  int32 RemoveAll(const Predicate& goes) {
+    return static_cast<int32>(std::erase_if(items_, goes));
+  }
   void Reserve(int32 count) { items_.reserve(static_cast<std::size_t>(count)); }
   void Reset(int32 = 0) { items_.clear(); }
   void SetNum(int32 count) { items_.resize(static_cast<std::size_t>(count)); }

@@ -37,19 +37,23 @@ class TMulticastDelegate<void(P...)> {
     return ShimBind(object, [object, function](P... values) { (object->*function)(values...); });
   }
   void Remove(FDelegateHandle handle) {
-    std::erase_if(calls_, [&](const Call& call) { return call.handle == handle; });
+    auto calls = std::make_shared<std::vector<Call>>(*calls_);
+    std::erase_if(*calls, [&](const Call& call) { return call.handle == handle; });
+    calls_ = std::move(calls);
   }
-  bool IsBound() const { return !calls_.empty(); }
+  bool IsBound() const { return !calls_->empty(); }
   void Broadcast(P... values) const {
-    const std::vector<Call> calls = calls_;
-    for (const Call& call : calls) {
+    const std::shared_ptr<const std::vector<Call>> calls = calls_;
+    for (const Call& call : *calls) {
       if (call.token == nullptr || *call.token != nullptr) call.call(values...);
     }
   }
   /// For tests and the shim: any function, for as long as `object` lives (null: for ever).
   FDelegateHandle ShimBind(const UObject* object, std::function<void(P...)> call) {
-    calls_.push_back({FDelegateHandle(++count_), object != nullptr ? Shim::TokenOf(object) : nullptr, std::move(call)});
-    return calls_.back().handle;
+    auto calls = std::make_shared<std::vector<Call>>(*calls_);
+    calls->push_back({FDelegateHandle(++count_), object != nullptr ? Shim::TokenOf(object) : nullptr, std::move(call)});
+    calls_ = calls;
+    return calls->back().handle;
   }
 
  private:
@@ -58,7 +62,8 @@ class TMulticastDelegate<void(P...)> {
     std::shared_ptr<UObject*> token;
     std::function<void(P...)> call;
   };
-  std::vector<Call> calls_;
+  // A list that is being gone through stays as it is.
+  std::shared_ptr<const std::vector<Call>> calls_ = std::make_shared<std::vector<Call>>();
   int count_ = 0;
 };
 

@@ -1,21 +1,39 @@
 #pragma once
-// Places and rotations: of doubles, as in Unreal 5.
+// Places and rotations: of doubles, as in Unreal 5. What Unreal leaves uninitialised is garbage here.
+
+#include <cstring>
 
 #include "Shim/Macros.h"
 
+namespace Shim {
+/// A number that nobody means.
+inline double Garbage() {
+  constexpr unsigned char kByte = 0xCD;
+  double value;
+  std::memset(&value, kByte, sizeof(value));
+  return value;
+}
+}  // namespace Shim
+
 struct FVector {
-  double X = 0.0, Y = 0.0, Z = 0.0;
-  FVector() = default;
+  double X, Y, Z;
+  FVector() : X(Shim::Garbage()), Y(Shim::Garbage()), Z(Shim::Garbage()) {}
   FVector(double x, double y, double z) : X(x), Y(y), Z(z) {}
+  static const FVector ZeroVector;
 };
+inline const FVector FVector::ZeroVector(0.0, 0.0, 0.0);
 
 struct FQuat {
-  double X = 0.0, Y = 0.0, Z = 0.0, W = 1.0;
+  double X, Y, Z, W;
+  FQuat() : X(Shim::Garbage()), Y(Shim::Garbage()), Z(Shim::Garbage()), W(Shim::Garbage()) {}
+  FQuat(double x, double y, double z, double w) : X(x), Y(y), Z(z), W(w) {}
+  static const FQuat Identity;
 };
+inline const FQuat FQuat::Identity(0.0, 0.0, 0.0, 1.0);
 
 struct FRotator {
-  double Pitch = 0.0, Yaw = 0.0, Roll = 0.0;
-  FRotator() = default;
+  double Pitch, Yaw, Roll;
+  FRotator() : Pitch(Shim::Garbage()), Yaw(Shim::Garbage()), Roll(Shim::Garbage()) {}
   FRotator(double pitch, double yaw, double roll) : Pitch(pitch), Yaw(yaw), Roll(roll) {}
 };
 
@@ -26,11 +44,12 @@ struct FTransform {
   void SetRotation(const FQuat& rotation) { rotation_ = rotation; }
 
  private:
-  FVector location_;
-  FQuat rotation_;
+  FVector location_ = FVector::ZeroVector;
+  FQuat rotation_ = FQuat::Identity;
 };
 
 struct FColor {
-  uint8 B = 0, G = 0, R = 0;
+  uint8 B, G, R;
+  FColor() : B(0xCD), G(0xCD), R(0xCD) {}
 };
 struct FLinearColor {};

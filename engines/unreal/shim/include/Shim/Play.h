@@ -14,10 +14,12 @@ void Enter(UWorld& world, AActor& actor, const FVector& location);
 void BeginPlay(AActor& actor);
 /// It leaves the world and is dead; its memory stays until Collect.
 void Destroy(AActor& actor);
+/// Its level is streamed out: it ends to play and belongs to nobody; its memory stays until Collect.
+void StreamOut(AActor& actor);
 /// The same for one of its components.
 void Destroy(UActorComponent& component);
 }  // namespace Shim
 
 namespace EEndPlayReason {
-enum Type { Destroyed, EndPlayInEditor };
+enum Type { Destroyed, LevelTransition, EndPlayInEditor, RemovedFromWorld };
 }

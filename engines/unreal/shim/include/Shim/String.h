@@ -7,6 +7,15 @@
 #include "Shim/Format.h"
 #include "Shim/Macros.h"
 
+namespace Shim {
+/// ASCII in small letters; Unreal folds no other letters in names.
+inline std::u16string Lower(std::u16string_view text) {
+  std::u16string lower(text);
+  for (char16_t& c : lower) c = c >= u'A' && c <= u'Z' ? static_cast<char16_t>(c + 32) : c;
+  return lower;
+}
+}  // namespace Shim
+
 /// Text in UTF-16. No narrow literals: Unreal takes them as Latin-1 at best.
 class FString {
  public:
@@ -21,23 +30,30 @@ class FString {
   static FString Printf(const TCHAR (&format)[N], T... arguments) {
     return FString(Shim::Format(format, {Shim::ArgumentOf(arguments)...}).c_str());
   }
+  FString ToLower() const { return FString(Shim::Lower(text_).c_str()); }
+  bool Contains(const TCHAR* part) const { return Shim::Lower(text_).find(Shim::Lower(part)) != std::u16string::npos; }
   friend bool operator==(const FString& a, const FString& b) { return a.text_ == b.text_; }
 
  private:
   std::u16string text_;
 };
 
-/// A name: compared as a whole, without case in Unreal, with it here (stricter).
+namespace Shim {
+/// The one spelling of a name, in whatever case it is asked for: that of who came first, as in a packaged game.
+const std::u16string* SpellingOf(std::u16string_view text);
+}  // namespace Shim
+
+/// A name: compared as a whole and without case.
 class FName {
  public:
   FName() = default;
-  FName(const TCHAR* text) : text_(text) {}
+  FName(const TCHAR* text) : spelling_(Shim::SpellingOf(text)) {}
   FName(const char*) = delete;
-  FString ToString() const { return text_.empty() ? FString(u"None") : FString(text_.c_str()); }
-  friend bool operator==(const FName& a, const FName& b) { return a.text_ == b.text_; }
+  FString ToString() const { return spelling_ == nullptr ? FString(u"None") : FString(spelling_->c_str()); }
+  friend bool operator==(const FName& a, const FName& b) { return a.spelling_ == b.spelling_; }
 
  private:
-  std::u16string text_;
+  const std::u16string* spelling_ = nullptr;
 };
 inline const FName NAME_None;
 

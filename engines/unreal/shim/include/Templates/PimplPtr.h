@@ -1,14 +1,23 @@
 #pragma once
 #include <memory>
 
+#include "Shim/Macros.h"
+
 /// Hidden state whose type is complete only where it is made.
 template <class T>
 class TPimplPtr {
  public:
   TPimplPtr() = default;
+  bool IsValid() const { return state_ != nullptr; }
   T* Get() const { return state_.get(); }
-  T* operator->() const { return state_.get(); }
-  T& operator*() const { return *state_; }
+  T* operator->() const {
+    check(state_ != nullptr);
+    return state_.get();
+  }
+  T& operator*() const {
+    check(state_ != nullptr);
+    return *state_;
+  }
 
  private:
   template <class U>

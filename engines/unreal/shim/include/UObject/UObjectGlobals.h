@@ -6,9 +6,18 @@ inline bool IsValid(const UObject* object) {
   return object != nullptr && !object->ShimDead();
 }
 
+namespace Shim {
+/// Constructors that are at work.
+inline int constructing = 0;
+/// Whether the game is a packaged one: what only a text names was not packed.
+inline bool packaged = true;
+}  // namespace Shim
+
 template <class T>
 T* NewObject(UObject* outer = nullptr) {
+  ++Shim::constructing;
   T* made = new T();
+  --Shim::constructing;
   Shim::Adopt(made, outer);
   made->PostInitProperties();
   return made;
@@ -17,5 +26,5 @@ T* NewObject(UObject* outer = nullptr) {
 template <class T>
 T* LoadObject(UObject* outer, const TCHAR* name) {
   check(name != nullptr);
-  return NewObject<T>(outer);
+  return Shim::packaged ? nullptr : NewObject<T>(outer);
 }

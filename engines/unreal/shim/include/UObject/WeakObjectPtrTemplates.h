@@ -13,6 +13,7 @@ class TWeakObjectPtr {
   bool IsValid() const { return shim_token_ != nullptr && *shim_token_ != nullptr && !(*shim_token_)->ShimDead(); }
   T* Get() const { return IsValid() ? static_cast<T*>(*shim_token_) : nullptr; }
   T* operator->() const { return Get(); }
+  friend bool operator==(const TWeakObjectPtr& a, const TWeakObjectPtr& b) { return a.shim_token_ == b.shim_token_; }
 
  private:
   std::shared_ptr<UObject*> shim_token_;

@@ -23,12 +23,20 @@ enum class ParameterType : std::uint8_t {
   kText,      ///< anything; checked by the algorithm (net_arch)
 };
 
-/// One row of an algorithm's table.
+/// Whose definition is meant where the two generations of Stable Baselines differ: 2.10.2 or 3.
+enum class Generation : std::uint8_t { kStableBaselines2, kStableBaselines3 };
+/// "sb2" or "sb3"; the error names both.
+Result<Generation> ParseGeneration(std::string_view name);
+
+/// One row of an algorithm's table. It is made from a row that says which member of the algorithm's options it fills:
+/// learn/src/algo/parameter_rows.h.
 struct Hyperparameter {
   const char* name;           ///< Stable Baselines' name
   const char* alias;          ///< the other generation's name for the same thing, or ""
   ParameterType type;         ///< what it takes
   const char* default_value;  ///< as text; "none" where a parameter may be absent
+  const char* sb2_default;    ///< as text; what Stable Baselines 2.10.2 would have here
+  const char* sb3_default;    ///< as text; what Stable Baselines3 would have here
   double low;                 ///< smallest legal number
   double high;                ///< largest legal number
   const char* choices;        ///< kChoice: "a|b|c"; numbers: "none" where the value may be absent; else ""
@@ -50,6 +58,8 @@ class HyperparameterSet {
  public:
   /// All defaults. `table` must outlive this (tables are static).
   explicit HyperparameterSet(std::span<const Hyperparameter> table);
+  /// Every value becomes that generation's default.
+  void UseDefaultsOf(Generation generation);
   /// Sets by name or alias from text; an unknown name is an error that names the nearest.
   Status Set(std::string_view name, std::string_view text);
 

@@ -42,6 +42,10 @@ struct LearnBudget {
   std::int64_t gradient_steps = INT64_MAX;  ///< at most so many optimiser steps
 };
 
+/// The seed of the learner of a world's behaviour `b`: the run's own for the first, for each of the others another one,
+/// so that no two of them draw the same numbers.
+std::uint64_t BehaviourSeed(std::uint64_t seed, std::size_t b);
+
 /// What a learner is made for.
 struct LearnerOptions {
   BehaviourSpec behaviour;                          ///< spaces, layouts and the number of slots
@@ -76,11 +80,14 @@ class Learner {
   virtual std::int64_t steps() const = 0;
   /// Updates (rounds of learning) finished so far.
   virtual std::int64_t updates() const = 0;
+  /// Reports made so far; metrics() are those of the latest. How often one is made is the algorithm's own: after each
+  /// update unless it says otherwise.
+  virtual std::int64_t reports() const { return updates(); }
   /// Agent steps of one round of collection, or 0 when the algorithm learns continuously.
   virtual std::int64_t steps_per_update() const = 0;
   /// Changes the planned length (a resumed run that goes on for longer).
   virtual void SetTotalSteps(std::int64_t total_steps) = 0;
-  /// Numbers of the latest finished update; valid until the next Learn.
+  /// Numbers of the latest report; valid until the next Learn.
   virtual std::span<const Metric> metrics() const = 0;
   /// Ok while learning makes sense; kNonFinite once a whole update had no finite gradient.
   virtual Status health() const = 0;
@@ -106,6 +113,8 @@ struct Algorithm {
   Result<std::unique_ptr<Learner>> (*create)(const LearnerOptions& options, const HyperparameterSet& values);
 };
 
+/// Whose keys it logs under with these values: its `log_keys` where it has that hyperparameter.
+LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values);
 /// Every algorithm, in the order of the table.
 std::span<const Algorithm> Algorithms();
 /// The row of that name; kNotFound names the nearest.

@@ -52,6 +52,10 @@ class Rollout {
   std::uint8_t* masks(std::int64_t row) {
     return masks_.empty() ? nullptr : masks_.data() + static_cast<std::size_t>(row) * mask_bytes_;
   }
+  /// The same, to read.
+  const std::uint8_t* masks(std::int64_t row) const {
+    return masks_.empty() ? nullptr : masks_.data() + static_cast<std::size_t>(row) * mask_bytes_;
+  }
 
   std::vector<float> raw_actions;   // [T * N, raw_size] unclipped, as drawn
   std::vector<float> rewards;       // [T * N] as the learner sees them

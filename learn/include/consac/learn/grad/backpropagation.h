@@ -44,6 +44,9 @@ class Backpropagation {
   ~Backpropagation();
   Backpropagation(Backpropagation&&) noexcept;
 
+  /// How many gradients it keeps, each of [network parameters + extra]: for whoever counts memory before creation.
+  static std::int64_t GradientCopies(std::int64_t max_rows);
+
   /// Computes the gradient of one minibatch at `parameters` ([network parameters + extra]); overwrites gradient().
   void Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor, BlockLoss& loss);
   /// [network parameters + extra], of the last Run.

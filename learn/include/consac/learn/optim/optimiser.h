@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "consac/base/archive.h"
@@ -36,6 +38,8 @@ class Adam {
   Adam(std::int64_t size, const AdamOptions& options);
   /// One step: parameters -= step(learning_rate, gradient * gradient_scale). One pass, no allocation.
   void Step(std::span<float> parameters, std::span<const float> gradient, float learning_rate, float gradient_scale);
+  /// Whose formula.
+  OptimiserForm form() const { return options_.form; }
   /// Moments and step count.
   void Visit(Archive& archive);
 
@@ -60,12 +64,34 @@ class RmsProp {
   RmsProp(std::int64_t size, const RmsPropOptions& options);
   /// One step, as Adam::Step.
   void Step(std::span<float> parameters, std::span<const float> gradient, float learning_rate, float gradient_scale);
+  /// Whose formula.
+  OptimiserForm form() const { return options_.form; }
   /// Mean square and momentum.
   void Visit(Archive& archive);
 
  private:
   RmsPropOptions options_;
   std::vector<float> mean_square_, momentum_;  // [size]
+};
+
+/// Either of them, for algorithms that leave the choice to their user.
+class Optimiser {
+ public:
+  /// Takes `adam`.
+  explicit Optimiser(Adam adam) : either_(std::move(adam)) {}
+  /// Takes `rms_prop`.
+  explicit Optimiser(RmsProp rms_prop) : either_(std::move(rms_prop)) {}
+  /// One step, as Adam::Step.
+  void Step(std::span<float> parameters, std::span<const float> gradient, float learning_rate, float gradient_scale);
+  /// Whose formula.
+  OptimiserForm form() const;
+  /// "adam" or "rmsprop".
+  std::string_view name() const { return either_.index() == 0 ? "adam" : "rmsprop"; }
+  /// The state of the one that it is.
+  void Visit(Archive& archive);
+
+ private:
+  std::variant<Adam, RmsProp> either_;
 };
 
 }  // namespace consac::learn

@@ -6,7 +6,6 @@
 #include "ConsacLog.h"
 #include "ConsacSensorComponent.h"
 #include "ConsacSubsystem.h"
-#include "Logging/LogMacros.h"
 
 namespace ConsacPlugin
 {
@@ -16,7 +15,7 @@ static bool EntryAnswer(const consac::Status& Status, FName Name)
 {
 	if (!Status.ok())
 	{
-		UE_LOG(LogConsac, Error, TEXT("entry '%s': %s"), *Name.ToString(), *FromUtf8(Status.message()));
+		LogError(FString::Printf(TEXT("entry '%s': %s"), *Name.ToString(), *FromUtf8(Status.message())));
 	}
 	return Status.ok();
 }
@@ -82,14 +81,12 @@ TArray<float> UConsacAgentComponent::GetActionNumbers(FName Name) const
 
 float UConsacAgentComponent::GetActionNumber(FName Name, int32 Index) const
 {
-	const TArray<float> Values = GetActionNumbers(Name);
-	return Index >= 0 && Index < Values.Num() ? Values[Index] : 0.0f;
+	return Herd != nullptr ? Herd->GetActionNumber(*this, Name, Index, 0.0f) : 0.0f;
 }
 
 int32 UConsacAgentComponent::GetActionChoice(FName Name) const
 {
-	const TArray<float> Values = GetActionNumbers(Name);
-	return Values.IsEmpty() ? -1 : static_cast<int32>(Values[0]);
+	return Herd != nullptr ? static_cast<int32>(Herd->GetActionNumber(*this, Name, 0, -1.0f)) : -1;
 }
 
 bool UConsacAgentComponent::SetActionNumbers(FName Name, const TArray<float>& Values)

@@ -5,11 +5,25 @@
 #include "ConsacCoreInclude.h"
 #include "ConsacModel.h"
 #include "ConsacSocket.h"
+#include "Engine/Engine.h"
+#include "Engine/GameInstance.h"
+#include "Engine/World.h"
 #include "UObject/UObjectGlobals.h"
 
-UConsacSocket* UConsacBlueprintLibrary::CreateConsacSocket(UObject*, const FString& Host, int32 Port)
+// A new object that belongs to the game that asks for it, or to nobody where none does. Not to its world: who keeps the object
+// beyond a travel would keep that world alive, and the travel ends with a fatal error.
+template <class T>
+static T* ConsacNew(const UObject* WorldContextObject)
 {
-	UConsacSocket* Socket = NewObject<UConsacSocket>();
+	const UWorld* World = GEngine != nullptr && WorldContextObject != nullptr
+		? GEngine->GetWorldFromContextObject(WorldContextObject, EGetWorldErrorMode::LogAndReturnNull) : nullptr;
+	UGameInstance* Game = World != nullptr ? World->GetGameInstance() : nullptr;
+	return Game != nullptr ? NewObject<T>(Game) : NewObject<T>();
+}
+
+UConsacSocket* UConsacBlueprintLibrary::CreateConsacSocket(UObject* WorldContextObject, const FString& Host, int32 Port)
+{
+	UConsacSocket* Socket = ConsacNew<UConsacSocket>(WorldContextObject);
 	Socket->SetAddress(Host, Port);
 	return Socket;
 }
@@ -18,18 +32,21 @@ void UConsacBlueprintLibrary::CompileEnvironmentMessage(const FConsacSpace& Obse
 	EConsacResult& Result, FString& Message, FString& Error)
 {
 	const consac::Result<consac::Space> Space = ConsacPlugin::ToSpace(ObservationSpace);
-	consac::Result<std::string> Text = Space.status();
-	if (Space.ok())
+	Message = FString();
+	if (!ConsacPlugin::Answer(Space.status(), Result, Error))
 	{
-		std::vector<double> Numbers;
-		for (float Number : Observation)
-		{
-			Numbers.push_back(static_cast<double>(Number));
-		}
-		Text = consac::host::CompileEnvironmentMessage(*Space, Numbers, static_cast<double>(Reward), bDone);
+		return;
 	}
-	Message = Text.ok() ? ConsacPlugin::FromUtf8(*Text) : FString();
-	ConsacPlugin::Answer(Text.status(), Result, Error);
+	std::vector<double> Numbers;
+	for (float Number : Observation)
+	{
+		Numbers.push_back(static_cast<double>(Number));
+	}
+	const consac::Result<std::string> Text = consac::host::CompileEnvironmentMessage(*Space, Numbers, static_cast<double>(Reward), bDone);
+	if (ConsacPlugin::Answer(Text.status(), Result, Error))
+	{
+		Message = ConsacPlugin::FromUtf8(*Text);
+	}
 }
 
 void UConsacBlueprintLibrary::CompileTrainingData(const FConsacSpace& ActionSpace, const FConsacSpace& ObservationSpace, int64 TrainingLength,
@@ -58,12 +75,12 @@ void UConsacBlueprintLibrary::CompileTrainingData(const FConsacSpace& ActionSpac
 void UConsacBlueprintLibrary::DecodeAction(const FConsacSpace& ActionSpace, const FString& Message, EConsacResult& Result, FConsacAction& Action, FString& Error)
 {
 	const consac::Result<consac::Space> Space = ConsacPlugin::ToSpace(ActionSpace);
-	consac::Result<std::vector<double>> Numbers = Space.status();
-	if (Space.ok())
-	{
-		Numbers = consac::host::DecodeAction(*Space, ConsacPlugin::ToUtf8(Message));
-	}
 	Action = FConsacAction();
+	if (!ConsacPlugin::Answer(Space.status(), Result, Error))
+	{
+		return;
+	}
+	const consac::Result<std::vector<double>> Numbers = consac::host::DecodeAction(*Space, ConsacPlugin::ToUtf8(Message));
 	if (ConsacPlugin::Answer(Numbers.status(), Result, Error))
 	{
 		for (double Number : *Numbers)
@@ -74,18 +91,18 @@ void UConsacBlueprintLibrary::DecodeAction(const FConsacSpace& ActionSpace, cons
 	}
 }
 
-void UConsacBlueprintLibrary::LoadConsacModel(UObject*, const FString& Path, EConsacResult& Result, UConsacModel*& Model, FString& Error)
+void UConsacBlueprintLibrary::LoadConsacModel(UObject* WorldContextObject, const FString& Path, EConsacResult& Result, UConsacModel*& Model, FString& Error)
 {
-	UConsacModel* Loaded = NewObject<UConsacModel>();
+	UConsacModel* Loaded = ConsacNew<UConsacModel>(WorldContextObject);
 	const bool bLoaded = Loaded->Load(Path, Error);
 	Result = bLoaded ? EConsacResult::Success : EConsacResult::Failed;
 	Model = bLoaded ? Loaded : nullptr;
 }
 
-void UConsacBlueprintLibrary::StartTrainerProgram(UObject*, const FConsacProgramSettings& Settings, EConsacResult& Result,
+void UConsacBlueprintLibrary::StartTrainerProgram(UObject* WorldContextObject, const FConsacProgramSettings& Settings, EConsacResult& Result,
 	UConsacTrainerProgram*& Program, FString& Error)
 {
-	UConsacTrainerProgram* Started = NewObject<UConsacTrainerProgram>();
+	UConsacTrainerProgram* Started = ConsacNew<UConsacTrainerProgram>(WorldContextObject);
 	const bool bStarted = Started->Start(Settings, TArray<FString>(), Error);
 	Result = bStarted ? EConsacResult::Success : EConsacResult::Failed;
 	Program = bStarted ? Started : nullptr;

@@ -29,10 +29,20 @@ void UConsacCameraSensorComponent::BeginPlay()
 	Capture = NewObject<USceneCaptureComponent2D>(this);
 	Capture->SetupAttachment(this);
 	Capture->bCaptureEveryFrame = false;
+	Capture->bCaptureOnMovement = false;
 	Capture->CaptureSource = SCS_FinalColorLDR;
 	Capture->TextureTarget = Target;
 	Capture->RegisterComponent();
 	Super::BeginPlay();
+}
+
+void UConsacCameraSensorComponent::Prepare()
+{
+	if (IsValid(Capture.Get()) && IsValid(Target.Get()))
+	{
+		Capture->CaptureScene();
+		bDrawn = true;
+	}
 }
 
 void UConsacCameraSensorComponent::Sense(TArray<float>& Values)
@@ -40,11 +50,15 @@ void UConsacCameraSensorComponent::Sense(TArray<float>& Values)
 	const int32 Points = Width * Height;
 	Values.Reset();
 	TArray<FColor> Colours;
-	if (IsValid(Capture.Get()) && IsValid(Target.Get()))
+	if (!bDrawn)
 	{
-		Capture->CaptureScene();
+		Prepare();
+	}
+	if (bDrawn && IsValid(Target.Get()))
+	{
 		UKismetRenderingLibrary::ReadRenderTarget(this, Target.Get(), Colours);
 	}
+	bDrawn = false;
 	if (Colours.Num() != Points)
 	{
 		// A game without a picture (-nullrhi) sees black.

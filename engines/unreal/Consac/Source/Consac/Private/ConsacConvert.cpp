@@ -3,7 +3,6 @@
 
 #include "ConsacLog.h"
 #include "Containers/StringConv.h"
-#include "Logging/LogMacros.h"
 #include "Misc/Paths.h"
 
 namespace ConsacPlugin
@@ -141,7 +140,7 @@ bool Explain(const consac::Status& Status, FString& Error)
 	Error = FromUtf8(Status.message());
 	if (!Status.ok())
 	{
-		UE_LOG(LogConsac, Error, TEXT("%s"), *Error);
+		LogError(Error);
 	}
 	return Status.ok();
 }

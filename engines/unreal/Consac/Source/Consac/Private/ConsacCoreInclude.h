@@ -28,6 +28,7 @@ THIRD_PARTY_INCLUDES_START
 
 #include "consac/base/file.h"
 #include "consac/base/hooks.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/host/driver.h"
 #include "consac/host/recorder.h"

@@ -6,6 +6,7 @@
 #include "ConsacModel.h"
 #include "ConsacModelState.h"
 #include "ConsacStats.h"
+#include "ConsacStepGuard.h"
 #include "Engine/World.h"
 #include "Templates/PimplPtr.h"
 
@@ -28,6 +29,8 @@ struct FConsacEnvironmentState
 	bool bConnected = false;  // the driver has asked for something
 	bool bCompleted = false;  // until Setup Environment or Model Connection
 	bool bPaused = false;     // the driver was told so
+	bool bServes = false;     // a trainer decides, and no model
+	std::unique_ptr<FConsacSpeedGuard> Speed;
 	FConsacProgress Last;     // of what has ended
 
 	void DropDriver()
@@ -44,6 +47,8 @@ struct FConsacEnvironmentState
 		Expected = EConsacExpected::Nothing;
 		bConnected = false;
 		bPaused = false;
+		bServes = false;
+		Speed.reset();
 	}
 
 	const consac::BehaviourSpec& Behaviour() const { return World->spec().behaviours[0]; }
@@ -109,7 +114,7 @@ static consac::Status HandOver(FConsacEnvironmentState& State, const TArray<floa
 UConsacEnvironmentComponent::UConsacEnvironmentComponent()
 	: State(MakePimpl<FConsacEnvironmentState>())
 {
-	// Only to tell the trainer that the game is paused, or goes on: a graph's own tick stands still then.
+	// To tell the trainer that the game is paused, or goes on: a graph's own tick stands still then. And for full speed.
 	PrimaryComponentTick.bCanEverTick = true;
 	PrimaryComponentTick.bTickEvenWhenPaused = true;
 }
@@ -174,6 +179,7 @@ void UConsacEnvironmentComponent::TrainingConnection(EConsacConnection& Connecti
 			return;
 		}
 		State->Driver = std::move(*Driver);
+		State->bServes = true;
 	}
 	if (!ConsacPlugin::Explain(State->bCompleted ? consac::Status::Ok() : State->Poll(0.0), Error))
 	{
@@ -300,6 +306,16 @@ void UConsacEnvironmentComponent::TickComponent(float DeltaTime, ELevelTick Tick
 		State->bPaused = bPaused;
 		State->Driver->SetPaused(bPaused);
 	}
+	// Nothing makes frames wait while somebody trains.
+	const bool bFast = bFullSpeed && State->bServes && State->bConnected && !State->bCompleted;
+	if (!bFast)
+	{
+		State->Speed.reset();
+	}
+	else if (!State->Speed)
+	{
+		State->Speed = std::make_unique<FConsacSpeedGuard>();
+	}
 	if (!bPaused)
 	{
 		Super::TickComponent(DeltaTime, TickType, ThisTickFunction);
@@ -314,6 +330,9 @@ void UConsacEnvironmentComponent::EndPlay(const EEndPlayReason::Type EndPlayReas
 
 void UConsacEnvironmentComponent::BeginDestroy()
 {
-	CloseTraining();
+	if (State.IsValid()) // a temporary object of Hot Reload has none
+	{
+		CloseTraining();
+	}
 	Super::BeginDestroy();
 }

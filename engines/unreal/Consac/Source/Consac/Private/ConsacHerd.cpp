@@ -3,9 +3,8 @@
 
 #include "ConsacAgentComponent.h"
 #include "ConsacConvert.h"
-#include "ConsacLog.h"
+#include "ConsacFarewell.h"
 #include "ConsacSensorComponent.h"
-#include "Logging/LogMacros.h"
 #include "UObject/UObjectGlobals.h"
 
 namespace ConsacPlugin
@@ -14,7 +13,8 @@ namespace ConsacPlugin
 static consac::Status AddEntry(FName Name, const FConsacSpace& Space, std::vector<consac::host::Entry>& Into, TArray<FName>& Names)
 {
 	consac::Result<consac::Space> Converted = ToSpace(Space);
-	const std::string Text = ToUtf8(Name.ToString());
+	// A packaged game spells a name as whoever came first did: the same entry must be the same text everywhere.
+	const std::string Text = ToUtf8(Name.ToString().ToLower());
 	if (!Converted.ok())
 	{
 		return consac::Status(Converted.status().code(), "entry '" + Text + "': " + Converted.status().message());
@@ -224,185 +224,21 @@ void FConsacHerd::Record()
 	}
 }
 
-consac::Status FConsacHerd::SaveRecords(const std::string& Folder) const
+std::vector<std::string> FConsacHerd::Behaviours() const
 {
-	for (std::size_t B = 0; B < Recorders.size(); ++B)
+	std::vector<std::string> Names;
+	for (const FKind& Kind : Kinds)
 	{
-		CONSAC_RETURN_IF_ERROR(Recorders[B]->Save(Folder + "/" + Kinds[B].Offering.name + ".safetensors"));
+		Names.push_back(Kind.Offering.name);
 	}
-	return consac::Status::Ok();
+	return Names;
 }
 
-void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
+void FConsacHerd::Release(FConsacFarewell& Into)
 {
-	if (UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get())
-	{
-		Agent->EpisodeSteps = 0;
-		Agent->EpisodeReward = 0.0f;
-		Agent->OnEpisodeBegin.Broadcast(Agent, Seed);
-	}
-}
-
-void FConsacHerd::Observe(consac::host::AgentId Id)
-{
-	UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get();
-	if (Agent == nullptr)
-	{
-		return;
-	}
-	std::fill(Places[static_cast<std::size_t>(Id)].Allowed.begin(), Places[static_cast<std::size_t>(Id)].Allowed.end(), std::uint8_t{1});
-	// By number: what a sensor does may take another one away.
-	for (int32 Index = 0; Index < Agent->Sensors.Num(); ++Index)
-	{
-		UConsacSensorComponent* Sensor = Agent->Sensors[Index];
-		if (IsValid(Sensor))
-		{
-			Sensor->Sense(Sensed);
-			const consac::Status Status = SetObservation(*Agent, Sensor->ObservationName, Sensed.GetData(), Sensed.Num());
-			if (!Status.ok())
-			{
-				UE_LOG(LogConsac, Error, TEXT("the sensor %s: %s"), *Sensor->GetName(), *ConsacPlugin::FromUtf8(Status.message()));
-			}
-		}
-	}
-	Agent->OnObserve.Broadcast(Agent);
-}
-
-// What was seen, as the world's row.
-void FConsacHerd::Publish(consac::host::AgentId Id)
-{
-	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-	if (!TheWorld->Joined(Id))
-	{
-		return;
-	}
-	Taken.bShown = true;
-	std::memcpy(TheWorld->Observation(Id), Taken.Row.data(), Taken.Row.size());
-	std::uint8_t* Mask = TheWorld->ActionMask(Id);
-	if (Mask != nullptr)
-	{
-		std::memcpy(Mask, Taken.Allowed.data(), Taken.Allowed.size());
-	}
-}
-
-consac::Status FConsacHerd::Offer()
-{
-	bActing = bJudged = false;
-	for (const std::unique_ptr<consac::host::Recorder>& Recorder : Recorders)
-	{
-		Recorder->Note();
-	}
-	return TheWorld->Offer();
-}
-
-consac::Status FConsacHerd::Begin()
-{
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
-	{
-		if (TheWorld->Resets(Id))
-		{
-			Places[static_cast<std::size_t>(Id)].bGone = false;
-			const std::optional<std::uint64_t> Seed = TheWorld->Seed(Id);
-			BeginEpisode(Id, Seed ? static_cast<int64>(*Seed >> 1) : -1);
-		}
-	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
-	{
-		if (TheWorld->Resets(Id)) // the others are in the middle of an episode, and nobody asked what they see
-		{
-			Observe(Id);
-			Publish(Id);
-		}
-	}
-	return Offer();
-}
-
-void FConsacHerd::Act(bool bByHand)
-{
-	bActing = true;
-	for (FPlace& Taken : Places)
-	{
-		if (!Taken.bShown) // it came after this decision was asked for
-		{
-			continue;
-		}
-		Taken.bNew = false;
-		if (UConsacAgentComponent* Agent = bByHand ? Taken.Agent.Get() : nullptr)
-		{
-			Agent->OnHeuristic.Broadcast(Agent);
-		}
-		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
-		{
-			Agent->OnAction.Broadcast(Agent);
-		}
-	}
-}
-
-// Whether time is up for its agent, and what it sees.
-void FConsacHerd::Judge(consac::host::AgentId Id)
-{
-	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-	if (UConsacAgentComponent* Agent = Taken.bNew ? nullptr : Taken.Agent.Get())
-	{
-		++Agent->EpisodeSteps;
-		if (Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps)
-		{
-			TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
-		}
-	}
-	Observe(Id);
-}
-
-// From an episode that ends to the next one.
-void FConsacHerd::Turn(consac::host::AgentId Id)
-{
-	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-	if (Taken.bGone)
-	{
-		Taken.bGone = false;
-		TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
-	}
-	Taken.bBegins = TheWorld->Joined(Id) && TheWorld->Ending(Id);
-	if (!Taken.bBegins)
-	{
-		return;
-	}
-	if (Taken.bNew || Taken.Agent.Get() == nullptr)
-	{
-		// The episode was that of one who has gone and cannot look again: it ends with what was offered last. The
-		// newcomer, if there is one, has begun when it came.
-		std::memcpy(TheWorld->FinalObservation(Id), TheWorld->Observation(Id), Taken.Row.size());
-		return;
-	}
-	std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
-	BeginEpisode(Id, -1);
-}
-
-consac::Status FConsacHerd::Settle()
-{
-	// All together, so that nobody's last observation shows another one at its new start.
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
-	{
-		Judge(Id);
-	}
-	bJudged = true;
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
-	{
-		Turn(Id);
-	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
-	{
-		if (Places[static_cast<std::size_t>(Id)].bBegins)
-		{
-			Observe(Id);
-		}
-		Publish(Id);
-	}
-	for (FPlace& Taken : Places)
-	{
-		Taken.bBegins = false;
-	}
-	return Offer();
+	Into.Behaviours = Behaviours();
+	Into.World = std::move(TheWorld);
+	Into.Recorders = std::move(Recorders);
 }
 
 void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
@@ -468,6 +304,13 @@ bool FConsacHerd::SetAllowed(const UConsacAgentComponent& Agent, FName Name, int
 	}
 	Allowed[At] = bAllowed ? 1 : 0;
 	return true;
+}
+
+float FConsacHerd::GetActionNumber(const UConsacAgentComponent& Agent, FName Name, int32 Index, float Otherwise) const
+{
+	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
+	const bool bThere = Leaf != nullptr && IsActing() && Index >= 0 && Index < Leaf->count;
+	return bThere ? static_cast<float>(consac::ReadElement(*Leaf, TheWorld->Action(Agent.Place), Index)) : Otherwise;
 }
 
 bool FConsacHerd::GetAction(const UConsacAgentComponent& Agent, FName Name, TArray<float>& Values) const

@@ -7,6 +7,7 @@
 #include "UObject/WeakObjectPtrTemplates.h"
 
 class UConsacAgentComponent;
+struct FConsacFarewell;
 
 /** Game thread only. Agents may come, go and be destroyed in any event. */
 class FConsacHerd
@@ -26,10 +27,12 @@ public:
 	consac::host::TickWorld& World() { return *TheWorld; }
 	/** Ticks from one decision to the next. */
 	int32 Period() const { return Ticks; }
+	/** Names of the kinds of agents. */
+	std::vector<std::string> Behaviours() const;
 	/** Takes down every step from now on. */
 	void Record();
-	/** One file in a folder for each kind of agent. */
-	consac::Status SaveRecords(const std::string& Folder) const;
+	/** Gives away what is no agent's; to be destroyed right after. */
+	void Release(FConsacFarewell& Into);
 
 	/** Begins the episodes that the world wants begun, and says what the agents see first. */
 	consac::Status Begin();
@@ -47,6 +50,8 @@ public:
 	consac::Status SetObservation(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
 	consac::Status SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
 	bool SetAllowed(const UConsacAgentComponent& Agent, FName Name, int32 Choice, bool bAllowed);
+	/** One number of an action; `Otherwise` where there is none. */
+	float GetActionNumber(const UConsacAgentComponent& Agent, FName Name, int32 Index, float Otherwise) const;
 	bool GetAction(const UConsacAgentComponent& Agent, FName Name, TArray<float>& Values) const;
 
 private:
@@ -76,6 +81,7 @@ private:
 	bool Knows(const UConsacAgentComponent& Agent) const;
 	const consac::Leaf* ActionLeaf(const UConsacAgentComponent& Agent, FName Name) const;
 	void BeginEpisode(consac::host::AgentId Id, int64 Seed);
+	void Prepare(consac::host::AgentId Id);
 	void Observe(consac::host::AgentId Id);
 	void Publish(consac::host::AgentId Id);
 	void Judge(consac::host::AgentId Id);

@@ -10,28 +10,16 @@ FString ConsacTextOf(const FConsacSchedule& Schedule)
 	return FString::Printf(TEXT("%s%.17g"), Schedule.bLinear ? TEXT("lin_") : TEXT(""), Schedule.Value);
 }
 
-FString ConsacTextOf(EConsacActFun Value)
+FString ConsacTextOf(EConsacTruncation Value)
 {
 	switch (Value)
 	{
-	case EConsacActFun::Tanh:
-		return TEXT("tanh");
-	case EConsacActFun::Relu:
-		return TEXT("relu");
-	case EConsacActFun::Sigmoid:
-		return TEXT("sigmoid");
-	case EConsacActFun::Elu:
-		return TEXT("elu");
-	case EConsacActFun::LeakyRelu:
-		return TEXT("leaky_relu");
-	case EConsacActFun::Silu:
-		return TEXT("silu");
-	case EConsacActFun::Softplus:
-		return TEXT("softplus");
-	case EConsacActFun::Linear:
-		return TEXT("linear");
+	case EConsacTruncation::Bootstrap:
+		return TEXT("bootstrap");
+	case EConsacTruncation::Terminal:
+		return TEXT("terminal");
 	}
-	return TEXT("tanh");
+	return TEXT("bootstrap");
 }
 
 FString ConsacTextOf(EConsacAdvantageStd Value)
@@ -80,16 +68,46 @@ FString ConsacTextOf(EConsacPolicy Value)
 	return TEXT("MlpPolicy");
 }
 
-FString ConsacTextOf(EConsacTruncation Value)
+FString ConsacTextOf(EConsacActFun Value)
 {
 	switch (Value)
 	{
-	case EConsacTruncation::Bootstrap:
-		return TEXT("bootstrap");
-	case EConsacTruncation::Terminal:
-		return TEXT("terminal");
+	case EConsacActFun::Tanh:
+		return TEXT("tanh");
+	case EConsacActFun::Relu:
+		return TEXT("relu");
+	case EConsacActFun::Sigmoid:
+		return TEXT("sigmoid");
+	case EConsacActFun::Elu:
+		return TEXT("elu");
+	case EConsacActFun::LeakyRelu:
+		return TEXT("leaky_relu");
+	case EConsacActFun::Silu:
+		return TEXT("silu");
+	case EConsacActFun::Softplus:
+		return TEXT("softplus");
+	case EConsacActFun::Linear:
+		return TEXT("linear");
 	}
-	return TEXT("bootstrap");
+	return TEXT("tanh");
+}
+
+FString ConsacTextOf(EConsacLrSchedule Value)
+{
+	switch (Value)
+	{
+	case EConsacLrSchedule::Constant:
+		return TEXT("constant");
+	case EConsacLrSchedule::Linear:
+		return TEXT("linear");
+	case EConsacLrSchedule::DoubleLinearCon:
+		return TEXT("double_linear_con");
+	case EConsacLrSchedule::MiddleDrop:
+		return TEXT("middle_drop");
+	case EConsacLrSchedule::DoubleMiddleDrop:
+		return TEXT("double_middle_drop");
+	}
+	return TEXT("constant");
 }
 }
 
@@ -100,10 +118,11 @@ FString UConsacPpo2Hyperparameters::GetAlgorithm() const
 
 void UConsacPpo2Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
 {
-	AddReal(Into, TEXT("gamma"), Gamma);
-	AddInteger(Into, TEXT("n_steps"), NSteps);
-	AddReal(Into, TEXT("ent_coef"), EntCoef);
 	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddReal(Into, TEXT("lam"), Lam);
+	AddReal(Into, TEXT("ent_coef"), EntCoef);
 	AddReal(Into, TEXT("vf_coef"), VfCoef);
 	if (bSetMaxGradNorm)
 	{
@@ -113,8 +132,17 @@ void UConsacPpo2Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) co
 	{
 		AddText(Into, TEXT("max_grad_norm"), TEXT("none"));
 	}
-	AddReal(Into, TEXT("lam"), Lam);
+	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
 	AddInteger(Into, TEXT("nminibatches"), Nminibatches);
+	if (bSetBatchSize)
+	{
+		AddInteger(Into, TEXT("batch_size"), BatchSize);
+	}
+	else
+	{
+		AddText(Into, TEXT("batch_size"), TEXT("none"));
+	}
 	AddInteger(Into, TEXT("noptepochs"), Noptepochs);
 	AddText(Into, TEXT("cliprange"), ConsacTextOf(Cliprange));
 	if (bSetCliprangeVf)
@@ -125,15 +153,6 @@ void UConsacPpo2Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) co
 	{
 		AddText(Into, TEXT("cliprange_vf"), TEXT("none"));
 	}
-	if (bSetBatchSize)
-	{
-		AddInteger(Into, TEXT("batch_size"), BatchSize);
-	}
-	else
-	{
-		AddText(Into, TEXT("batch_size"), TEXT("none"));
-	}
-	AddText(Into, TEXT("act_fun"), ConsacTextOf(ActFun));
 	if (bSetTargetKl)
 	{
 		AddReal(Into, TEXT("target_kl"), TargetKl);
@@ -142,16 +161,15 @@ void UConsacPpo2Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) co
 	{
 		AddText(Into, TEXT("target_kl"), TEXT("none"));
 	}
-	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
 	AddText(Into, TEXT("advantage_std"), ConsacTextOf(AdvantageStd));
 	AddText(Into, TEXT("value_loss"), ConsacTextOf(ValueLoss));
 	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
 	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
 	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("act_fun"), ConsacTextOf(ActFun));
 	AddBoolean(Into, TEXT("ortho_init"), bOrthoInit);
 	AddReal(Into, TEXT("log_std_init"), LogStdInit);
-	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
-	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
 	AddReal(Into, TEXT("clip_obs"), ClipObs);
@@ -168,20 +186,8 @@ void UConsacPpoHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 {
 	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
 	AddInteger(Into, TEXT("n_steps"), NSteps);
-	AddInteger(Into, TEXT("batch_size"), BatchSize);
-	AddInteger(Into, TEXT("n_epochs"), NEpochs);
 	AddReal(Into, TEXT("gamma"), Gamma);
 	AddReal(Into, TEXT("gae_lambda"), GaeLambda);
-	AddText(Into, TEXT("clip_range"), ConsacTextOf(ClipRange));
-	if (bSetClipRangeVf)
-	{
-		AddText(Into, TEXT("clip_range_vf"), ConsacTextOf(ClipRangeVf));
-	}
-	else
-	{
-		AddText(Into, TEXT("clip_range_vf"), TEXT("none"));
-	}
-	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
 	AddReal(Into, TEXT("ent_coef"), EntCoef);
 	AddReal(Into, TEXT("vf_coef"), VfCoef);
 	if (bSetMaxGradNorm)
@@ -192,14 +198,8 @@ void UConsacPpoHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	{
 		AddText(Into, TEXT("max_grad_norm"), TEXT("none"));
 	}
-	if (bSetTargetKl)
-	{
-		AddReal(Into, TEXT("target_kl"), TargetKl);
-	}
-	else
-	{
-		AddText(Into, TEXT("target_kl"), TEXT("none"));
-	}
+	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
 	if (bSetNminibatches)
 	{
 		AddInteger(Into, TEXT("nminibatches"), Nminibatches);
@@ -208,16 +208,77 @@ void UConsacPpoHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	{
 		AddText(Into, TEXT("nminibatches"), TEXT("none"));
 	}
-	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
+	AddInteger(Into, TEXT("batch_size"), BatchSize);
+	AddInteger(Into, TEXT("n_epochs"), NEpochs);
+	AddText(Into, TEXT("clip_range"), ConsacTextOf(ClipRange));
+	if (bSetClipRangeVf)
+	{
+		AddText(Into, TEXT("clip_range_vf"), ConsacTextOf(ClipRangeVf));
+	}
+	else
+	{
+		AddText(Into, TEXT("clip_range_vf"), TEXT("none"));
+	}
+	if (bSetTargetKl)
+	{
+		AddReal(Into, TEXT("target_kl"), TargetKl);
+	}
+	else
+	{
+		AddText(Into, TEXT("target_kl"), TEXT("none"));
+	}
 	AddText(Into, TEXT("advantage_std"), ConsacTextOf(AdvantageStd));
 	AddText(Into, TEXT("value_loss"), ConsacTextOf(ValueLoss));
 	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
 	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
 	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("ortho_init"), bOrthoInit);
 	AddReal(Into, TEXT("log_std_init"), LogStdInit);
-	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}
+
+FString UConsacA2cHyperparameters::GetAlgorithm() const
+{
+	return TEXT("a2c");
+}
+
+void UConsacA2cHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddReal(Into, TEXT("gae_lambda"), GaeLambda);
+	AddReal(Into, TEXT("ent_coef"), EntCoef);
+	AddReal(Into, TEXT("vf_coef"), VfCoef);
+	if (bSetMaxGradNorm)
+	{
+		AddReal(Into, TEXT("max_grad_norm"), MaxGradNorm);
+	}
+	else
+	{
+		AddText(Into, TEXT("max_grad_norm"), TEXT("none"));
+	}
+	AddBoolean(Into, TEXT("normalize_advantage"), bNormalizeAdvantage);
 	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddText(Into, TEXT("lr_schedule"), ConsacTextOf(LrSchedule));
+	AddBoolean(Into, TEXT("use_rms_prop"), bUseRmsProp);
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("alpha"), Alpha);
+	AddReal(Into, TEXT("momentum"), Momentum);
+	AddReal(Into, TEXT("rms_prop_eps"), RmsPropEps);
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
+	AddBoolean(Into, TEXT("ortho_init"), bOrthoInit);
+	AddReal(Into, TEXT("log_std_init"), LogStdInit);
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
 	AddReal(Into, TEXT("clip_obs"), ClipObs);

@@ -154,6 +154,9 @@ FString UConsacModel::DescribeModel() const
 
 void UConsacModel::BeginDestroy()
 {
-	State->Policy.reset();
+	if (State.IsValid()) // a temporary object of Hot Reload has none
+	{
+		State->Policy.reset();
+	}
 	Super::BeginDestroy();
 }

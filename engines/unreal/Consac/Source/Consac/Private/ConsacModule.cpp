@@ -1,11 +1,10 @@
 // Copyright CONSAC authors. MIT License.
 #include "ConsacConvert.h"
 #include "ConsacCoreInclude.h"
+#include "ConsacFarewell.h"
 #include "ConsacLog.h"
 #include "Logging/LogMacros.h"
 #include "Modules/ModuleManager.h"
-
-DEFINE_LOG_CATEGORY(LogConsac);
 
 namespace ConsacPlugin
 {
@@ -25,7 +24,7 @@ static void LogLine(void*, consac::LogLevel Level, std::string_view Line)
 		UE_LOG(LogConsac, Warning, TEXT("%s"), *Text);
 		break;
 	case consac::LogLevel::kError:
-		UE_LOG(LogConsac, Error, TEXT("%s"), *Text);
+		LogError(Text);
 		break;
 	}
 }
@@ -51,6 +50,7 @@ public:
 
 	virtual void ShutdownModule() override
 	{
+		ConsacPlugin::AwaitFarewells();
 		consac::SetHooks(consac::Hooks());
 	}
 };

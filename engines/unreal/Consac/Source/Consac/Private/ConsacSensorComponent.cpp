@@ -4,11 +4,14 @@
 #include "ConsacAgentComponent.h"
 #include "ConsacLog.h"
 #include "GameFramework/Actor.h"
-#include "Logging/LogMacros.h"
 
 FConsacSpace UConsacSensorComponent::GetSpace() const
 {
 	return FConsacSpace();
+}
+
+void UConsacSensorComponent::Prepare()
+{
 }
 
 void UConsacSensorComponent::Sense(TArray<float>& Values)
@@ -30,7 +33,7 @@ void UConsacSensorComponent::BeginPlay()
 	UConsacAgentComponent* Agent = Owner != nullptr ? Owner->FindComponentByClass<UConsacAgentComponent>() : nullptr;
 	if (Agent == nullptr)
 	{
-		UE_LOG(LogConsac, Error, TEXT("the sensor %s is on an actor without a Consac Agent"), *GetName());
+		ConsacPlugin::LogError(FString::Printf(TEXT("the sensor %s is on an actor without a Consac Agent"), *GetName()));
 		return;
 	}
 	Agent->AddSensor(this);

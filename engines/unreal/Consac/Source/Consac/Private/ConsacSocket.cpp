@@ -91,6 +91,9 @@ int32 UConsacSocket::GetOpenPort() const
 
 void UConsacSocket::BeginDestroy()
 {
-	State->Socket.Close();
+	if (State.IsValid()) // a temporary object of Hot Reload has none
+	{
+		State->Socket.Close();
+	}
 	Super::BeginDestroy();
 }

@@ -1,84 +1,141 @@
 // Copyright CONSAC authors. MIT License.
 #include "ConsacStepGuard.h"
 
+#include "ConsacLog.h"
 #include "HAL/IConsoleManager.h"
+#include "Logging/LogMacros.h"
 #include "Misc/App.h"
 #include "PhysicsEngine/PhysicsSettings.h"
+#if WITH_EDITOR
+#include "Editor.h"
+#include "Editor/EditorEngine.h"
+#endif
 
 namespace ConsacPlugin
 {
 
-static IConsoleVariable* FrameLimit()
+// The settings as they were before the first guard of a kind.
+struct FStepBefore
 {
-	return IConsoleManager::Get().FindConsoleVariable(TEXT("t.MaxFPS"));
-}
-
-// The settings as they were before the first guard.
-struct FSettingsBefore
-{
-	int32 Guards = 0;  // that live
+	int32 Guards = 0; // that live
 	bool bUsedFixedStep = false;
 	double FixedSeconds = 0.0;
-	float MaxFramesPerSecond = 0.0f;
-	float MaxPhysicsSeconds = 0.0f;
-	bool bSubstepped = false;
 };
+static FStepBefore StepBefore;
 
-static FSettingsBefore Before;
-
-static void KeepSettings()
+// What makes frames wait, and how each was before the first guard.
+struct FBrake
 {
-	Before.bUsedFixedStep = FApp::UseFixedTimeStep();
-	Before.FixedSeconds = FApp::GetFixedDeltaTime();
-	if (const IConsoleVariable* Limit = FrameLimit())
+	const TCHAR* Name;
+	float Before = 0.0f;
+};
+static FBrake Brakes[] = { { TEXT("t.MaxFPS") }, { TEXT("t.IdleWhenNotForeground") }, { TEXT("r.VSync") }, { TEXT("r.VSyncEditor") } };
+static int32 SpeedGuards = 0; // that live
+
+// A variable keeps the priority that it has: one that was set on the console would refuse anything less, and one that is put
+// back must obey to whom it obeyed.
+static void SetBrake(const FBrake& Brake, float Value)
+{
+	if (IConsoleVariable* Variable = IConsoleManager::Get().FindConsoleVariable(Brake.Name))
 	{
-		Before.MaxFramesPerSecond = Limit->GetFloat();
-	}
-	if (const UPhysicsSettings* Physics = UPhysicsSettings::Get())
-	{
-		Before.MaxPhysicsSeconds = Physics->MaxPhysicsDeltaTime;
-		Before.bSubstepped = Physics->bSubstepping;
+		Variable->SetWithCurrentPriority(Value);
 	}
 }
+
+#if WITH_EDITOR
+static FDelegateHandle Unthrottled;
+
+static bool NeverThrottle()
+{
+	return true;
+}
+
+static void LetEditorRun()
+{
+	if (GEditor != nullptr)
+	{
+		GEditor->ShouldDisableCPUThrottlingDelegates.Add(UEditorEngine::FShouldDisableCPUThrottling::CreateStatic(&NeverThrottle));
+		Unthrottled = GEditor->ShouldDisableCPUThrottlingDelegates.Last().GetHandle();
+	}
+}
+
+static void LetEditorSleep()
+{
+	if (GEditor != nullptr)
+	{
+		GEditor->ShouldDisableCPUThrottlingDelegates.RemoveAll([](const UEditorEngine::FShouldDisableCPUThrottling& Asked)
+		{
+			return Asked.GetHandle() == Unthrottled;
+		});
+	}
+}
+#else
+static void LetEditorRun()
+{
+}
+
+static void LetEditorSleep()
+{
+}
+#endif
 
 }
 
 FConsacStepGuard::FConsacStepGuard(double StepSeconds)
 {
-	if (ConsacPlugin::Before.Guards++ == 0)
+	using ConsacPlugin::StepBefore;
+	if (StepBefore.Guards++ == 0)
 	{
-		ConsacPlugin::KeepSettings();
+		StepBefore.bUsedFixedStep = FApp::UseFixedTimeStep();
+		StepBefore.FixedSeconds = FApp::GetFixedDeltaTime();
 	}
 	FApp::SetFixedDeltaTime(StepSeconds);
 	FApp::SetUseFixedTimeStep(true);
-	if (IConsoleVariable* Limit = ConsacPlugin::FrameLimit())
+	// The project's settings are not ours to change: they are a file that may be saved while this goes on.
+	const UPhysicsSettings* Physics = UPhysicsSettings::Get();
+	if (Physics != nullptr && static_cast<double>(Physics->MaxPhysicsDeltaTime) < StepSeconds)
 	{
-		Limit->Set(0.0f);
-	}
-	if (UPhysicsSettings* Physics = UPhysicsSettings::Get())
-	{
-		// Physics that may do less than a tick's time in a tick runs slower than the game.
-		const float Seconds = static_cast<float>(StepSeconds);
-		Physics->MaxPhysicsDeltaTime = Physics->MaxPhysicsDeltaTime < Seconds ? Seconds : Physics->MaxPhysicsDeltaTime;
-		Physics->bSubstepping = false;
+		UE_LOG(LogConsac, Warning, TEXT("a tick is %f s and physics does at most %f s of it: things will fall too slowly; raise Max Physics Delta Time in the project's Physics settings"),
+			StepSeconds, Physics->MaxPhysicsDeltaTime);
 	}
 }
 
 FConsacStepGuard::~FConsacStepGuard()
 {
-	if (--ConsacPlugin::Before.Guards > 0)
+	using ConsacPlugin::StepBefore;
+	if (--StepBefore.Guards == 0)
+	{
+		FApp::SetUseFixedTimeStep(StepBefore.bUsedFixedStep);
+		FApp::SetFixedDeltaTime(StepBefore.FixedSeconds);
+	}
+}
+
+FConsacSpeedGuard::FConsacSpeedGuard()
+{
+	if (ConsacPlugin::SpeedGuards++ > 0)
 	{
 		return;
 	}
-	FApp::SetUseFixedTimeStep(ConsacPlugin::Before.bUsedFixedStep);
-	FApp::SetFixedDeltaTime(ConsacPlugin::Before.FixedSeconds);
-	if (IConsoleVariable* Limit = ConsacPlugin::FrameLimit())
+	for (ConsacPlugin::FBrake& Brake : ConsacPlugin::Brakes)
 	{
-		Limit->Set(ConsacPlugin::Before.MaxFramesPerSecond);
+		if (const IConsoleVariable* Variable = IConsoleManager::Get().FindConsoleVariable(Brake.Name))
+		{
+			Brake.Before = Variable->GetFloat();
+		}
+		ConsacPlugin::SetBrake(Brake, 0.0f);
 	}
-	if (UPhysicsSettings* Physics = UPhysicsSettings::Get())
+	ConsacPlugin::LetEditorRun();
+}
+
+FConsacSpeedGuard::~FConsacSpeedGuard()
+{
+	if (--ConsacPlugin::SpeedGuards > 0)
 	{
-		Physics->MaxPhysicsDeltaTime = ConsacPlugin::Before.MaxPhysicsSeconds;
-		Physics->bSubstepping = ConsacPlugin::Before.bSubstepped;
+		return;
 	}
+	for (const ConsacPlugin::FBrake& Brake : ConsacPlugin::Brakes)
+	{
+		ConsacPlugin::SetBrake(Brake, Brake.Before);
+	}
+	ConsacPlugin::LetEditorSleep();
 }

@@ -1,11 +1,12 @@
 // Copyright CONSAC authors. MIT License.
-// Ticks of one length, as fast as the computer can: sets what is needed and puts everything back.
+// How time passes while it trains: ticks of one length, and frames as fast as the computer can. Each sets what is needed and
+// puts everything back. Game thread only.
 #pragma once
 
 #include "CoreMinimal.h"
 
-/** While it lives, every tick is `StepSeconds` of game time and nothing waits for the clock. Of several at once, in
- *  several games of one process, the latest says how long a tick is, and the last to go puts everything back. */
+/** While it lives, every tick is `StepSeconds` of game time. Of several at once, in several games of one process, the latest
+ *  says how long a tick is, and the last to go puts everything back. */
 class FConsacStepGuard
 {
 public:
@@ -13,4 +14,15 @@ public:
 	~FConsacStepGuard();
 	FConsacStepGuard(const FConsacStepGuard&) = delete;
 	FConsacStepGuard& operator=(const FConsacStepGuard&) = delete;
+};
+
+/** While it lives, no frame waits: for a limit, for the screen, or because the editor is in the background. The last of
+ *  several puts everything back. */
+class FConsacSpeedGuard
+{
+public:
+	FConsacSpeedGuard();
+	~FConsacSpeedGuard();
+	FConsacSpeedGuard(const FConsacSpeedGuard&) = delete;
+	FConsacSpeedGuard& operator=(const FConsacSpeedGuard&) = delete;
 };

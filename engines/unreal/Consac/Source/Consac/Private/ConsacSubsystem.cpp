@@ -2,32 +2,28 @@
 #include "ConsacSubsystem.h"
 
 #include "ConsacAgentComponent.h"
-#include "ConsacLog.h"
 #include "ConsacTrainer.h"
 #include "ConsacWaitMessageAction.h"
 #include "Containers/Ticker.h"
 #include "Engine/Engine.h"
-#include "Engine/GameInstance.h"
 #include "Engine/World.h"
-#include "Logging/LogMacros.h"
 #include "UObject/UObjectGlobals.h"
 
 UConsacSubsystem* UConsacSubsystem::Of(const UObject* WorldContextObject)
 {
 	const UWorld* World = GEngine != nullptr && WorldContextObject != nullptr
 		? GEngine->GetWorldFromContextObject(WorldContextObject, EGetWorldErrorMode::LogAndReturnNull) : nullptr;
-	const UGameInstance* Game = World != nullptr ? World->GetGameInstance() : nullptr;
-	return Game != nullptr ? Game->GetSubsystem<UConsacSubsystem>() : nullptr;
+	return World != nullptr ? World->GetSubsystem<UConsacSubsystem>() : nullptr;
 }
 
 TArray<UConsacAgentComponent*> UConsacSubsystem::GetAgents() const
 {
 	TArray<UConsacAgentComponent*> Playing;
-	for (UConsacAgentComponent* Agent : Agents)
+	for (const TWeakObjectPtr<UConsacAgentComponent>& Agent : Agents)
 	{
-		if (IsValid(Agent))
+		if (IsValid(Agent.Get()))
 		{
-			Playing.Add(Agent);
+			Playing.Add(Agent.Get());
 		}
 	}
 	return Playing;
@@ -35,13 +31,20 @@ TArray<UConsacAgentComponent*> UConsacSubsystem::GetAgents() const
 
 AConsacTrainer* UConsacSubsystem::GetTrainer() const
 {
-	return Trainer.Get();
+	for (const TWeakObjectPtr<AConsacTrainer>& Trainer : Trainers)
+	{
+		if (IsValid(Trainer.Get()))
+		{
+			return Trainer.Get();
+		}
+	}
+	return nullptr;
 }
 
 void UConsacSubsystem::AddAgent(UConsacAgentComponent* Agent)
 {
 	Agents.AddUnique(Agent);
-	if (IsValid(Trainer.Get()))
+	if (AConsacTrainer* Trainer = GetTrainer())
 	{
 		Trainer->AgentCame(Agent);
 	}
@@ -52,22 +55,14 @@ void UConsacSubsystem::RemoveAgent(UConsacAgentComponent* Agent)
 	Agents.Remove(Agent);
 }
 
-bool UConsacSubsystem::AddTrainer(AConsacTrainer* NewTrainer)
+void UConsacSubsystem::AddTrainer(AConsacTrainer* NewTrainer)
 {
-	if (IsValid(Trainer.Get()) && Trainer.Get() != NewTrainer)
-	{
-		return false;
-	}
-	Trainer = NewTrainer;
-	return true;
+	Trainers.AddUnique(NewTrainer);
 }
 
 void UConsacSubsystem::RemoveTrainer(AConsacTrainer* OldTrainer)
 {
-	if (Trainer.Get() == OldTrainer)
-	{
-		Trainer = nullptr;
-	}
+	Trainers.Remove(OldTrainer);
 }
 
 void UConsacSubsystem::AddWaiting(UConsacWaitMessageAction* Action)
@@ -78,16 +73,21 @@ void UConsacSubsystem::AddWaiting(UConsacWaitMessageAction* Action)
 bool UConsacSubsystem::Look(float DeltaSeconds)
 {
 	// What an event starts waiting is looked at in the next frame.
-	const TArray<TObjectPtr<UConsacWaitMessageAction>> Now = MoveTemp(Waiting);
+	const TArray<TWeakObjectPtr<UConsacWaitMessageAction>> Now = MoveTemp(Waiting);
 	Waiting.Reset();
-	for (UConsacWaitMessageAction* Action : Now)
+	for (const TWeakObjectPtr<UConsacWaitMessageAction>& Action : Now)
 	{
-		if (IsValid(Action) && !Action->Look(DeltaSeconds))
+		if (IsValid(Action.Get()) && !Action->Look(DeltaSeconds))
 		{
 			Waiting.Add(Action);
 		}
 	}
 	return true;
+}
+
+bool UConsacSubsystem::DoesSupportWorldType(const EWorldType::Type WorldType) const
+{
+	return WorldType == EWorldType::Game || WorldType == EWorldType::PIE;
 }
 
 void UConsacSubsystem::Initialize(FSubsystemCollectionBase& Collection)
@@ -99,15 +99,15 @@ void UConsacSubsystem::Initialize(FSubsystemCollectionBase& Collection)
 void UConsacSubsystem::Deinitialize()
 {
 	FTSTicker::GetCoreTicker().RemoveTicker(Ticker);
-	for (UConsacWaitMessageAction* Action : Waiting)
+	for (const TWeakObjectPtr<UConsacWaitMessageAction>& Action : Waiting)
 	{
-		if (IsValid(Action))
+		if (IsValid(Action.Get()))
 		{
 			Action->SetReadyToDestroy();
 		}
 	}
 	Waiting.Reset();
 	Agents.Reset();
-	Trainer = nullptr;
+	Trainers.Reset();
 	Super::Deinitialize();
 }

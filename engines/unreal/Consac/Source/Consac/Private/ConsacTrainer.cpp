@@ -4,13 +4,13 @@
 #include "ConsacAgentComponent.h"
 #include "ConsacConvert.h"
 #include "ConsacCoreInclude.h"
-#include "ConsacHerd.h"
+#include "ConsacFarewell.h"
 #include "ConsacHyperparametersBase.h"
 #include "ConsacLog.h"
 #include "ConsacStats.h"
-#include "ConsacStepGuard.h"
 #include "ConsacSubsystem.h"
-#include "ConsacTrainerDrivers.h"
+#include "ConsacTrainerState.h"
+#include "Engine/EngineBaseTypes.h"
 #include "Engine/World.h"
 #include "Logging/LogMacros.h"
 #include "Misc/App.h"
@@ -18,40 +18,14 @@
 #include "UObject/UObjectGlobals.h"
 #include "UObject/WeakObjectPtrTemplates.h"
 
-struct FConsacTrainerState
-{
-	// In this order: the driver goes before the world that it drives.
-	std::unique_ptr<FConsacHerd> Herd;
-	std::unique_ptr<consac::host::Driver> Driver;
-	std::unique_ptr<FConsacStepGuard> Guard;
-	int32 TicksPassed = 0;
-	bool bOwnsTheWorld = false;  // the subsystem knows no other trainer
-	bool bStarted = false;       // Start Training was tried
-	bool bCompleted = false;
-	bool bBusy = false;          // agents' events are under way
-	bool bStopWanted = false;    // one of them has called Stop Training
-	bool bPaused = false;        // the driver was told so
-	std::vector<TWeakObjectPtr<UConsacAgentComponent>> Newcomers;
-	double LoggedAt = 0.0;
-	FConsacProgress Last;        // of what has ended
-
-	void Drop()
-	{
-		if (Driver)
-		{
-			Last = ConsacPlugin::ToProgress(Driver->progress());
-		}
-		Driver.reset();
-		Herd.reset();
-		Guard.reset();
-		Newcomers.clear();
-		bStopWanted = false;
-		bPaused = false;
-	}
-};
-
 namespace ConsacPlugin
 {
+
+// The longest wait of a tick or a stop, as a property says it.
+static double SecondsOf(float Property)
+{
+	return std::isfinite(Property) ? std::clamp(static_cast<double>(Property), 0.0, 60.0) : 0.0;
+}
 
 // A list, which is empty afterwards.
 static std::vector<TWeakObjectPtr<UConsacAgentComponent>> Taken(std::vector<TWeakObjectPtr<UConsacAgentComponent>>& List)
@@ -65,6 +39,12 @@ static consac::Status FirstFailure(const consac::Status& One, const consac::Stat
 	return One.ok() ? Other : One;
 }
 
+// Where a folder that a property names is; nowhere where it names none.
+static std::string FolderOf(const FString& Property)
+{
+	return Property.IsEmpty() ? std::string() : ToFolder(Property);
+}
+
 }
 
 AConsacTrainer::AConsacTrainer()
@@ -76,63 +56,14 @@ AConsacTrainer::AConsacTrainer()
 
 void AConsacTrainer::Report(const FString& Error)
 {
-	UE_LOG(LogConsac, Error, TEXT("%s"), *Error);
+	ConsacPlugin::LogError(Error);
 	OnTrainerError.Broadcast(Error);
 }
 
 void AConsacTrainer::StartTraining(EConsacResult& Result, FString& Error)
 {
-	UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this);
 	State->bStarted = true;
-	consac::Status Status;
-	TArray<UConsacAgentComponent*> Agents;
-	if (Subsystem == nullptr || !State->bOwnsTheWorld)
-	{
-		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "the game does not run, or another Consac Trainer drives its agents");
-	}
-	else if (State->Driver)
-	{
-		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "the training has begun already; Stop Training ends it");
-	}
-	else
-	{
-		for (UConsacAgentComponent* Agent : Subsystem->GetAgents())
-		{
-			if (Agent->GetWorld() == GetWorld())
-			{
-				Agents.Add(Agent);
-			}
-		}
-	}
-	if (Status.ok() && Agents.IsEmpty())
-	{
-		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "there is no actor with a Consac Agent");
-	}
-	if (Status.ok())
-	{
-		std::unique_ptr<FConsacHerd> Herd = std::make_unique<FConsacHerd>();
-		Status = Herd->Gather(Agents, RoomForAgents);
-		ConsacPlugin::FDriverResult Driver = Status.ok() ? ConsacPlugin::DriverFor(*this, Herd->World()) : ConsacPlugin::FDriverResult(Status);
-		Status = Driver.status();
-		if (Driver.ok())
-		{
-			State->Herd = std::move(Herd);
-			State->Driver = std::move(*Driver);
-			State->TicksPassed = 0;
-			State->bCompleted = false;
-		}
-	}
-	if (ConsacPlugin::Answer(Status, Result, Error))
-	{
-		if (!RecordFolder.IsEmpty())
-		{
-			State->Herd->Record();
-		}
-		if (bFixedStep && std::isfinite(FixedStepSeconds) && FixedStepSeconds > 0.0f)
-		{
-			State->Guard = std::make_unique<FConsacStepGuard>(static_cast<double>(FixedStepSeconds));
-		}
-	}
+	ConsacPlugin::Answer(State->Begin(*this), Result, Error);
 }
 
 void AConsacTrainer::StopTraining()
@@ -142,20 +73,12 @@ void AConsacTrainer::StopTraining()
 		State->bStopWanted = true;
 		return;
 	}
-	FString Fault;
-	if (State->Driver && !State->bCompleted)
+	const std::string Kept = State->Driver && !State->bCompleted ? ConsacPlugin::FolderOf(SaveFolder) : std::string();
+	const std::string Records = State->Driver ? ConsacPlugin::FolderOf(RecordFolder) : std::string();
+	const std::string Fault = State->End(Kept, Records, ConsacPlugin::SecondsOf(MaxWaitSeconds));
+	if (!Fault.empty())
 	{
-		Fault = KeepModels(TEXT(".stopped.consac"));
-	}
-	if (State->Driver && !RecordFolder.IsEmpty())
-	{
-		const consac::Status Status = State->Herd->SaveRecords(ConsacPlugin::ToFolder(RecordFolder));
-		Fault = Status.ok() ? Fault : ConsacPlugin::FromUtf8(Status.message());
-	}
-	State->Drop();
-	if (!Fault.IsEmpty())
-	{
-		Report(Fault); // last: whoever hears it may call anything
+		Report(ConsacPlugin::FromUtf8(Fault)); // last: whoever hears it may call anything
 	}
 }
 
@@ -205,10 +128,15 @@ void AConsacTrainer::BeginPlay()
 {
 	Super::BeginPlay();
 	UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this);
-	State->bOwnsTheWorld = Subsystem != nullptr && Subsystem->AddTrainer(this);
-	if (!State->bOwnsTheWorld)
+	State->bAway = GetWorld() != nullptr && GetWorld()->GetNetMode() == NM_Client;
+	if (Subsystem == nullptr || State->bAway)
 	{
-		Report(TEXT("there are two Consac Trainers; this one does nothing"));
+		return;
+	}
+	Subsystem->AddTrainer(this);
+	if (Subsystem->GetTrainer() != this)
+	{
+		UE_LOG(LogConsac, Display, TEXT("%s waits for its turn: another Consac Trainer drives the agents of this world"), *GetName());
 	}
 }
 
@@ -219,7 +147,6 @@ void AConsacTrainer::EndPlay(const EEndPlayReason::Type EndPlayReason)
 	{
 		Subsystem->RemoveTrainer(this);
 	}
-	State->bOwnsTheWorld = false;
 	State->bStarted = false;
 	Super::EndPlay(EndPlayReason);
 }
@@ -237,20 +164,32 @@ void AConsacTrainer::Tick(float DeltaSeconds)
 		return;
 	}
 	Super::Tick(DeltaSeconds);
-	if (!State->bStarted && bAutoStart && State->bOwnsTheWorld)
-	{
-		EConsacResult Result = EConsacResult::Failed;
-		FString Error;
-		StartTraining(Result, Error);
-		if (Result == EConsacResult::Failed)
-		{
-			OnTrainerError.Broadcast(Error);
-		}
-	}
+	StartInTurn();
 	Advance();
+	const bool bTrains = State->bMet && !State->bCompleted && (Mode == EConsacMode::Serve || Mode == EConsacMode::Train);
+	State->SetSpeed(State->Driver && bFullSpeed && bTrains);
 	if (State->Driver)
 	{
 		Show();
+	}
+}
+
+// Begins by itself once, when it is its turn; where another game of this computer has the port, again until that has gone.
+void AConsacTrainer::StartInTurn()
+{
+	const UConsacSubsystem* Subsystem = bAutoStart && !State->bStarted && !State->bAway ? UConsacSubsystem::Of(this) : nullptr;
+	if (Subsystem == nullptr || Subsystem->GetTrainer() != this || consac::Now() < State->TryAgainAt)
+	{
+		return;
+	}
+	const consac::Status Status = State->Begin(*this);
+	const bool bTaken = Status.code() == consac::StatusCode::kAlreadyExists;
+	const bool bSaid = bTaken && State->TryAgainAt > 0.0;
+	State->bStarted = !bTaken;
+	State->TryAgainAt = bTaken ? consac::Now() + 1.0 : 0.0;
+	if (!Status.ok() && !bSaid)
+	{
+		Report(ConsacPlugin::FromUtf8(Status.message()));
 	}
 }
 
@@ -289,7 +228,7 @@ bool AConsacTrainer::DoStep()
 {
 	using consac::host::Cue;
 	const bool bWaits = bLockStep || FApp::IsUnattended();
-	const double Wait = bWaits && std::isfinite(MaxWaitSeconds) ? std::clamp(static_cast<double>(MaxWaitSeconds), 0.0, 60.0) : 0.0;
+	const double Until = consac::Now() + (bWaits ? ConsacPlugin::SecondsOf(MaxWaitSeconds) : 0.0);
 	FConsacHerd& Herd = *State->Herd;
 	consac::Status Status;
 	if (Herd.IsActing())
@@ -300,11 +239,11 @@ bool AConsacTrainer::DoStep()
 		}
 		Status = Herd.Settle();
 	}
-	Status = ConsacPlugin::FirstFailure(Status, State->Driver->Poll(Wait));
+	Status = ConsacPlugin::FirstFailure(Status, State->Poll(Until - consac::Now()));
 	if (Herd.World().cue() == Cue::kReset)
 	{
 		Status = ConsacPlugin::FirstFailure(Status, Herd.Begin());
-		Status = ConsacPlugin::FirstFailure(Status, State->Driver->Poll(Wait));
+		Status = ConsacPlugin::FirstFailure(Status, State->Poll(Until - consac::Now()));
 	}
 	if (!Status.ok())
 	{
@@ -326,37 +265,13 @@ bool AConsacTrainer::DoStep()
 void AConsacTrainer::Complete()
 {
 	State->bCompleted = true;
-	const FString Fault = KeepModels(TEXT(".consac"));
-	if (!Fault.IsEmpty())
+	const std::string Folder = ConsacPlugin::FolderOf(SaveFolder);
+	const std::string Fault = Folder.empty() ? Folder : ConsacPlugin::KeepModels(*State->Driver, State->Herd->Behaviours(), Folder, ".consac");
+	if (!Fault.empty())
 	{
-		Report(Fault);
+		Report(ConsacPlugin::FromUtf8(Fault));
 	}
 	OnTrainingCompleted.Broadcast();
-}
-
-// What is wrong, or nothing. A model that has learned nothing yet is worth no file.
-FString AConsacTrainer::KeepModels(const TCHAR* Ending)
-{
-	FString Fault;
-	const std::vector<consac::BehaviourSpec>& Behaviours = State->Herd->World().spec().behaviours;
-	for (std::size_t B = 0; !SaveFolder.IsEmpty() && B < Behaviours.size(); ++B)
-	{
-		if (!State->Driver->learned(B))
-		{
-			continue;
-		}
-		const std::string File = ConsacPlugin::ToFolder(SaveFolder) + "/" + Behaviours[B].name + ConsacPlugin::ToUtf8(Ending);
-		const consac::Status Status = State->Driver->SaveModel(B, File);
-		if (!Status.ok())
-		{
-			Fault = ConsacPlugin::FromUtf8(Status.message());
-		}
-		else
-		{
-			UE_LOG(LogConsac, Display, TEXT("what was learned is in %s"), *ConsacPlugin::FromUtf8(File));
-		}
-	}
-	return Fault;
 }
 
 void AConsacTrainer::Show()
@@ -413,6 +328,9 @@ void AConsacTrainer::StopProgram()
 
 void AConsacTrainer::BeginDestroy()
 {
-	State->Drop();
+	if (State.IsValid()) // a temporary object of Hot Reload has none
+	{
+		State->End(std::string(), std::string(), 0.0);
+	}
 	Super::BeginDestroy();
 }

@@ -26,6 +26,8 @@ static FString PackedProgram()
 	const FString Folder = Plugin ? FPaths::ConvertRelativePathToFull(Plugin->GetBaseDir()) : FString();
 #if PLATFORM_WINDOWS
 	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Win64"), TEXT("consac.exe"));
+#elif PLATFORM_MAC
+	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Mac"), TEXT("consac"));
 #else
 	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Linux"), TEXT("consac"));
 #endif
@@ -139,7 +141,8 @@ FString UConsacTrainerProgram::GetModelPath() const
 
 void UConsacTrainerProgram::BeginDestroy()
 {
-	if (Process->Handle.IsValid())
+	// A temporary object of Hot Reload has no state.
+	if (Process.IsValid() && Process->Handle.IsValid())
 	{
 		FPlatformProcess::CloseProc(Process->Handle);
 		Process->Handle = FProcHandle();

@@ -47,7 +47,7 @@ public:
 
 	/** Starts the program consac, which trains the environment that listens on Host and Port. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Program",
-		meta=(WorldContext="WorldContextObject", DisplayName="Start Trainer Program", ExpandEnumAsExecs="Result"))
+		meta=(WorldContext="WorldContextObject", DisplayName="Start Trainer Program", ExpandEnumAsExecs="Result", AutoCreateRefTerm="Settings"))
 	static void StartTrainerProgram(UObject* WorldContextObject, const FConsacProgramSettings& Settings, EConsacResult& Result,
 		UConsacTrainerProgram*& Program, FString& Error);
 

@@ -9,7 +9,8 @@
 class USceneCaptureComponent2D;
 class UTextureRenderTarget2D;
 
-/** A picture, as whole numbers from 0 to 255. Costly: every picture is read back from the graphics card. */
+/** A picture, as whole numbers from 0 to 255. Costly: every picture is read back from the
+ *  graphics card, though no picture is drawn but those that are asked for, and all of them before the first is read. */
 UCLASS(ClassGroup=(Consac), meta=(BlueprintSpawnableComponent, DisplayName="Consac Camera Sensor"))
 class CONSAC_API UConsacCameraSensorComponent : public UConsacSensorComponent
 {
@@ -31,6 +32,7 @@ public:
 	bool bGray = true;
 
 	virtual FConsacSpace GetSpace() const override;
+	virtual void Prepare() override;
 	virtual void Sense(TArray<float>& Values) override;
 	virtual void BeginPlay() override;
 
@@ -40,4 +42,6 @@ private:
 
 	UPROPERTY()
 	TObjectPtr<UTextureRenderTarget2D> Target;
+
+	bool bDrawn = false; // and not read yet
 };

@@ -27,6 +27,11 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Environment", meta=(ClampMin="0", ClampMax="60"))
 	float LoopWaitSeconds = 0.0f;
 
+	/** While somebody trains, frames follow each other as fast as the computer can: no frame limit, no vertical synchronisation,
+	 *  and the editor does not slow down in the background. All settings that this changes are put back at the end. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Environment")
+	bool bFullSpeed = true;
+
 	/** The training has come to its end. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Environment")
 	FConsacTrainingCompletedEvent OnTrainingCompleted;

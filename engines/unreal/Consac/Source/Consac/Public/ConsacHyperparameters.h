@@ -7,18 +7,12 @@
 #include "ConsacHyperparametersBase.h"
 #include "ConsacHyperparameters.generated.h"
 
-/** What ActFun may be. */
+/** What Truncation may be. */
 UENUM(BlueprintType)
-enum class EConsacActFun : uint8
+enum class EConsacTruncation : uint8
 {
-	Tanh UMETA(DisplayName="tanh"),
-	Relu UMETA(DisplayName="relu"),
-	Sigmoid UMETA(DisplayName="sigmoid"),
-	Elu UMETA(DisplayName="elu"),
-	LeakyRelu UMETA(DisplayName="leaky_relu"),
-	Silu UMETA(DisplayName="silu"),
-	Softplus UMETA(DisplayName="softplus"),
-	Linear UMETA(DisplayName="linear")
+	Bootstrap UMETA(DisplayName="bootstrap"),
+	Terminal UMETA(DisplayName="terminal")
 };
 
 /** What AdvantageStd may be. */
@@ -52,12 +46,29 @@ enum class EConsacPolicy : uint8
 	MlpPolicy UMETA(DisplayName="MlpPolicy")
 };
 
-/** What Truncation may be. */
+/** What ActFun may be. */
 UENUM(BlueprintType)
-enum class EConsacTruncation : uint8
+enum class EConsacActFun : uint8
 {
-	Bootstrap UMETA(DisplayName="bootstrap"),
-	Terminal UMETA(DisplayName="terminal")
+	Tanh UMETA(DisplayName="tanh"),
+	Relu UMETA(DisplayName="relu"),
+	Sigmoid UMETA(DisplayName="sigmoid"),
+	Elu UMETA(DisplayName="elu"),
+	LeakyRelu UMETA(DisplayName="leaky_relu"),
+	Silu UMETA(DisplayName="silu"),
+	Softplus UMETA(DisplayName="softplus"),
+	Linear UMETA(DisplayName="linear")
+};
+
+/** What LrSchedule may be. */
+UENUM(BlueprintType)
+enum class EConsacLrSchedule : uint8
+{
+	Constant UMETA(DisplayName="constant"),
+	Linear UMETA(DisplayName="linear"),
+	DoubleLinearCon UMETA(DisplayName="double_linear_con"),
+	MiddleDrop UMETA(DisplayName="middle_drop"),
+	DoubleMiddleDrop UMETA(DisplayName="double_middle_drop")
 };
 
 /** A number that stays, or goes down to nothing over the training. */
@@ -85,21 +96,25 @@ class CONSAC_API UConsacPpo2Hyperparameters : public UConsacHyperparameters
 	GENERATED_BODY()
 
 public:
-	/** Discount per step. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
-	double Gamma = 0.99;
+	/** The optimiser's step size. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(2.5e-4, false);
 
 	/** Steps per world and update; the rollout is n_steps times worlds. (Stable Baselines 2.10.2, PPO2) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
 	int32 NSteps = 128;
 
+	/** Discount per step. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Lam = 0.95;
+
 	/** Weight of the entropy bonus. (Stable Baselines 2.10.2, PPO2) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
 	double EntCoef = 0.01;
-
-	/** Adam's step size. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	FConsacSchedule LearningRate = FConsacSchedule(2.5e-4, false);
 
 	/** Weight of the value loss. (Stable Baselines 2.10.2, PPO2) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
@@ -113,13 +128,30 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetMaxGradNorm"))
 	double MaxGradNorm = 0.5;
 
-	/** Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
-	double Lam = 0.95;
+	/** Standardise advantages per minibatch. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormalizeAdvantage = true;
 
-	/** Minibatches per epoch; must divide the rollout. (Stable Baselines 2.10.2, PPO2) */
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/**
+	 * Minibatches per epoch; must divide the rollout; in ppo instead of batch_size. (Stable Baselines 2.10.2, PPO2)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
 	int32 Nminibatches = 4;
+
+	/** Whether batch_size is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetBatchSize = false;
+
+	/** Rows per minibatch; in ppo2 instead of nminibatches. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetBatchSize"))
+	int32 BatchSize = 1;
 
 	/** Passes over the rollout per update. (Stable Baselines 2.10.2, PPO2) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
@@ -133,21 +165,12 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
 	bool bSetCliprangeVf = false;
 
-	/** How far the value may move; none: as cliprange, negative: no clipping. (Stable Baselines 2.10.2, PPO2) */
+	/**
+	 * How far the value may move; none: as cliprange (ppo2), no clipping (ppo); negative: no clipping. (Stable
+	 * Baselines 2.10.2, PPO2)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(EditCondition="bSetCliprangeVf"))
 	FConsacSchedule CliprangeVf = FConsacSchedule(0.0, false);
-
-	/** Whether batch_size is set at all. */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
-	bool bSetBatchSize = false;
-
-	/** Rows per minibatch, instead of nminibatches. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetBatchSize"))
-	int32 BatchSize = 1;
-
-	/** Activation of hidden layers. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacActFun ActFun = EConsacActFun::Tanh;
 
 	/** Whether target_kl is set at all. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
@@ -156,10 +179,6 @@ public:
 	/** Stop an update's epochs past 1.5 times this divergence. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetTargetKl"))
 	double TargetKl = 0.0;
-
-	/** Standardise advantages per minibatch. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	bool bNormalizeAdvantage = true;
 
 	/** Deviation by n (SB2) or n - 1 (SB3). (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -173,6 +192,10 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacOptimizer Optimizer = EConsacOptimizer::Tensorflow;
 
+	/** Adam's epsilon. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-5;
+
 	/** Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
@@ -181,6 +204,10 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
 
+	/** Activation of hidden layers. (Stable Baselines 2.10.2, PPO2) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActFun = EConsacActFun::Tanh;
+
 	/** Orthogonal initial weights; false: PyTorch's uniform. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bOrthoInit = true;
@@ -188,17 +215,6 @@ public:
 	/** Starting log standard deviation of Box actions. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
 	double LogStdInit = 0.0;
-
-	/** Adam's epsilon. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
-	double AdamEpsilon = 1e-5;
-
-	/**
-	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
-	 * here)
-	 */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
 
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -209,7 +225,7 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
@@ -231,21 +247,13 @@ class CONSAC_API UConsacPpoHyperparameters : public UConsacHyperparameters
 	GENERATED_BODY()
 
 public:
-	/** Adam's step size. (Stable Baselines3, PPO) */
+	/** The optimiser's step size. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	FConsacSchedule LearningRate = FConsacSchedule(3e-4, false);
 
 	/** Steps per world and update; the rollout is n_steps times worlds. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
 	int32 NSteps = 2048;
-
-	/** Rows per minibatch. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
-	int32 BatchSize = 64;
-
-	/** Passes over the rollout per update. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
-	int32 NEpochs = 10;
 
 	/** Discount per step. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
@@ -254,22 +262,6 @@ public:
 	/** Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
 	double GaeLambda = 0.95;
-
-	/** How far the probability ratio may move. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	FConsacSchedule ClipRange = FConsacSchedule(0.2, false);
-
-	/** Whether clip_range_vf is set at all. */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
-	bool bSetClipRangeVf = false;
-
-	/** How far the value may move; none: no clipping. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(EditCondition="bSetClipRangeVf"))
-	FConsacSchedule ClipRangeVf = FConsacSchedule(0.0, false);
-
-	/** Standardise advantages per minibatch. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	bool bNormalizeAdvantage = true;
 
 	/** Weight of the entropy bonus. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
@@ -287,6 +279,50 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetMaxGradNorm"))
 	double MaxGradNorm = 0.5;
 
+	/** Standardise advantages per minibatch. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormalizeAdvantage = true;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Whether nminibatches is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetNminibatches = false;
+
+	/**
+	 * Minibatches per epoch; must divide the rollout; in ppo instead of batch_size. (Stable Baselines 2.10.2, PPO2)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetNminibatches"))
+	int32 Nminibatches = 1;
+
+	/** Rows per minibatch; in ppo2 instead of nminibatches. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 BatchSize = 64;
+
+	/** Passes over the rollout per update. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 NEpochs = 10;
+
+	/** How far the probability ratio may move. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule ClipRange = FConsacSchedule(0.2, false);
+
+	/** Whether clip_range_vf is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetClipRangeVf = false;
+
+	/**
+	 * How far the value may move; none: as cliprange (ppo2), no clipping (ppo); negative: no clipping. (Stable
+	 * Baselines3, PPO)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(EditCondition="bSetClipRangeVf"))
+	FConsacSchedule ClipRangeVf = FConsacSchedule(0.0, false);
+
 	/** Whether target_kl is set at all. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
 	bool bSetTargetKl = false;
@@ -294,18 +330,6 @@ public:
 	/** Stop an update's epochs past 1.5 times this divergence. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetTargetKl"))
 	double TargetKl = 0.0;
-
-	/** Whether nminibatches is set at all. */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
-	bool bSetNminibatches = false;
-
-	/** Minibatches per epoch, instead of batch_size. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetNminibatches"))
-	int32 Nminibatches = 1;
-
-	/** Activation of hidden layers. (Stable Baselines3, PPO) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacActFun ActivationFn = EConsacActFun::Tanh;
 
 	/** Deviation by n (SB2) or n - 1 (SB3). (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -319,13 +343,21 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
 
-	/** Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2) */
+	/** Adam's epsilon. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-5;
+
+	/** Kind of network: dense layers. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
 
-	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines 2.10.2, PPO2) */
+	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+
+	/** Activation of hidden layers. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Tanh;
 
 	/** Orthogonal initial weights; false: PyTorch's uniform. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -334,17 +366,6 @@ public:
 	/** Starting log standard deviation of Box actions. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
 	double LogStdInit = 0.0;
-
-	/** Adam's epsilon. (Stable Baselines 2.10.2, PPO2) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
-	double AdamEpsilon = 1e-5;
-
-	/**
-	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
-	 * here)
-	 */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
 
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -355,7 +376,133 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};
+
+/** Hyperparameters of a2c: advantage actor-critic, as in Stable Baselines3 or, with the preset sb2, 2.10.2. */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacA2cHyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** The optimiser's step size. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(7e-4, false);
+
+	/** Steps per world and update; the rollout is n_steps times worlds. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 NSteps = 5;
+
+	/** Discount per step. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Decay of generalised advantages; 1 is Monte Carlo, 0 is one step. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double GaeLambda = 1.0;
+
+	/** Weight of the entropy bonus. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double EntCoef = 0.0;
+
+	/** Weight of the value loss. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double VfCoef = 0.5;
+
+	/** Whether max_grad_norm is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetMaxGradNorm = true;
+
+	/** Global gradient norm is clipped to this. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetMaxGradNorm"))
+	double MaxGradNorm = 0.5;
+
+	/** Standardise advantages per minibatch. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormalizeAdvantage = false;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Multiplies learning_rate as time passes. (Stable Baselines 2.10.2, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacLrSchedule LrSchedule = EConsacLrSchedule::Constant;
+
+	/** RMSProp; false: Adam. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseRmsProp = true;
+
+	/** Whose form of RMSProp or Adam and of the gradient clip. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
+
+	/** Decay of RMSProp's mean square. (Stable Baselines 2.10.2, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Alpha = 0.99;
+
+	/** RMSProp's momentum. (Stable Baselines 2.10.2, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Momentum = 0.0;
+
+	/** RMSProp's epsilon. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double RmsPropEps = 1e-5;
+
+	/** Adam's epsilon. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-5;
+
+	/** Whose names the logs have. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss LogKeys = EConsacValueLoss::Sb3;
+
+	/** Kind of network: dense layers. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+
+	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+
+	/** Activation of hidden layers. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Tanh;
+
+	/** Orthogonal initial weights; false: PyTorch's uniform. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bOrthoInit = true;
+
+	/** Starting log standard deviation of Box actions. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
+	double LogStdInit = 0.0;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */

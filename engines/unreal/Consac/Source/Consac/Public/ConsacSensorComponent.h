@@ -25,6 +25,10 @@ public:
 	/** What it can see. */
 	virtual FConsacSpace GetSpace() const;
 
+	/** It is about to look. All sensors of all agents are told so before the first looks: what takes its time elsewhere, on the
+	 *  graphics card for instance, begins here. */
+	virtual void Prepare();
+
 	/** Looks: writes as many numbers as its space has. */
 	virtual void Sense(TArray<float>& Values);
 

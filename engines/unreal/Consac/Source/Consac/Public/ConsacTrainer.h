@@ -60,7 +60,8 @@ struct CONSAC_API FConsacBehaviourModel
 DECLARE_DYNAMIC_MULTICAST_DELEGATE(FConsacTrainerEvent);
 DECLARE_DYNAMIC_MULTICAST_DELEGATE_OneParam(FConsacTrainerErrorEvent, const FString&, Error);
 
-/** Gathers all agents of its world and drives them together. One in a world. */
+/** Gathers all agents of its world and drives them together. Of several in a world the first drives, and each of the others
+ *  waits until those before it have gone. Does nothing on a client of a network game. */
 UCLASS(BlueprintType, Blueprintable, ClassGroup=(Consac), meta=(DisplayName="Consac Trainer"))
 class CONSAC_API AConsacTrainer : public AActor
 {
@@ -131,12 +132,13 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Act")
 	bool bDeterministic = true;
 
-	/** Each tick waits for the decision that it needs, so that none passes without. The game stands still meanwhile;
-	 *  without this only an unattended game (-unattended) waits. */
+	/** Each tick waits for the decision that it needs, so that none passes without, once a trainer has come. The game stands
+	 *  still meanwhile; without this only an unattended game (-unattended) waits. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
 	bool bLockStep = false;
 
-	/** Longest wait of one tick, in seconds. */
+	/** Longest wait of one tick for a trainer who has come, and of Stop Training and End Play for what is under way, in seconds;
+	 *  what a stop does not wait for is finished in the background. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.001", ClampMax="60"))
 	float MaxWaitSeconds = 1.0f;
 
@@ -144,8 +146,13 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="1"))
 	int32 MaxStepsPerTick = 1;
 
-	/** Every tick is the same length of game time, and as many follow each other as the computer can. All settings that
-	 *  this changes are put back at the end. */
+	/** While it trains, frames follow each other as fast as the computer can: no frame limit, no vertical synchronisation, and
+	 *  the editor does not slow down in the background. All settings that this changes are put back at the end. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
+	bool bFullSpeed = true;
+
+	/** Every tick is the same length of game time, however long it takes. The settings that this changes are put back at the
+	 *  end. Ticks longer than the project's Max Physics Delta Time need that raised. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
 	bool bFixedStep = false;
 
@@ -174,7 +181,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Start Training", ExpandEnumAsExecs="Result"))
 	void StartTraining(EConsacResult& Result, FString& Error);
 
-	/** Ends it, saves what is to be saved, and puts every setting back. Ending what has ended does nothing. */
+	/** Ends it, saves what is to be saved, and puts every setting back. Holds the game for Max Wait Seconds at most: a learner
+	 *  or a file that needs longer is finished in the background. Ending what has ended does nothing. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Stop Training"))
 	void StopTraining();
 
@@ -216,7 +224,7 @@ private:
 	void Advance();
 	bool DoStep();
 	void Complete();
-	FString KeepModels(const TCHAR* Ending);
+	void StartInTurn();
 	void Show();
 
 	UPROPERTY(Transient)

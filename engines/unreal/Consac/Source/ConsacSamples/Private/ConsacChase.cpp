@@ -11,6 +11,7 @@
 #include "ConsacTypes.h"
 #include "Engine/StaticMesh.h"
 #include "Engine/World.h"
+#include "UObject/ConstructorHelpers.h"
 #include "UObject/UObjectGlobals.h"
 
 namespace ConsacChaseRules
@@ -24,6 +25,8 @@ AConsacChaser::AConsacChaser()
 	Agent = CreateDefaultSubobject<UConsacAgentComponent>(TEXT("Agent"));
 	Mesh = CreateDefaultSubobject<UStaticMeshComponent>(TEXT("Mesh"));
 	SetRootComponent(Mesh);
+	static ConstructorHelpers::FObjectFinder<UStaticMesh> Cube(TEXT("/Engine/BasicShapes/Cube.Cube"));
+	Mesh->SetStaticMesh(Cube.Object);
 	Agent->Behaviour = TEXT("chaser");
 	Agent->MaxEpisodeSteps = 200;
 	FConsacEntry Seen;
@@ -45,7 +48,6 @@ void AConsacChaser::Join(AConsacChase* NewChase, int32 NewSeed)
 void AConsacChaser::BeginPlay()
 {
 	Super::BeginPlay();
-	Mesh->SetStaticMesh(LoadObject<UStaticMesh>(nullptr, TEXT("/Engine/BasicShapes/Cube.Cube")));
 	Agent->OnEpisodeBegin.AddDynamic(this, &AConsacChaser::Restart);
 	Agent->OnObserve.AddDynamic(this, &AConsacChaser::Observe);
 	Agent->OnAction.AddDynamic(this, &AConsacChaser::Walk);
@@ -64,7 +66,7 @@ void AConsacChaser::Restart(UConsacAgentComponent*, int64 EpisodeSeed)
 
 void AConsacChaser::Observe(UConsacAgentComponent* Which)
 {
-	const FVector Runner = IsValid(Chase.Get()) ? Chase->GetRunnerPlace() : FVector();
+	const FVector Runner = IsValid(Chase.Get()) ? Chase->GetRunnerPlace() : FVector::ZeroVector;
 	const double Half = IsValid(Chase.Get()) ? static_cast<double>(Chase->HalfWidth) : 1.0;
 	TArray<float> Seen;
 	Seen.Add(static_cast<float>((Runner.X - Place.X) / Half));
@@ -100,12 +102,13 @@ AConsacChase::AConsacChase()
 	PrimaryActorTick.bCanEverTick = true;
 	RunnerMesh = CreateDefaultSubobject<UStaticMeshComponent>(TEXT("Runner"));
 	SetRootComponent(RunnerMesh);
+	static ConstructorHelpers::FObjectFinder<UStaticMesh> Sphere(TEXT("/Engine/BasicShapes/Sphere.Sphere"));
+	RunnerMesh->SetStaticMesh(Sphere.Object);
 }
 
 void AConsacChase::BeginPlay()
 {
 	Super::BeginPlay();
-	RunnerMesh->SetStaticMesh(LoadObject<UStaticMesh>(nullptr, TEXT("/Engine/BasicShapes/Sphere.Sphere")));
 	UWorld* World = GetWorld();
 	const FRotator Straight(0.0, 0.0, 0.0);
 	Trainer = World->SpawnActor<AConsacTrainer>(FVector(0.0, 0.0, 0.0), Straight);

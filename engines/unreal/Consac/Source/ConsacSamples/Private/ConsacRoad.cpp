@@ -12,7 +12,7 @@
 #include "ConsacSampleLog.h"
 #include "Engine/StaticMesh.h"
 #include "Logging/LogMacros.h"
-#include "UObject/UObjectGlobals.h"
+#include "UObject/ConstructorHelpers.h"
 
 namespace ConsacRoadRules
 {
@@ -31,15 +31,18 @@ AConsacRoad::AConsacRoad()
 	SetRootComponent(Root);
 	WalkerMesh->SetupAttachment(Root);
 	CoinMesh->SetupAttachment(Root);
+	// Found here, so that they are packed with the game.
+	static ConstructorHelpers::FObjectFinder<UStaticMesh> Cube(TEXT("/Engine/BasicShapes/Cube.Cube"));
+	static ConstructorHelpers::FObjectFinder<UStaticMesh> Sphere(TEXT("/Engine/BasicShapes/Sphere.Sphere"));
+	WalkerMesh->SetStaticMesh(Cube.Object);
+	CoinMesh->SetStaticMesh(Sphere.Object);
+	CoinMesh->SetRelativeScale3D(FVector(0.5, 0.5, 0.5));
 }
 
 void AConsacRoad::BeginPlay()
 {
 	Super::BeginPlay();
 	Random = FRandomStream(Seed);
-	WalkerMesh->SetStaticMesh(LoadObject<UStaticMesh>(nullptr, TEXT("/Engine/BasicShapes/Cube.Cube")));
-	CoinMesh->SetStaticMesh(LoadObject<UStaticMesh>(nullptr, TEXT("/Engine/BasicShapes/Sphere.Sphere")));
-	CoinMesh->SetRelativeScale3D(FVector(0.5, 0.5, 0.5));
 
 	EConsacResult Result = EConsacResult::Failed;
 	FString Error;
@@ -139,9 +142,8 @@ void AConsacRoad::PlaceCoin()
 
 void AConsacRoad::Draw()
 {
-	const FQuat Straight;
-	WalkerMesh->SetRelativeLocationAndRotation(FVector(100.0 * Walker, 0.0, 50.0), Straight);
-	CoinMesh->SetRelativeLocationAndRotation(FVector(100.0 * Coin, 0.0, 150.0), Straight);
+	WalkerMesh->SetRelativeLocationAndRotation(FVector(100.0 * Walker, 0.0, 50.0), FQuat::Identity);
+	CoinMesh->SetRelativeLocationAndRotation(FVector(100.0 * Coin, 0.0, 150.0), FQuat::Identity);
 }
 
 int32 AConsacRoad::GetWalkerPlace() const

@@ -48,7 +48,7 @@ private:
 	TObjectPtr<UStaticMeshComponent> Mesh;
 
 	FRandomStream Random;
-	FVector Place;
+	FVector Place = FVector::ZeroVector;
 };
 
 /** A field on which many chase one that runs in circles. Makes its chasers and its trainer itself. */

@@ -1,0 +1,100 @@
+#pragma once
+// What the conformance cases call things: types of frames, bytes as hex. For the runners of either direction.
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "consac/base/hash.h"
+#include "consac/base/json.h"
+#include "consac/protocol/protocol2.h"
+#include "consac/space/layout.h"
+
+namespace consac::cli {
+
+inline constexpr double kConformancePatience = 10.0;  ///< s for an answer
+
+inline constexpr std::pair<const char*, protocol2::FrameType> kFrameNames[] = {
+    {"HELLO", protocol2::FrameType::kHello},         {"WELCOME", protocol2::FrameType::kWelcome},
+    {"CONFIGURE", protocol2::FrameType::kConfigure}, {"SPEC", protocol2::FrameType::kSpec},
+    {"RESET", protocol2::FrameType::kReset},         {"STEP", protocol2::FrameType::kStep},
+    {"RESULT", protocol2::FrameType::kResult},       {"ERROR", protocol2::FrameType::kError},
+    {"GOAWAY", protocol2::FrameType::kGoAway},       {"BYE", protocol2::FrameType::kBye},
+    {"PING", protocol2::FrameType::kPing},           {"PONG", protocol2::FrameType::kPong},
+    {"PAUSED", protocol2::FrameType::kPaused},       {"RESUMED", protocol2::FrameType::kResumed},
+    {"RENDER", protocol2::FrameType::kRender},       {"FRAME", protocol2::FrameType::kFrame}};
+
+/// A JSON value; null where it is none.
+inline nlohmann::json ReadCase(std::string_view text) {
+  const Result<nlohmann::json> read = ReadJson<nlohmann::json>(text);
+  return read.ok() ? *read : nlohmann::json();
+}
+
+/// A type by its name or its number.
+inline protocol2::FrameType FrameTypeOf(const nlohmann::json& name) {
+  if (name.is_number()) return static_cast<protocol2::FrameType>(name.get<std::uint16_t>());
+  for (const auto& [text, type] : kFrameNames) {
+    if (name == text) return type;
+  }
+  return static_cast<protocol2::FrameType>(0);
+}
+
+/// A type's name, "type 99" where it has none.
+inline std::string FrameName(protocol2::FrameType type) {
+  for (const auto& [text, known] : kFrameNames) {
+    if (type == known) return text;
+  }
+  return fmt::format("type {}", static_cast<int>(type));
+}
+
+/// Bytes of hex digits.
+inline std::string FromHex(const std::string& hex) {
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  return bytes;
+}
+
+/// A whole frame; with its CRC where `checked`.
+inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, std::uint32_t session,
+                              const std::string& payload, bool checked) {
+  std::string frame(protocol2::kHeaderBytes, '\0');
+  const std::uint32_t crc = checked ? Crc32c(std::as_bytes(std::span(payload))) : 0;
+  protocol2::WriteHeader({type, checked, static_cast<std::uint32_t>(payload.size()), crc, request, session},
+                         reinterpret_cast<std::byte*>(frame.data()));
+  return frame + payload;
+}
+
+/// Moves every choice to the first legal one from where it is.
+inline void MakeLegal(const Layout& layout, const std::uint8_t* mask, std::byte* row) {
+  for (const Leaf& leaf : layout.leaves) {
+    if (leaf.mask_count == 0) continue;
+    std::int64_t at = leaf.mask_offset;
+    for (std::int64_t i = 0; i < leaf.count; ++i) {
+      const auto [low, high] = ElementBounds(leaf, i);
+      const auto choices = static_cast<std::int64_t>(high - low) + 1;
+      auto choice = static_cast<std::int64_t>(ReadElement(leaf, row, i) - low);
+      for (std::int64_t tried = 0; tried < choices && mask[at + choice] == 0; ++tried) choice = (choice + 1) % choices;
+      WriteElement(leaf, row, i, low + static_cast<double>(choice));
+      at += choices;
+    }
+  }
+}
+
+/// A case's rules in one line.
+inline std::string RulesText(const nlohmann::json& rules) {
+  std::string text;
+  for (const nlohmann::json& rule : rules) text += (text.empty() ? "" : " ") + rule.get<std::string>();
+  return text;
+}
+
+/// A case that does not hold, in one sentence.
+inline Status Failed(const std::string& what) {
+  return {StatusCode::kProtocol, what};
+}
+
+}  // namespace consac::cli

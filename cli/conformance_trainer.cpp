@@ -1,0 +1,336 @@
+// The engine's end of the conformance cases: one connection of the trainer under test for each. Every RESET and STEP
+// that arrives is judged; RESULTs are those of the cases.
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "cli/conformance.h"
+#include "cli/conformance_frames.h"
+#include "consac/base/json.h"
+#include "consac/base/text.h"
+#include "consac/protocol/protocol2.h"
+#include "consac/space/layout.h"
+
+namespace consac::cli {
+namespace {
+
+using Case = nlohmann::json;
+using protocol2::Frame;
+using protocol2::FrameType;
+
+constexpr std::uint32_t kSessionNumber = 7;
+constexpr const char* kResumeToken = "conformance";
+
+std::string BytesOf(const Case& pieces) {
+  std::string bytes;
+  for (const Case& piece : pieces) bytes += FromHex(piece);
+  return bytes;
+}
+
+/// One case under way: an engine that is driven step by step.
+class EngineScript {
+ public:
+  EngineScript(Listener& listener, double patience_s, const Case& spec, const Case& results)
+      : listener_(listener), patience_(patience_s), spec_(spec), results_(results) {}
+  ~EngineScript() {
+    if (transport_ == nullptr) return;
+    (void)Send(FrameType::kGoAway, 0, R"({"reason":"the next case"})");
+    transport_->Close();
+  }
+
+  Status Accept() {
+    Result<std::unique_ptr<Transport>> transport = listener_.Accept(patience_);
+    if (!transport.ok()) return transport.status();
+    if (*transport == nullptr)
+      return {StatusCode::kUnavailable, fmt::format("no trainer has connected for {} s", patience_)};
+    transport_ = std::move(*transport);
+    reader_ = protocol2::FrameReader(protocol2::kLargestFrame);
+    return Status::Ok();
+  }
+
+  Status Do(const Case& step) {
+    if (step.contains("begin")) return Begin(step);
+    if (step.contains("send")) return DoSend(step["send"]);
+    if (step.contains("silent")) return Silent(step["silent"]);
+    if (step.contains("resume")) return AwaitResume();
+    return DoExpect(step["expect"]);
+  }
+
+  /// HELLO and CONFIGURE are answered; with "RESULT" RESET too.
+  Status Begin(const Case& how) {
+    may_resume_ = how.contains("may_resume");
+    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
+    CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", how.value("welcome", Case::object())}}));
+    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "CONFIGURE"}}));
+    Case spec = how.value("spec", Case::object());
+    if (how.contains("behaviour")) {
+      spec["behaviours"] = spec_["behaviours"];
+      spec["behaviours"][0].update(how["behaviour"]);
+    }
+    CONSAC_RETURN_IF_ERROR(DoSend({{"type", "SPEC"}, {"request", "answer"}, {"spec", spec}}));
+    if (how["begin"] == "SPEC") return Status::Ok();
+    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "RESET"}}));
+    return Answer(BytesOf(results_["first"]));
+  }
+
+  /// A RESULT to the request that has come last.
+  Status Answer(const std::string& payload) { return Send(FrameType::kResult, request_, payload); }
+  Status DoExpect(const Case& what) {
+    if (what.contains("closed")) return ExpectClosed();
+    while (true) {
+      const Result<Frame> frame = Next();
+      if (!frame.ok())
+        return Failed(fmt::format("expected {}, but {}", JsonText(what["type"]), frame.status().message()));
+      const Result<bool> taken = Take(what, *frame);
+      if (!taken.ok()) return taken.status();
+      if (*taken) return Status::Ok();
+    }
+  }
+
+ private:
+  Status Send(FrameType type, std::uint64_t request, const std::string& payload) {
+    return Write(WholeFrame(type, request, kSessionNumber, payload, false));
+  }
+  Status Write(const std::string& bytes) {
+    return transport_->Write(std::as_bytes(std::span(bytes)), kConformancePatience);
+  }
+
+  Status DoSend(const Case& what) {
+    if (what.contains("hex")) return Write(FromHex(what["hex"]));
+    std::string payload = what.value("text", "");
+    if (what.contains("json")) payload = JsonText(what["json"]);
+    if (what.contains("result")) payload = BytesOf(results_[what["result"].get<std::string>()]);
+    if (what.contains("spec")) {
+      Case spec = spec_;
+      spec.update(what["spec"]);
+      payload = JsonText(spec);
+    }
+    if (what.contains("welcome")) {
+      Case welcome = {{"protocol", 2}, {"session", kSessionNumber}, {"resume", may_resume_ ? kResumeToken : ""}};
+      welcome.update(what["welcome"]);
+      payload = JsonText(welcome);
+    }
+    const bool answers = what.contains("result") || what.value("request", Case()) == "answer";
+    const Case& number = what.contains("request") ? what["request"] : Case();
+    const std::uint64_t request = number.is_number() ? number.get<std::uint64_t>() : answers ? request_ : 0;
+    std::string frame = WholeFrame(FrameTypeOf(what["type"]), request, kSessionNumber, payload, what.contains("crc"));
+    if (what.value("crc", "") == "wrong") frame[12] = static_cast<char>(frame[12] ^ 1);
+    return Write(frame);
+  }
+
+  /// The next frame of any kind; kUnavailable once the trainer is gone.
+  Result<Frame> Next(double patience_s = kConformancePatience) {
+    const double deadline = Now() + patience_s;
+    while (true) {
+      Frame frame;
+      const Result<bool> whole = reader_.Next(&frame);
+      if (!whole.ok()) return whole.status();
+      if (*whole) return frame;
+      const Result<std::size_t> count = transport_->Read(reader_.Writable(), deadline - Now());
+      if (!count.ok()) return count.status();
+      if (*count == 0) return Status{StatusCode::kDeadlineExceeded, fmt::format("nothing came for {} s", patience_s)};
+      reader_.Commit(*count);
+    }
+  }
+
+  /// True when it was the frame that is waited for; false when it may come between.
+  Result<bool> Take(const Case& what, const Frame& frame) {
+    const FrameType type = frame.header.type;
+    const std::string payload(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size());
+    const bool awaited = type == FrameTypeOf(what["type"]);
+    if (!awaited && type == FrameType::kPing) {
+      CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
+      return false;
+    }
+    if (!awaited && (type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0))
+      return false;
+    if (!awaited)
+      return Failed(
+          fmt::format("expected {}, got {} {}", JsonText(what["type"]), FrameName(type), Quote(payload, 120)));
+    if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
+    if (type == FrameType::kHello) return TakeHello(frame);
+    if (type == FrameType::kPong) return true;
+    CONSAC_RETURN_IF_ERROR(CheckRequest(frame));
+    request_ = frame.header.request;
+    last_ = payload;
+    return type == FrameType::kConfigure ? TakeConfigure(payload) : Result<bool>(true);
+  }
+
+  /// One that would resume a session of another case begins anew.
+  Result<bool> TakeHello(const Frame& frame) {
+    const Result<protocol2::Hello> hello = protocol2::ParseHello(frame.payload);
+    if (!hello.ok()) return hello.status();
+    if (hello->lowest > protocol2::kVersion || hello->highest < protocol2::kVersion)
+      return Failed("HELLO's versions do not hold 2");
+    if (hello->resume.empty() || resuming_) return true;
+    const protocol2::ErrorMessage over{"AUTH_FAILED", true, "that session is over", {}, 0.0};
+    CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, 0, protocol2::EncodeError(over)));
+    transport_->Close();
+    CONSAC_RETURN_IF_ERROR(Accept());
+    return false;
+  }
+
+  /// Other ways than same_step are refused; a trainer may then ask anew.
+  Result<bool> TakeConfigure(const std::string& payload) {
+    const Result<protocol2::Configure> configure = protocol2::ParseConfigure(std::as_bytes(std::span(payload)));
+    if (!configure.ok()) return configure.status();
+    if (configure->autoreset == protocol2::Autoreset::kSameStep) return true;
+    const protocol2::ErrorMessage no{"UNSUPPORTED", false, "same_step only", {}, 0.0};
+    CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, request_, protocol2::EncodeError(no)));
+    return false;
+  }
+
+  Status CheckRequest(const Frame& frame) const {
+    if (frame.header.session != kSessionNumber)
+      return Failed(
+          fmt::format("session {} in its header, WELCOME said {} (R13)", frame.header.session, kSessionNumber));
+    if (frame.header.request != request_ + 1)
+      return Failed(fmt::format("request {} behind request {} (R10)", frame.header.request, request_));
+    if (frame.header.type != FrameType::kReset && frame.header.type != FrameType::kStep) return Status::Ok();
+    const std::string text = JsonText(spec_);
+    const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
+    if (!spec.ok()) return spec.status();
+    const protocol2::Blocks blocks(spec->env);
+    const bool step = frame.header.type == FrameType::kStep;
+    if (frame.payload.size() < blocks.seeds || (step && frame.payload.size() != blocks.step_bytes))
+      return Failed(fmt::format("{} has {} bytes (R41)", step ? "STEP" : "RESET", frame.payload.size()));
+    std::uint32_t head[2];
+    std::memcpy(head, frame.payload.data(), sizeof(head));
+    if ((head[0] & ~(step ? 0u : protocol2::kWithSeeds | protocol2::kWithOptions)) != 0 || head[1] != 0)
+      return Failed("what must be 0 in RESET and STEP is not (R42)");
+    for (std::size_t i = 0; i < blocks.environments; ++i) {
+      const int chosen = std::to_integer<int>(frame.payload[protocol2::kActiveOffset + i]);
+      if (chosen > 1 || (!step && chosen != 1))
+        return Failed(fmt::format("{} says {} for environment {} (R40, R43)", step ? "STEP" : "RESET", chosen, i));
+    }
+    return step ? CheckActions(spec->env, blocks, frame) : Status::Ok();
+  }
+
+  static Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const Frame& frame) {
+    for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
+      const Layout& layout = env.behaviours[b].action_layout;
+      for (std::int32_t slot = 0; slot < env.behaviours[b].slots; ++slot) {
+        const std::byte* row =
+            frame.payload.data() + blocks.behaviours[b].actions + static_cast<std::size_t>(slot) * layout.row_bytes;
+        const Status legal = CheckRow(layout, row);
+        if (!legal.ok()) return Failed(fmt::format("the action of slot {}: {} (R48)", slot, legal.message()));
+      }
+    }
+    return Status::Ok();
+  }
+
+  /// The trainer leaves without another request; BYE and PING are none.
+  Status ExpectClosed() {
+    while (true) {
+      const Result<Frame> frame = Next();
+      if (!frame.ok() && frame.status().code() == StatusCode::kUnavailable) {
+        transport_ = nullptr;
+        return Status::Ok();
+      }
+      if (!frame.ok()) return Failed("the trainer stays: " + frame.status().message());
+      const FrameType type = frame->header.type;
+      if (type != FrameType::kBye && type != FrameType::kPing && type != FrameType::kPong)
+        return Failed("the trainer goes on with " + FrameName(type));
+    }
+  }
+
+  Status Silent(double seconds) {
+    const Result<Frame> frame = Next(seconds);
+    if (frame.ok()) return Failed(FrameName(frame->header.type) + " came before the answer (R10)");
+    return frame.status().code() == StatusCode::kDeadlineExceeded ? Status::Ok() : frame.status();
+  }
+
+  /// The connection breaks; the trainer comes back and repeats its request. One that does not resume holds too.
+  Status AwaitResume() {
+    const std::string before = last_;
+    transport_->Close();
+    CONSAC_RETURN_IF_ERROR(Accept());
+    resuming_ = true;
+    const Result<Frame> hello = Next();
+    if (!hello.ok()) return hello.status();
+    const Result<protocol2::Hello> said = protocol2::ParseHello(hello->payload);
+    if (!said.ok()) return said.status();
+    if (said->resume.empty()) return {StatusCode::kCancelled, "it does not resume, and need not"};
+    if (said->resume != kResumeToken) return Failed("HELLO resumes with " + Quote(said->resume));
+    CONSAC_RETURN_IF_ERROR(DoSend(
+        {{"type", "WELCOME"}, {"welcome", {{"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}}}}));
+    --request_;
+    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "STEP"}}));
+    return last_ == before ? Status::Ok() : Failed("the request comes once more with other bytes (R24)");
+  }
+
+  Listener& listener_;
+  const double patience_;
+  const Case spec_, results_;
+  std::unique_ptr<Transport> transport_;
+  protocol2::FrameReader reader_;
+  std::uint64_t request_ = 0;
+  std::string last_;  // payload of the latest request
+  bool may_resume_ = false, resuming_ = false;
+};
+
+Status RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results) {
+  EngineScript script(listener, patience_s, spec, results);
+  CONSAC_RETURN_IF_ERROR(script.Accept());
+  int number = 0;
+  for (const Case& step : entry["steps"]) {
+    ++number;
+    const Status status = script.Do(step);
+    if (status.code() == StatusCode::kCancelled) return Status::Ok();
+    if (!status.ok())
+      return {status.code(), fmt::format("step {} ({}): {}", number, JsonText(step).substr(0, 80), status.message())};
+  }
+  return Status::Ok();
+}
+
+/// The answers of one of results.json; the trainer goes on, or leaves at the one that breaks a rule.
+Status RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec) {
+  EngineScript script(listener, patience_s, spec, {});
+  CONSAC_RETURN_IF_ERROR(script.Accept());
+  CONSAC_RETURN_IF_ERROR(script.Begin({{"begin", "SPEC"}}));
+  bool breaks = false;
+  for (const Case& answer : entry["answers"]) {
+    CONSAC_RETURN_IF_ERROR(script.DoExpect({{"type", answer["to"]}}));
+    CONSAC_RETURN_IF_ERROR(script.Answer(BytesOf(answer["result"])));
+    breaks = answer.contains("breaks");
+  }
+  return script.DoExpect(breaks ? Case{{"closed", true}} : Case{{"type", "STEP"}});
+}
+
+/// Whether a trainer that resets once, and then steps everything, meets the case and must notice it: NaN it may
+/// overlook.
+bool OnTheWire(const Case& entry) {
+  bool fits = entry["autoreset"] == "same_step" && entry["answers"].back().value("breaks", "") != "R75";
+  for (std::size_t i = 0; i < entry["answers"].size(); ++i) {
+    const Case& answer = entry["answers"][i];
+    fits = fits && !answer.contains("environments") && (answer["to"] == "RESET") == (i == 0);
+  }
+  return fits;
+}
+
+}  // namespace
+
+Result<int> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
+                                  const std::function<void(const ConformanceVerdict&)>& say) {
+  Result<std::unique_ptr<Listener>> listener = ListenTcp(endpoint);
+  if (!listener.ok()) return listener.status();
+  const Case conversations = ReadCase(ConformanceTrainerCases()), results = ReadCase(ConformanceResults());
+  int failed = 0;
+  const auto tell = [&](const Case& entry, const Status& status) {
+    failed += status.ok() ? 0 : 1;
+    say({entry["name"], RulesText(entry["rules"]), status});
+    return status.code() != StatusCode::kUnavailable || status.message().find("no trainer") == std::string::npos;
+  };
+  for (const Case& entry : conversations["cases"]) {
+    if (!tell(entry, RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"])))
+      return failed;
+  }
+  for (const Case& entry : results["cases"]) {
+    if (!OnTheWire(entry)) continue;
+    const Case& spec = results["specs"][entry["spec"].get<std::string>()];
+    if (!tell(entry, RunResults(entry, **listener, patience_s, spec))) return failed;
+  }
+  return failed;
+}
+
+}  // namespace consac::cli

@@ -1,0 +1,355 @@
+#include "consac/protocol/result_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "consac/base/json.h"
+#include "consac/base/text.h"
+#include "protocol/protocol2_json.h"
+
+namespace consac::protocol2 {
+
+/// One slot of a RESULT: where it is, what it was and what is said of it now.
+struct ResultCheck::Site {
+  const BehaviourSpec& spec;
+  const BehaviourBlocks& at;
+  std::span<const std::byte> payload, before;
+  std::size_t b, slot, environment;
+  std::uint8_t was, state;
+  bool chosen;  // its environment was stepped or reset
+
+  bool Has(unsigned bits) const { return (state & bits) != 0; }
+  std::string Name() const { return "slot " + std::to_string(slot) + " of '" + spec.name + "'"; }
+  std::size_t row_bytes() const { return spec.observation_layout.row_bytes; }
+  std::size_t mask_bytes() const {
+    return spec.masks_actions ? static_cast<std::size_t>(spec.action_layout.mask_bytes) : 0;
+  }
+  const std::byte* row() const { return payload.data() + at.observations + slot * row_bytes(); }
+  const std::byte* mask() const { return payload.data() + at.masks + slot * mask_bytes(); }
+};
+
+namespace {
+
+constexpr unsigned kEnds = kTerminated | kTruncated;
+constexpr unsigned kBegins = kFirst | kActive;
+constexpr unsigned kStateBits = kTerminated | kTruncated | kFinal | kFirst | kActive;
+
+Status Breaks(const char* rule, const std::string& what, StatusCode code = StatusCode::kProtocol) {
+  return {code, "a RESULT breaks protocol 2: " + what + " (" + rule + ")"};
+}
+
+/// "first observation (8) + takes part (16)".
+std::string StateText(unsigned state) {
+  constexpr std::pair<unsigned, const char*> kNames[] = {{kTerminated, "terminated"},
+                                                         {kTruncated, "truncated"},
+                                                         {kFinal, "final row"},
+                                                         {kFirst, "first"},
+                                                         {kActive, "takes part"}};
+  std::string text = "state " + std::to_string(state);
+  const char* separator = " (";
+  for (const auto& [bit, name] : kNames) {
+    if ((state & bit) == 0) continue;
+    text += separator + std::string(name);
+    separator = ", ";
+  }
+  return separator[0] == ',' ? text + ")" : text;
+}
+
+/// Whether one of `count` floating-point numbers is NaN or infinite: its exponent has every bit.
+template <class Bits>
+bool HasNonFinite(const std::byte* at, std::int64_t count, Bits exponent) {
+  Bits found = 0;
+  for (std::int64_t i = 0; i < count; ++i) {
+    Bits bits;
+    std::memcpy(&bits, at + static_cast<std::size_t>(i) * sizeof(bits), sizeof(bits));
+    found |= static_cast<Bits>((bits & exponent) == exponent);
+  }
+  return found != 0;
+}
+
+bool LeafHasNonFinite(const Leaf& leaf, const std::byte* row) {
+  if (leaf.dtype == DType::kF32) return HasNonFinite<std::uint32_t>(row + leaf.offset, leaf.count, 0x7F800000u);
+  if (leaf.dtype == DType::kF64) return HasNonFinite<std::uint64_t>(row + leaf.offset, leaf.count, 0x7FF0000000000000u);
+  return false;
+}
+
+std::string ColumnFault(const nlohmann::json& column, std::size_t slots) {
+  if (!column.is_object()) return "is no object";
+  const auto of = column.find("slots"), values = column.find("values");
+  if (of == column.end() || values == column.end() || !of->is_array() || !values->is_array())
+    return "lacks the lists \"slots\" and \"values\"";
+  if (of->size() != values->size())
+    return "has " + std::to_string(of->size()) + " slots and " + std::to_string(values->size()) + " values";
+  for (const nlohmann::json& slot : *of) {
+    if (!slot.is_number_integer() || slot < 0 || slot >= slots)
+      return "names slot " + Quote(JsonText(slot)) + "; there are " + std::to_string(slots);
+  }
+  return "";
+}
+
+}  // namespace
+
+ResultCheck::ResultCheck(const EnvSpec& env, Autoreset autoreset, Numbers numbers)
+    : env_(&env), blocks_(env), autoreset_(autoreset), numbers_(numbers) {
+  chosen_.assign(blocks_.environments, 1);
+  over_.assign(blocks_.environments, 0);
+  for (const BehaviourSpec& behaviour : env.behaviours) {
+    states_.emplace_back(static_cast<std::size_t>(behaviour.slots), std::uint8_t{0});
+    choices_.push_back(MaskedChoices(behaviour.action_layout));
+  }
+}
+
+void ResultCheck::Ask(FrameType type, std::span<const std::byte> chosen) {
+  asked_ = type;
+  for (std::size_t i = 0; i < chosen_.size(); ++i) chosen_[i] = chosen[i] != std::byte{0} ? 1 : 0;
+}
+
+std::uint8_t ResultCheck::StateIn(std::span<const std::byte> payload, std::size_t b, std::size_t slot) const {
+  return std::to_integer<std::uint8_t>(payload[blocks_.behaviours[b].states + slot]);
+}
+
+Status ResultCheck::Judge(std::span<const std::byte> payload, std::span<const std::byte> before) {
+  std::size_t finals = 0, infos = 0;
+  CONSAC_RETURN_IF_ERROR(JudgeSize(payload, &finals, &infos));
+  for (std::size_t b = 0; b < states_.size(); ++b) {
+    const BehaviourSpec& behaviour = env_->behaviours[b];
+    const std::size_t agents = behaviour.agents.size();
+    for (std::size_t slot = 0; slot < states_[b].size(); ++slot) {
+      const std::size_t environment = slot / agents;
+      const Site site{behaviour,
+                      blocks_.behaviours[b],
+                      payload,
+                      before,
+                      b,
+                      slot,
+                      environment,
+                      states_[b][slot],
+                      StateIn(payload, b, slot),
+                      chosen_[environment] != 0};
+      CONSAC_RETURN_IF_ERROR(JudgeSlot(site));
+      if (site.Has(kFinal)) {
+        CONSAC_RETURN_IF_ERROR(JudgeRow(site, payload.data() + finals, "the final row of "));
+        finals += site.row_bytes();
+      }
+    }
+    finals = AlignBlock(finals);
+  }
+  if (infos != 0) CONSAC_RETURN_IF_ERROR(JudgeInfos(payload, infos));
+  Remember(payload);
+  return Status::Ok();
+}
+
+/// Where final rows begin, and infos (0: none).
+Status ResultCheck::JudgeSize(std::span<const std::byte> payload, std::size_t* finals, std::size_t* infos) const {
+  if (payload.size() < blocks_.result_bytes) {
+    return Breaks("R60", "it has " + std::to_string(payload.size()) + " bytes, too few for its " +
+                             std::to_string(blocks_.result_bytes) + " of rows, rewards, states and masks");
+  }
+  const std::uint32_t parts = WordAt(payload, 0);
+  if ((parts & ~(kPartFinals | kPartInfos)) != 0)
+    return Breaks("R61", "its parts are " + std::to_string(parts) + "; 1 (final rows) and 2 (infos) are known");
+  std::size_t end = *finals = blocks_.result_bytes, with_final = 0;
+  for (std::size_t b = 0; b < states_.size(); ++b) {
+    std::size_t rows = 0;
+    for (std::size_t slot = 0; slot < states_[b].size(); ++slot) rows += (StateIn(payload, b, slot) & kFinal) != 0;
+    end = AlignBlock(end + rows * env_->behaviours[b].observation_layout.row_bytes);
+    with_final += rows;
+  }
+  if ((with_final > 0) != ((parts & kPartFinals) != 0)) {
+    return Breaks("R61", std::to_string(with_final) + " slots have state 4 (a final row follows), but its parts are " +
+                             std::to_string(parts));
+  }
+  std::size_t infos_end = end;
+  if ((parts & kPartInfos) != 0) {
+    *infos = end;
+    if (payload.size() < end + sizeof(std::uint32_t))
+      return Breaks("R60", "it ends at byte " + std::to_string(payload.size()) + ", before its infos");
+    infos_end = end + sizeof(std::uint32_t) + WordAt(payload, end);
+    end = AlignBlock(infos_end);
+  }
+  if (payload.size() != end) {
+    return Breaks(
+        "R60", "it has " + std::to_string(payload.size()) + " bytes, by its parts and states " + std::to_string(end));
+  }
+  return JudgePadding(payload, infos_end);
+}
+
+/// Between blocks, behind final rows and infos, there are zeros.
+Status ResultCheck::JudgePadding(std::span<const std::byte> payload, std::size_t infos_end) const {
+  const auto zero = [&](std::size_t from) {
+    for (std::size_t at = from; at < std::min(AlignBlock(from), payload.size()); ++at) {
+      if (payload[at] != std::byte{0}) return at;
+    }
+    return std::size_t{0};
+  };
+  std::size_t wrong = zero(infos_end), finals = blocks_.result_bytes;
+  for (std::size_t b = 0; b < states_.size() && wrong == 0; ++b) {
+    const BehaviourSpec& spec = env_->behaviours[b];
+    const BehaviourBlocks& at = blocks_.behaviours[b];
+    const std::size_t slots = states_[b].size(), row_bytes = spec.observation_layout.row_bytes;
+    const auto mask_bytes = spec.masks_actions ? static_cast<std::size_t>(spec.action_layout.mask_bytes) : 0;
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      if ((StateIn(payload, b, slot) & kFinal) != 0) finals += row_bytes;
+    }
+    for (const std::size_t end :
+         {at.observations + slots * row_bytes, at.states + slots, at.masks + slots * mask_bytes, finals}) {
+      if (wrong == 0) wrong = zero(end);
+    }
+    finals = AlignBlock(finals);
+  }
+  if (wrong == 0) return Status::Ok();
+  return Breaks("R62", "byte " + std::to_string(wrong) + " is " + std::to_string(std::to_integer<int>(payload[wrong])) +
+                           ", but padding is 0");
+}
+
+Status ResultCheck::JudgeSlot(const Site& site) const {
+  if ((site.state & ~kStateBits) != 0)
+    return Breaks("R63", site.Name() + " has " + StateText(site.state) + "; the highest bit known is 16");
+  if (site.Has(kFirst) && !site.Has(kActive)) {
+    return Breaks("R64", site.Name() + " has " + StateText(site.state) +
+                             ": a first observation (8) of an agent that does not take part; set 16 for every agent "
+                             "whose action counts next time");
+  }
+  double reward = 0.0;
+  std::memcpy(&reward, site.payload.data() + site.at.rewards + site.slot * sizeof(reward), sizeof(reward));
+  const bool plays = site.chosen && asked_ == FrameType::kStep && (site.was & kActive) != 0;
+  if (!plays && (reward != 0.0 || site.Has(kEnds | kFinal))) {
+    return Breaks("R65", site.Name() + " has reward " + NumberText(reward) + " and " + StateText(site.state) +
+                             ", but took no part in this step: its reward and states 1, 2 and 4 are 0");
+  }
+  if (numbers_ == Numbers::kJudged && !std::isfinite(reward)) {
+    return Breaks("R75", "the reward of " + site.Name() + " is NaN or infinite; mend it in the world",
+                  StatusCode::kNonFinite);
+  }
+  if (!site.chosen) return JudgeRepeated(site);
+  if (!plays && site.Has(kActive) && !site.Has(kFirst)) {
+    return Breaks("R66", site.Name() + " has " + StateText(site.state) +
+                             ": it begins to take part without a first observation (8)");
+  }
+  if (plays) CONSAC_RETURN_IF_ERROR(JudgeEnd(site));
+  if (site.Has(kActive)) CONSAC_RETURN_IF_ERROR(JudgeMask(site));
+  return site.Has(kActive | kEnds) ? JudgeRow(site, site.row(), "") : Status::Ok();
+}
+
+/// Of an agent that took part in the step: whether it has ended, and what its autoreset makes of that.
+Status ResultCheck::JudgeEnd(const Site& site) const {
+  if (!site.Has(kEnds)) {
+    if ((site.state & kStateBits) == kActive) return Status::Ok();
+    return Breaks("R67", site.Name() + " took part and has " + StateText(site.state) +
+                             " now; an agent that has not ended has 16 and nothing else, one that has ended 1 or 2");
+  }
+  if (autoreset_ != Autoreset::kSameStep) {
+    if (!site.Has(kFinal | kBegins)) return Status::Ok();
+    return Breaks("R69", site.Name() + " has " + StateText(site.state) +
+                             "; with next_step and disabled the episode's last observation is in the row itself: " +
+                             "neither 4 nor 8 nor 16");
+  }
+  if (!site.Has(kFinal) && site.Has(kTerminated | kBegins)) {
+    return Breaks("R68", site.Name() + " has " + StateText(site.state) +
+                             "; with same_step an episode that ends has a final row (4)");
+  }
+  if (site.Has(kActive) != site.Has(kFirst)) {
+    return Breaks("R68", site.Name() + " has " + StateText(site.state) +
+                             "; with same_step an agent that has ended and takes part has a first observation (8)");
+  }
+  return Status::Ok();
+}
+
+Status ResultCheck::JudgeRepeated(const Site& site) const {
+  const bool same = site.state == (site.was & kBegins);
+  if (!same) {
+    return Breaks("R70", site.Name() + " was not stepped and has " + StateText(site.state) + ", before it had " +
+                             StateText(site.was));
+  }
+  if (site.before.size() < blocks_.result_bytes) return Status::Ok();
+  const std::byte* row = site.before.data() + (site.row() - site.payload.data());
+  const std::byte* mask = site.before.data() + (site.mask() - site.payload.data());
+  if (std::memcmp(row, site.row(), site.row_bytes()) != 0)
+    return Breaks("R70", site.Name() + " was not stepped, but its observation has changed");
+  if (std::memcmp(mask, site.mask(), site.mask_bytes()) != 0)
+    return Breaks("R70", site.Name() + " was not stepped, but its mask has changed");
+  return Status::Ok();
+}
+
+Status ResultCheck::JudgeMask(const Site& site) const {
+  if (site.mask_bytes() == 0) return Status::Ok();
+  const std::byte* mask = site.mask();
+  unsigned all = 0;
+  for (std::size_t i = 0; i < site.mask_bytes(); ++i) all |= std::to_integer<unsigned>(mask[i]);
+  if (all > 1) return Breaks("R71", "the mask of " + site.Name() + " has a byte that is neither 0 nor 1");
+  const std::int64_t choice = ChoiceWithNothingLegal(choices_[site.b], reinterpret_cast<const std::uint8_t*>(mask));
+  if (choice < 0) return Status::Ok();
+  return Breaks("R72",
+                site.Name() + " has no legal action for choice " + std::to_string(choice) + "; leave at least one");
+}
+
+Status ResultCheck::JudgeRow(const Site& site, const std::byte* row, const char* what) const {
+  for (const Leaf& leaf : site.spec.observation_layout.leaves) {
+    const std::string_view name = leaf.name;
+    if (leaf.space.kind() == SpaceKind::kBox) {
+      if (numbers_ == Numbers::kLeft || !LeafHasNonFinite(leaf, row)) continue;
+      return Breaks("R75",
+                    std::string(what) + (name.empty() ? "an observation" : leaf.name) + " of " + site.Name() +
+                        " is NaN or infinite; mend it in the world",
+                    StatusCode::kNonFinite);
+    }
+    for (std::int64_t i = 0; i < leaf.count; ++i) {
+      const double value = ReadElement(leaf, row, i);
+      const auto [low, high] = ElementBounds(leaf, i);
+      if (value >= low && value <= high) continue;
+      return Breaks("R73", std::string(what) + site.Name() + " has " + NumberText(value) + " at element " +
+                               std::to_string(i) + (name.empty() ? "" : " of '" + leaf.name + "'") + ", outside " +
+                               NumberText(low) + " to " + NumberText(high));
+    }
+  }
+  return Status::Ok();
+}
+
+Status ResultCheck::JudgeInfos(std::span<const std::byte> payload, std::size_t at) const {
+  const std::uint32_t length = WordAt(payload, at);
+  const std::string_view text(reinterpret_cast<const char*>(payload.data()) + at + sizeof(length), length);
+  if (length > kLargestJson)
+    return Breaks("R74", "its infos are " + std::to_string(length) + " bytes of JSON; at most 1 MiB is taken");
+  const Result<nlohmann::json> infos = ParseObject(payload.subspan(at + sizeof(length), length));
+  if (!infos.ok()) return Breaks("R74", "its infos are no JSON object: " + Quote(text));
+  std::size_t slots = 0;
+  for (const auto& states : states_) slots += states.size();
+  for (const char* part : {"infos", "final_infos"}) {
+    const auto columns = infos->find(part);
+    if (columns == infos->end()) continue;
+    if (!columns->is_object()) return Breaks("R74", "its " + std::string(part) + " are no object");
+    for (const auto& [name, column] : columns->items()) {
+      const std::string fault = ColumnFault(column, slots);
+      if (!fault.empty()) return Breaks("R74", std::string(part) + " " + Quote(name) + " " + fault);
+    }
+  }
+  return Status::Ok();
+}
+
+/// What the next RESULT goes on from.
+void ResultCheck::Remember(std::span<const std::byte> payload) {
+  anyone_ = false;
+  for (std::size_t world = 0; world < over_.size(); ++world) {
+    bool active = false, ended = false;
+    for (std::size_t b = 0; b < states_.size(); ++b) {
+      const std::size_t agents = env_->behaviours[b].agents.size();
+      for (std::size_t slot = world * agents; slot < (world + 1) * agents; ++slot) {
+        const std::uint8_t state = states_[b][slot] = StateIn(payload, b, slot);
+        active = active || (state & kActive) != 0;
+        ended = ended || (state & kEnds) != 0;
+      }
+    }
+    anyone_ = anyone_ || active;
+    over_[world] = !active && (ended || over_[world] != 0) ? 1 : 0;
+  }
+}
+
+std::string_view RuleOf(const Status& status) {
+  const std::string_view text = status.message();
+  const std::size_t open = text.rfind(" (R");
+  if (open == std::string_view::npos || !text.ends_with(")")) return {};
+  return text.substr(open + 2, text.size() - open - 3);
+}
+
+}  // namespace consac::protocol2

@@ -1,0 +1,119 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacFarewell.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "ConsacConvert.h"
+#include "ConsacLog.h"
+
+std::string FConsacFarewell::Do()
+{
+	std::string Fault;
+	if (Driver && !ModelFolder.empty())
+	{
+		Fault = ConsacPlugin::KeepModels(*Driver, Behaviours, ModelFolder, ".stopped.consac");
+	}
+	for (std::size_t B = 0; B < Recorders.size(); ++B)
+	{
+		const consac::Status Status = RecordFolder.empty() ? consac::Status::Ok() : Recorders[B]->Save(RecordFolder + "/" + consac::FileNameOf(Behaviours[B], ".safetensors"));
+		Fault = Status.ok() ? Fault : Status.message();
+	}
+	Driver.reset();
+	Recorders.clear();
+	World.reset();
+	return Fault;
+}
+
+namespace ConsacPlugin
+{
+
+std::string KeepModels(consac::host::Driver& Driver, const std::vector<std::string>& Behaviours, const std::string& Folder, const char* Ending)
+{
+	std::string Fault;
+	for (std::size_t B = 0; B < Behaviours.size(); ++B)
+	{
+		if (!Driver.learned(B)) // it is worth no file
+		{
+			continue;
+		}
+		const std::string File = Folder + "/" + consac::FileNameOf(Behaviours[B], Ending);
+		const consac::Status Status = Driver.SaveModel(B, File);
+		if (!Status.ok())
+		{
+			Fault = Status.message();
+		}
+		else
+		{
+			UE_LOG(LogConsac, Display, TEXT("what was learned is in %s"), *FromUtf8(File));
+		}
+	}
+	return Fault;
+}
+
+// One that is on its way.
+struct FLeaving
+{
+	std::mutex Mutex;
+	std::condition_variable Changed;
+	FConsacFarewell Training;
+	std::string Fault;
+	bool bOut = false;      // it is done
+	bool bAlone = false;    // nobody waits for it any more
+	std::thread Thread;
+
+	~FLeaving()
+	{
+		if (Thread.joinable())
+		{
+			Thread.join();
+		}
+	}
+
+	void Run()
+	{
+		const std::string Found = Training.Do();
+		const std::lock_guard<std::mutex> Lock(Mutex);
+		Fault = Found;
+		bOut = true;
+		if (bAlone && !Found.empty())
+		{
+			LogError(FromUtf8(Found));
+		}
+		Changed.notify_all();
+	}
+};
+
+static std::vector<std::unique_ptr<FLeaving>> Leaving;
+
+static void Forget(bool bAll)
+{
+	std::erase_if(Leaving, [bAll](const std::unique_ptr<FLeaving>& One)
+	{
+		const std::lock_guard<std::mutex> Lock(One->Mutex);
+		return bAll || One->bOut;
+	});
+}
+
+std::string SeeOut(FConsacFarewell Training, double MostSeconds)
+{
+	Forget(false);
+	std::unique_ptr<FLeaving> Made = std::make_unique<FLeaving>();
+	FLeaving& One = *Made;
+	One.Training = std::move(Training);
+	One.Thread = std::thread(&FLeaving::Run, &One);
+	Leaving.push_back(std::move(Made));
+	std::unique_lock<std::mutex> Lock(One.Mutex);
+	One.Changed.wait_for(Lock, std::chrono::duration<double>(MostSeconds), [&One] { return One.bOut; });
+	One.bAlone = true;
+	return One.Fault;
+}
+
+void AwaitFarewells()
+{
+	Forget(true);
+}
+
+}

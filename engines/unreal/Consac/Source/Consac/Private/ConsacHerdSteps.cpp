@@ -1,0 +1,212 @@
+// Copyright CONSAC authors. MIT License.
+// A herd from one decision to the next: what its agents see, do and get.
+#include "ConsacAgentComponent.h"
+#include "ConsacConvert.h"
+#include "ConsacHerd.h"
+#include "ConsacLog.h"
+#include "ConsacSensorComponent.h"
+#include "UObject/UObjectGlobals.h"
+
+void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
+{
+	if (UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get())
+	{
+		Agent->EpisodeSteps = 0;
+		Agent->EpisodeReward = 0.0f;
+		Agent->OnEpisodeBegin.Broadcast(Agent, Seed);
+	}
+}
+
+void FConsacHerd::Prepare(consac::host::AgentId Id)
+{
+	const UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get();
+	// By number: what a sensor does may take another one away, or its agent.
+	for (int32 Index = 0; IsValid(Agent) && Index < Agent->Sensors.Num(); ++Index)
+	{
+		UConsacSensorComponent* Sensor = Agent->Sensors[Index];
+		if (IsValid(Sensor))
+		{
+			Sensor->Prepare();
+		}
+	}
+}
+
+void FConsacHerd::Observe(consac::host::AgentId Id)
+{
+	UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get();
+	if (Agent == nullptr)
+	{
+		return;
+	}
+	std::fill(Places[static_cast<std::size_t>(Id)].Allowed.begin(), Places[static_cast<std::size_t>(Id)].Allowed.end(), std::uint8_t{1});
+	// By number: what a sensor does may take another one away.
+	for (int32 Index = 0; Index < Agent->Sensors.Num(); ++Index)
+	{
+		UConsacSensorComponent* Sensor = Agent->Sensors[Index];
+		if (IsValid(Sensor))
+		{
+			Sensor->Sense(Sensed);
+			const consac::Status Status = SetObservation(*Agent, Sensor->ObservationName, Sensed.GetData(), Sensed.Num());
+			if (!Status.ok())
+			{
+				ConsacPlugin::LogError(FString::Printf(TEXT("the sensor %s: %s"), *Sensor->GetName(), *ConsacPlugin::FromUtf8(Status.message())));
+			}
+		}
+	}
+	Agent->OnObserve.Broadcast(Agent);
+}
+
+// What was seen, as the world's row.
+void FConsacHerd::Publish(consac::host::AgentId Id)
+{
+	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	if (!TheWorld->Joined(Id))
+	{
+		return;
+	}
+	Taken.bShown = true;
+	std::memcpy(TheWorld->Observation(Id), Taken.Row.data(), Taken.Row.size());
+	std::uint8_t* Mask = TheWorld->ActionMask(Id);
+	if (Mask != nullptr)
+	{
+		std::memcpy(Mask, Taken.Allowed.data(), Taken.Allowed.size());
+	}
+}
+
+consac::Status FConsacHerd::Offer()
+{
+	bActing = bJudged = false;
+	for (const std::unique_ptr<consac::host::Recorder>& Recorder : Recorders)
+	{
+		Recorder->Note();
+	}
+	return TheWorld->Offer();
+}
+
+consac::Status FConsacHerd::Begin()
+{
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (TheWorld->Resets(Id))
+		{
+			Places[static_cast<std::size_t>(Id)].bGone = false;
+			const std::optional<std::uint64_t> Seed = TheWorld->Seed(Id);
+			BeginEpisode(Id, Seed ? static_cast<int64>(*Seed >> 1) : -1);
+		}
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (TheWorld->Resets(Id))
+		{
+			Prepare(Id);
+		}
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (TheWorld->Resets(Id)) // the others are in the middle of an episode, and nobody asked what they see
+		{
+			Observe(Id);
+			Publish(Id);
+		}
+	}
+	return Offer();
+}
+
+void FConsacHerd::Act(bool bByHand)
+{
+	bActing = true;
+	for (FPlace& Taken : Places)
+	{
+		if (!Taken.bShown) // it came after this decision was asked for
+		{
+			continue;
+		}
+		Taken.bNew = false;
+		if (UConsacAgentComponent* Agent = bByHand ? Taken.Agent.Get() : nullptr)
+		{
+			Agent->OnHeuristic.Broadcast(Agent);
+		}
+		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
+		{
+			Agent->OnAction.Broadcast(Agent);
+		}
+	}
+}
+
+// Whether time is up for its agent, and what it sees.
+void FConsacHerd::Judge(consac::host::AgentId Id)
+{
+	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	if (UConsacAgentComponent* Agent = Taken.bNew ? nullptr : Taken.Agent.Get())
+	{
+		++Agent->EpisodeSteps;
+		if (Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps)
+		{
+			TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
+		}
+	}
+	Observe(Id);
+}
+
+// From an episode that ends to the next one.
+void FConsacHerd::Turn(consac::host::AgentId Id)
+{
+	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	if (Taken.bGone)
+	{
+		Taken.bGone = false;
+		TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
+	}
+	Taken.bBegins = TheWorld->Joined(Id) && TheWorld->Ending(Id);
+	if (!Taken.bBegins)
+	{
+		return;
+	}
+	if (Taken.bNew || Taken.Agent.Get() == nullptr)
+	{
+		// The episode was that of one who has gone and cannot look again: it ends with what was offered last. The
+		// newcomer, if there is one, has begun when it came.
+		std::memcpy(TheWorld->FinalObservation(Id), TheWorld->Observation(Id), Taken.Row.size());
+		return;
+	}
+	std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
+	BeginEpisode(Id, -1);
+}
+
+consac::Status FConsacHerd::Settle()
+{
+	// All together, so that nobody's last observation shows another one at its new start.
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		Prepare(Id);
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		Judge(Id);
+	}
+	bJudged = true;
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		Turn(Id);
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (Places[static_cast<std::size_t>(Id)].bBegins)
+		{
+			Prepare(Id);
+		}
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		if (Places[static_cast<std::size_t>(Id)].bBegins)
+		{
+			Observe(Id);
+		}
+		Publish(Id);
+	}
+	for (FPlace& Taken : Places)
+	{
+		Taken.bBegins = false;
+	}
+	return Offer();
+}

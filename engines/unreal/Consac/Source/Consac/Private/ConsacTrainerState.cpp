@@ -1,0 +1,96 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacTrainerState.h"
+
+#include "ConsacAgentComponent.h"
+#include "ConsacConvert.h"
+#include "ConsacFarewell.h"
+#include "ConsacSubsystem.h"
+#include "ConsacTrainer.h"
+#include "ConsacTrainerDrivers.h"
+
+consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
+{
+	using consac::Status;
+	using consac::StatusCode;
+	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(&Trainer);
+	if (bAway)
+	{
+		return Status(StatusCode::kFailedPrecondition, "this is a client of a network game; its server trains");
+	}
+	if (Subsystem == nullptr || Subsystem->GetTrainer() != &Trainer)
+	{
+		return Status(StatusCode::kFailedPrecondition, "the game does not run, or another Consac Trainer drives its agents");
+	}
+	if (Driver)
+	{
+		return Status(StatusCode::kFailedPrecondition, "the training has begun already; Stop Training ends it");
+	}
+	const TArray<UConsacAgentComponent*> Agents = Subsystem->GetAgents();
+	if (Agents.IsEmpty())
+	{
+		return Status(StatusCode::kFailedPrecondition, "there is no actor with a Consac Agent");
+	}
+	std::unique_ptr<FConsacHerd> Gathered = std::make_unique<FConsacHerd>();
+	CONSAC_RETURN_IF_ERROR(Gathered->Gather(Agents, Trainer.RoomForAgents));
+	ConsacPlugin::FDriverResult Made = ConsacPlugin::DriverFor(Trainer, Gathered->World());
+	if (!Made.ok())
+	{
+		return Made.status();
+	}
+	Herd = std::move(Gathered);
+	Driver = std::move(*Made);
+	TicksPassed = 0;
+	Ended = 0;
+	bMet = bCompleted = false;
+	if (!Trainer.RecordFolder.IsEmpty())
+	{
+		Herd->Record();
+	}
+	if (Trainer.bFixedStep && std::isfinite(Trainer.FixedStepSeconds) && Trainer.FixedStepSeconds > 0.0f)
+	{
+		Steps = std::make_unique<FConsacStepGuard>(static_cast<double>(Trainer.FixedStepSeconds));
+	}
+	return Status::Ok();
+}
+
+consac::Status FConsacTrainerState::Poll(double WaitSeconds)
+{
+	// Nobody is waited for who has not come.
+	const consac::Status Status = Driver->Poll(bMet ? std::max(WaitSeconds, 0.0) : 0.0);
+	const bool bLeft = Driver->ended() != Ended;
+	Ended = Driver->ended();
+	bMet = Status.ok() && ((bMet && !bLeft) || Herd->World().cue() != consac::host::Cue::kWait);
+	return Status;
+}
+
+void FConsacTrainerState::SetSpeed(bool bFast)
+{
+	if (!bFast)
+	{
+		Speed.reset();
+	}
+	else if (!Speed)
+	{
+		Speed = std::make_unique<FConsacSpeedGuard>();
+	}
+}
+
+std::string FConsacTrainerState::End(const std::string& ModelFolder, const std::string& RecordFolder, double MostSeconds)
+{
+	FConsacFarewell Training;
+	if (Driver)
+	{
+		Last = ConsacPlugin::ToProgress(Driver->progress());
+		Training.Driver = std::move(Driver);
+		Herd->Release(Training);
+		Training.ModelFolder = ModelFolder;
+		Training.RecordFolder = RecordFolder;
+	}
+	const bool bSomething = Training.Driver != nullptr;
+	Herd.reset();
+	Steps.reset();
+	Speed.reset();
+	Newcomers.clear();
+	bMet = bStopWanted = bPaused = false;
+	return bSomething ? ConsacPlugin::SeeOut(std::move(Training), MostSeconds) : std::string();
+}

@@ -1,0 +1,46 @@
+// Copyright CONSAC authors. MIT License.
+// What is behind an AConsacTrainer: one training from its beginning to its end.
+#pragma once
+
+#include "CoreMinimal.h"
+#include "ConsacCoreInclude.h"
+#include "ConsacHerd.h"
+#include "ConsacStepGuard.h"
+#include "ConsacTypes.h"
+#include "UObject/WeakObjectPtrTemplates.h"
+
+class AConsacTrainer;
+class UConsacAgentComponent;
+
+struct FConsacTrainerState
+{
+	// In this order: the driver goes before the world that it drives.
+	std::unique_ptr<FConsacHerd> Herd;
+	std::unique_ptr<consac::host::Driver> Driver;
+	std::unique_ptr<FConsacStepGuard> Steps;
+	std::unique_ptr<FConsacSpeedGuard> Speed;
+	int32 TicksPassed = 0;
+	int64 Ended = 0;             // sessions of the driver that came to an end
+	bool bStarted = false;       // Start Training was tried
+	bool bMet = false;           // somebody decides: a trainer is connected, a learner or a model has begun
+	bool bCompleted = false;
+	bool bBusy = false;          // agents' events are under way
+	bool bStopWanted = false;    // one of them has called Stop Training
+	bool bPaused = false;        // the driver was told so
+	bool bAway = false;          // this is a client of a network game
+	std::vector<TWeakObjectPtr<UConsacAgentComponent>> Newcomers;
+	double LoggedAt = 0.0;
+	double TryAgainAt = 0.0;     // when to start once more: another game has the port
+	FConsacProgress Last;        // of what has ended
+
+	/** Gathers the agents and begins. */
+	consac::Status Begin(AConsacTrainer& Trainer);
+	/** Polls the driver, for at most so long, and notes what came of it. */
+	consac::Status Poll(double WaitSeconds);
+	/** Frames wait for nothing while it trains. */
+	void SetSpeed(bool bFast);
+	/** Ends it: agents are free and settings are back at once, what takes longer than `MostSeconds` goes on by itself. What went
+	 *  wrong, or nothing.
+	 *  @param ModelFolder Where to keep what was learned; empty: nowhere. RecordFolder likewise. */
+	std::string End(const std::string& ModelFolder, const std::string& RecordFolder, double MostSeconds);
+};

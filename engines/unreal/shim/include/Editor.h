@@ -1,0 +1,4 @@
+#pragma once
+class UEditorEngine;
+/// The editor; none in a game.
+extern UEditorEngine* GEditor;

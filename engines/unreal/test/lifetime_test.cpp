@@ -1,0 +1,318 @@
+// How the plugin lives in a hostile engine: Hot Reload, garbage collection, packaged games, several worlds and net
+// modes in one process, travel, streaming, settings that are somebody else's.
+#include <chrono>
+#include <cmath>
+#include <future>
+#include <memory>
+
+#include "Components/SceneCaptureComponent2D.h"
+#include "Components/StaticMeshComponent.h"
+#include "ConsacCameraSensorComponent.h"
+#include "ConsacChase.h"
+#include "ConsacFarewell.h"
+#include "ConsacRoad.h"
+#include "ConsacSubsystem.h"
+#include "ConsacTransformSensorComponent.h"
+#include "Editor.h"
+#include "Editor/EditorEngine.h"
+#include "HAL/IConsoleManager.h"
+#include "Misc/App.h"
+#include "graphs.h"
+
+namespace consac::testing {
+namespace {
+
+long Count(const std::string& what) {
+  long count = 0;
+  for (const std::string& line : Shim::Log()) count += line.find(what) != std::string::npos ? 1 : 0;
+  return count;
+}
+
+AConsacTrainer* Trainer(Shim::Game& game, EConsacMode mode) {
+  return game.SpawnWith<AConsacTrainer>([mode](AConsacTrainer& made) {
+    made.Mode = mode;
+    made.Port = 0;
+    made.LogSeconds = 0.0f;
+  });
+}
+
+TEST(Lifetime, WhatHotReloadMakesIsDestroyedWithoutState) {
+  EXPECT_GT(Shim::HotReload(), 10);
+}
+
+TEST(Lifetime, AnEntryHasOneNameHoweverTheGameSpellsIt) {
+  // A packaged game keeps one spelling of a name: that of who came first, who may be anybody.
+  EXPECT_EQ(Text(FName(TEXT("SpeltAnyhow")).ToString()), "SpeltAnyhow");
+  Shim::Game game;
+  RoadAgent agent(game, 1);
+  FConsacEntry entry;
+  entry.Name = TEXT("speltanyhow");
+  EXPECT_EQ(Text(entry.Name.ToString()), "SpeltAnyhow") << "the shim is as hostile as that";
+  entry.Space = UConsacBlueprintLibrary::MakeBoxSpace(1, 0.0f, 1.0f);
+  agent.agent->Observations.Add(entry);
+  const ScratchFolder scratch("unreal_names");
+  AConsacTrainer* trainer = Trainer(game, EConsacMode::Train);
+  game.Tick();
+  game.Tick();
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  trainer->SaveModel(TEXT("default"), Text(scratch.path() + "/model.consac"), result, error);
+  ASSERT_EQ(result, EConsacResult::Success) << Text(error);
+  const auto policy = Policy::Load(scratch.path() + "/model.consac", 1);
+  ASSERT_TRUE(policy.ok());
+  const std::string space = policy->data().observation_space.ToString();
+  EXPECT_NE(space.find("speltanyhow"), std::string::npos) << space;
+  EXPECT_EQ(space.find("SpeltAnyhow"), std::string::npos) << space;
+}
+
+TEST(Lifetime, ThePackagedSamplesAreSeenAndStandSomewhere) {
+  Shim::Game game;
+  AConsacRoad* road = game.SpawnWith<AConsacRoad>([](AConsacRoad& made) { made.Port = 0; });
+  AConsacChase* chase = game.SpawnWith<AConsacChase>([](AConsacChase& made) { made.Chasers = 2; });
+  chase->Trainer->Mode = EConsacMode::ByHand;
+  for (int k = 0; k < 3; ++k) game.Tick();
+  int meshes = 0;
+  for (AActor* actor : {static_cast<AActor*>(road), static_cast<AActor*>(chase)}) {
+    for (UActorComponent* component : actor->shim_components_) {
+      if (!component->ShimClass()->ShimIsA(UStaticMeshComponent::StaticClass())) continue;
+      const auto* mesh = static_cast<UStaticMeshComponent*>(component);
+      EXPECT_NE(mesh->shim_mesh_, nullptr);
+      EXPECT_DOUBLE_EQ(mesh->shim_rotation_.W, 1.0);
+      EXPECT_DOUBLE_EQ(mesh->shim_rotation_.X + mesh->shim_rotation_.Y + mesh->shim_rotation_.Z, 0.0);
+      ++meshes;
+    }
+  }
+  EXPECT_EQ(meshes, 3);
+  for (AActor* actor : game.world().shim_actors_) {
+    const FVector at = actor->GetActorLocation();
+    EXPECT_LT(std::abs(at.X) + std::abs(at.Y) + std::abs(at.Z), 1e5) << Text(actor->GetName());
+  }
+}
+
+TEST(Lifetime, NothingTrainsOnAClient) {
+  Shim::Game server(NM_ListenServer), client(NM_Client);
+  RoadAgent there(server, 1), here(client, 1);
+  AConsacTrainer* serving = Trainer(server, EConsacMode::ByHand);
+  AConsacTrainer* idle = Trainer(client, EConsacMode::ByHand);
+  Shim::ForgetLog();
+  for (int k = 0; k < 5; ++k) server.Tick(), client.Tick();
+  EXPECT_TRUE(serving->IsTraining());
+  EXPECT_FALSE(idle->IsTraining());
+  EXPECT_EQ(here.steps, 0);
+  EXPECT_EQ(Count("Error"), 0) << "a client is no fault";
+  EConsacResult result = EConsacResult::Success;
+  FString error;
+  idle->StartTraining(result, error);
+  EXPECT_EQ(result, EConsacResult::Failed);
+  EXPECT_NE(Text(error).find("client"), std::string::npos) << Text(error);
+}
+
+TEST(Lifetime, ASecondTrainerWaitsForItsTurn) {
+  for (const bool streamed : {false, true}) {
+    Shim::Game game;
+    RoadAgent agent(game, 1);
+    AConsacTrainer* first = Trainer(game, EConsacMode::ByHand);
+    AConsacTrainer* second = Trainer(game, EConsacMode::ByHand);
+    for (int k = 0; k < 5; ++k) game.Tick();
+    EXPECT_TRUE(first->IsTraining());
+    EXPECT_FALSE(second->IsTraining());
+    if (streamed) Shim::StreamOut(*first);
+    if (!streamed) Shim::Destroy(*first);
+    Shim::Collect();
+    const long before = agent.steps;
+    for (int k = 0; k < 5; ++k) game.Tick();
+    EXPECT_TRUE(second->IsTraining());
+    EXPECT_GT(agent.steps, before);
+    EXPECT_EQ(UConsacSubsystem::Of(second)->GetTrainer(), second);
+  }
+}
+
+TEST(Lifetime, EachWorldHasItsOwnAgentsAndTrainer) {
+  Shim::Game game;
+  RoadAgent before(game, 1);
+  AConsacTrainer* old_trainer = Trainer(game, EConsacMode::ByHand);
+  UWorld& old_world = game.world();
+  game.Tick();
+  // A seamless travel: the next world begins while the last still plays.
+  game.OpenWorld();
+  RoadAgent after(game, 2);
+  AConsacTrainer* trainer = Trainer(game, EConsacMode::ByHand);
+  for (int k = 0; k < 5; ++k) game.Tick();
+  EXPECT_TRUE(old_trainer->IsTraining());
+  EXPECT_TRUE(trainer->IsTraining());
+  EXPECT_EQ(UConsacSubsystem::Of(trainer)->GetAgents().Num(), 1);
+  game.CloseWorld(old_world);
+  const long steps = after.steps;
+  for (int k = 0; k < 5; ++k) game.Tick();
+  EXPECT_EQ(after.steps, steps + 5);
+}
+
+TEST(Lifetime, ATravelKeepsNothingOfTheWorldItLeaves) {
+  Shim::Game game;
+  RoadAgent agent(game, 1);
+  Trainer(game, EConsacMode::ByHand);
+  // What a graph keeps in its game: a socket with somebody who waits at it, and a model.
+  Shim::Held socket_held, model_held;
+  UConsacSocket* socket = UConsacBlueprintLibrary::CreateConsacSocket(agent.actor, TEXT("127.0.0.1"), 0);
+  socket_held.Hold(socket);
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  socket->OpenSocket(result, error);
+  UConsacWaitMessageAction::WaitAndAcceptMessage(agent.actor, socket, 100.0f)->Activate();
+  game.Tick();
+  Shim::Collect();
+  game.Travel();  // ends the test where a part of the world is still held
+  EXPECT_TRUE(socket->IsOpen()) << "its game goes on";
+  game.Tick();
+}
+
+TEST(Lifetime, AnObjectOfAGameIsNotTakenForGarbageWhileItIsHeld) {
+  Shim::Game game;
+  AActor* actor = game.Spawn<AConsacTestActor>();
+  Shim::Held held;
+  UConsacSocket* socket = UConsacBlueprintLibrary::CreateConsacSocket(actor, TEXT("127.0.0.1"), 0);
+  held.Hold(socket);
+  EXPECT_NE(socket->GetWorld() == nullptr && socket->ShimOuter() == nullptr, true) << "it belongs to its game";
+  Shim::Collect();
+  EXPECT_FALSE(socket->IsOpen());
+}
+
+TEST(Lifetime, APortThatAnotherGameHasIsTriedAgain) {
+  Shim::Game game, other;
+  RoadAgent agent(game, 1), far(other, 1);
+  AConsacTrainer* first = Trainer(game, EConsacMode::Serve);
+  game.Tick();
+  ASSERT_GT(first->GetTrainerPort(), 0);
+  AConsacTrainer* second = Trainer(other, EConsacMode::Serve);
+  second->Port = first->GetTrainerPort();
+  int told = 0;
+  second->OnTrainerError.ShimBind(nullptr, [&told](const FString&) { ++told; });
+  for (int k = 0; k < 5; ++k) other.Tick();
+  EXPECT_FALSE(second->IsTraining());
+  EXPECT_EQ(told, 1);
+  first->StopTraining();
+  EXPECT_TRUE(TickUntil(
+      30.0, [&] { other.Tick(); }, [&] { return second->IsTraining(); }));
+  EXPECT_EQ(told, 1);
+}
+
+TEST(Lifetime, AnUnattendedGameWaitsForNobodyWhoHasNotCome) {
+  FApp::ShimSetUnattended(true);
+  {
+    Shim::Game game;
+    RoadAgent agent(game, 1);
+    AConsacTrainer* trainer = Trainer(game, EConsacMode::Serve);
+    trainer->MaxWaitSeconds = 20.0f;
+    const auto begun = std::chrono::steady_clock::now();
+    for (int k = 0; k < 20; ++k) game.Tick();
+    EXPECT_TRUE(trainer->IsTraining());
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(15));
+  }
+  FApp::ShimSetUnattended(false);
+}
+
+TEST(Lifetime, WhatFailsInEveryTickIsOneLine) {
+  Shim::Game game;
+  AActor* actor = game.Spawn<AConsacTestActor>();
+  UConsacAgentComponent* agent = game.AddComponent<UConsacAgentComponent>(*actor);
+  Shim::ForgetLog();
+  for (int k = 0; k < 100; ++k) agent->SetObservationNumber(TEXT("nowhere"), 1.0f);
+  EXPECT_EQ(Count("nowhere"), 1);
+  agent->SetObservationNumber(TEXT("elsewhere"), 1.0f);
+  EXPECT_EQ(Count("elsewhere"), 1);
+}
+
+TEST(Lifetime, AStopHoldsTheGameNoLongerThanItSays) {
+  // A driver whose end takes until it is let go.
+  struct FSlow final : host::Driver {
+    explicit FSlow(std::shared_ptr<std::promise<void>> held) : go(std::move(held)) {}
+    ~FSlow() override { go->get_future().wait(); }
+    Status Poll(double) override { return Status::Ok(); }
+    bool finished() const override { return false; }
+    host::Progress progress() const override { return {}; }
+    std::shared_ptr<std::promise<void>> go;
+  };
+  auto go = std::make_shared<std::promise<void>>();
+  FConsacFarewell farewell;
+  farewell.Driver = std::make_unique<FSlow>(go);
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_EQ(ConsacPlugin::SeeOut(std::move(farewell), 0.05), "");
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(10));
+  go->set_value();
+  ConsacPlugin::AwaitFarewells();
+}
+
+TEST(Lifetime, FramesWaitForNothingWhileItTrainsAndAllIsPutBack) {
+  struct Brake {
+    const TCHAR* name;
+    float value;
+    IConsoleVariable::ShimPriority priority;
+  };
+  const Brake brakes[] = {{TEXT("t.MaxFPS"), 72.0f, IConsoleVariable::kShimConsole},
+                          {TEXT("t.IdleWhenNotForeground"), 1.0f, IConsoleVariable::kShimProject},
+                          {TEXT("r.VSync"), 1.0f, IConsoleVariable::kShimCode},
+                          {TEXT("r.VSyncEditor"), 1.0f, IConsoleVariable::kShimConstructor}};
+  const auto variable = [](const Brake& brake) { return IConsoleManager::Get().FindConsoleVariable(brake.name); };
+  for (const Brake& brake : brakes)
+    variable(brake)->ShimForget(), variable(brake)->ShimSet(brake.value, brake.priority);
+  const auto fast = [&] {
+    bool all = !GEditor->ShimSleeps();
+    for (const Brake& brake : brakes) all = all && variable(brake)->GetFloat() == 0.0f;
+    return all;
+  };
+  const auto untouched = [&] {
+    bool all = GEditor->ShimSleeps();
+    for (const Brake& brake : brakes)
+      all = all && variable(brake)->GetFloat() == brake.value && variable(brake)->ShimSetBy() == brake.priority;
+    return all;
+  };
+  for (const int end : {0, 1, 2, 3}) {
+    Shim::Game game;
+    RoadAgent agent(game, 1);
+    AConsacTrainer* trainer = Trainer(game, EConsacMode::Train);
+    EXPECT_TRUE(untouched());
+    for (int k = 0; k < 3; ++k) game.Tick();
+    EXPECT_TRUE(fast());
+    if (end == 0) trainer->StopTraining();
+    if (end == 1) Shim::Destroy(*trainer);
+    if (end == 2) game.Travel();
+    if (end < 3) {
+      EXPECT_TRUE(untouched()) << end;
+    }
+  }
+  EXPECT_TRUE(untouched());
+  {
+    Shim::Game game;
+    RoadAgent agent(game, 1);
+    Trainer(game, EConsacMode::Serve);
+    for (int k = 0; k < 3; ++k) game.Tick();
+    EXPECT_TRUE(untouched()) << "nobody trains yet";
+    AConsacTrainer* slow = Trainer(game, EConsacMode::Train);
+    slow->bFullSpeed = false;
+  }
+  for (const Brake& brake : brakes) variable(brake)->ShimForget();
+}
+
+TEST(Lifetime, AllPicturesAreDrawnBeforeTheFirstIsRead) {
+  Shim::Game game;
+  std::vector<std::unique_ptr<RoadAgent>> agents;
+  for (int k = 0; k < 3; ++k) {
+    agents.push_back(std::make_unique<RoadAgent>(game, static_cast<std::uint64_t>(k) + 1));
+    auto* camera = game.AddComponent<UConsacCameraSensorComponent>(*agents.back()->actor);
+    camera->Width = camera->Height = 4;
+  }
+  Trainer(game, EConsacMode::ByHand);
+  USceneCaptureComponent2D::shim_asked_.clear();
+  game.Tick();
+  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRR");
+  game.Tick();
+  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRRCCCRRR");
+  for (const auto& agent : agents)
+    for (UActorComponent* component : agent->actor->shim_components_)
+      if (component->ShimClass()->ShimIsA(USceneCaptureComponent2D::StaticClass())) {
+        EXPECT_FALSE(static_cast<USceneCaptureComponent2D*>(component)->bCaptureOnMovement);
+      }
+}
+
+}  // namespace
+}  // namespace consac::testing

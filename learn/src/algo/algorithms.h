@@ -1,0 +1,21 @@
+#pragma once
+// What each algorithm's file offers to the table in registry.cpp: its table of hyperparameters, and how to make one.
+// Private to learn.
+
+#include <memory>
+#include <span>
+
+#include "consac/learn/algo/learner.h"
+
+namespace consac::learn {
+
+/// ppo.cpp, with Stable Baselines 2.10.2's definitions or Stable Baselines3's.
+std::span<const Hyperparameter> PpoTable(Generation generation);
+Result<std::unique_ptr<Learner>> CreatePpo(Generation generation, const LearnerOptions& options,
+                                           const HyperparameterSet& values);
+
+/// a2c.cpp.
+std::span<const Hyperparameter> A2cTable();
+Result<std::unique_ptr<Learner>> CreateA2c(const LearnerOptions& options, const HyperparameterSet& values);
+
+}  // namespace consac::learn

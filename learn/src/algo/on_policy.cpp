@@ -1,0 +1,70 @@
+#include "algo/on_policy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "consac/base/json.h"
+#include "consac/learn/grad/backpropagation.h"
+
+namespace consac::learn {
+
+Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolicyOptions& own,
+                                    std::int64_t minibatch_rows) {
+  const BehaviourSpec& behaviour = options.behaviour;
+  CONSAC_RETURN_IF_ERROR(CheckHead(behaviour.action_layout));
+  const std::int64_t rows = own.rollout.n_steps * behaviour.slots;
+  if (rows > (std::int64_t{1} << 30)) {
+    return Status{StatusCode::kInvalidArgument, "n_steps " + std::to_string(own.rollout.n_steps) + " times " +
+                                                    std::to_string(behaviour.slots) +
+                                                    " agents is more than 2^30 transitions; lower n_steps"};
+  }
+  const std::int64_t bytes = rows * RolloutCollector::BytesOfTransition(behaviour);
+  if (bytes > options.max_bytes) {
+    return Status{StatusCode::kResourceExhausted,
+                  "a rollout of " + std::to_string(rows) + " steps (n_steps times agents) takes " +
+                      std::to_string(bytes >> 20) + " MiB, more than the " + std::to_string(options.max_bytes >> 20) +
+                      " that are allowed here; lower n_steps"};
+  }
+  nn::ActorCriticOptions layers = own.network;
+  layers.observation_size = behaviour.observation_layout.feature_count;
+  layers.action_size = HeadSize(behaviour.action_layout);
+  Result<nn::Network> network = nn::Network::Create(nn::ActorCritic(layers));
+  if (!network.ok()) return network.status();
+  // The parameters and packed forms of them to act and to learn, the optimiser's two columns, the initialisation in
+  // double precision, the snapshot; and gradients.
+  constexpr std::int64_t kBesides = 9;
+  const std::int64_t copies = kBesides + Backpropagation::GradientCopies(minibatch_rows);
+  if (network->parameter_count() * copies * static_cast<std::int64_t>(sizeof(float)) > options.max_bytes - bytes) {
+    return Status{StatusCode::kResourceExhausted,
+                  "net_arch makes " + std::to_string(network->parameter_count()) +
+                      " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
+  }
+  return network;
+}
+
+std::string HyperparametersJson(const HyperparameterSet& values) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const Hyperparameter& row : values.table()) json[row.name] = values.Text(row.name);
+  return JsonText(json);
+}
+
+std::string TrainingJson(const std::string& hyperparameters, std::int64_t steps, std::int64_t updates) {
+  return "{\"hyperparameters\": " + hyperparameters + ", \"steps\": " + std::to_string(steps) +
+         ", \"updates\": " + std::to_string(updates) + "}";
+}
+
+double MeanDeviation(std::span<const float> log_std) {
+  double sum = 0.0;
+  for (const float value : log_std) sum += std::exp(value);
+  return sum / static_cast<double>(log_std.size());
+}
+
+double TrainingProgress::Remaining(Generation generation) const {
+  const auto total = static_cast<double>(std::max(total_steps, std::int64_t{1}));
+  if (generation == Generation::kStableBaselines3) return std::max(0.0, 1.0 - static_cast<double>(steps) / total);
+  const double planned = std::max(1.0, std::floor(total / static_cast<double>(steps_per_update)));
+  return std::max(0.0, 1.0 - static_cast<double>(updates) / planned);
+}
+
+}  // namespace consac::learn

@@ -1,0 +1,140 @@
+#pragma once
+// What on-policy algorithms share besides their pieces: options with the rows that fill them, what must hold before a
+// learner is made, and the progress of its schedules. Each algorithm lists the rows that it has, with its own defaults.
+// Private to learn.
+
+#include <string>
+
+#include "algo/parameter_rows.h"
+#include "collect/rollout_collector.h"
+#include "consac/learn/algo/learner.h"
+
+namespace consac::learn {
+
+/// Kind of network.
+enum class PolicyKind : std::uint8_t { kMlp };
+
+/// Options of every actor-critic algorithm that learns from rollouts.
+struct OnPolicyOptions {
+  Generation generation = Generation::kStableBaselines3;  ///< whose log keys and progress formula
+  RolloutOptions rollout;                                 ///< how it collects
+  Schedule learning_rate;                                 ///< of the optimiser
+  float ent_coef = 0.0f, vf_coef = 0.5f;                  ///< weights of entropy and value loss
+  double max_grad_norm = 0.5;                             ///< global norm clip; 0: none
+  bool normalize_advantage = false;                       ///< per minibatch
+  PolicyKind policy = PolicyKind::kMlp;                   ///< kind of network
+  nn::ActorCriticOptions network;                         ///< layers; sizes still unset
+  float log_std_init = 0.0f;                              ///< starting log standard deviation of Box actions
+};
+
+/// The rows of OnPolicyOptions. Defaults are PPO's unless an algorithm has others.
+namespace on_policy_rows {
+using O = OnPolicyOptions;
+using R = RolloutOptions;
+using V = VecNormaliseOptions;
+using N = nn::ActorCriticOptions;
+using enum ParameterSource;
+using Row = ParameterRow<OnPolicyOptions>;
+
+inline constexpr const char* kActivations = "tanh|relu|sigmoid|elu|leaky_relu|silu|softplus|linear";
+
+inline constexpr Row kGamma = {
+    "gamma", "gamma", Into<O, &O::rollout, &R::gamma>, "0.99", "0.99", 0, 1, "", "discount per step", kBoth};
+inline constexpr Row kNSteps = {"n_steps", "n_steps", Into<O, &O::rollout, &R::n_steps>,
+                                "128",     "2048",    1,
+                                1e9,       "",        "steps per world and update; the rollout is n_steps times worlds",
+                                kBoth};
+inline constexpr Row kGaeLambda = {
+    "lam",  "gae_lambda", Into<O, &O::rollout, &R::gae_lambda>,
+    "0.95", "0.95",       0,
+    1,      "",           "decay of generalised advantages; 1 is Monte Carlo, 0 is one step",
+    kBoth};
+inline constexpr Row kLearningRate = {"learning_rate",
+                                      "learning_rate",
+                                      Into<O, &O::learning_rate>,
+                                      "2.5e-4",
+                                      "3e-4",
+                                      0,
+                                      kUnlimited,
+                                      "",
+                                      "the optimiser's step size",
+                                      kBoth};
+inline constexpr Row kEntCoef = {"ent_coef", "ent_coef", Into<O, &O::ent_coef>,         "0.01", "0", 0,
+                                 kUnlimited, "",         "weight of the entropy bonus", kBoth};
+inline constexpr Row kVfCoef = {"vf_coef",  "vf_coef", Into<O, &O::vf_coef>,       "0.5", "0.5", 0,
+                                kUnlimited, "",        "weight of the value loss", kBoth};
+inline constexpr Row kMaxGradNorm = {"max_grad_norm",
+                                     "max_grad_norm",
+                                     Into<O, &O::max_grad_norm>,
+                                     "0.5",
+                                     "0.5",
+                                     0,
+                                     kUnlimited,
+                                     "none",
+                                     "global gradient norm is clipped to this",
+                                     kBoth};
+inline constexpr Row kNormalizeAdvantage = {"normalize_advantage",
+                                            "normalize_advantage",
+                                            Into<O, &O::normalize_advantage>,
+                                            "true",
+                                            "true",
+                                            0,
+                                            0,
+                                            "",
+                                            "standardise advantages per minibatch",
+                                            kSb3};
+inline constexpr Row kTruncation = {"truncation",
+                                    "truncation",
+                                    Into<O, &O::rollout, &R::truncation>,
+                                    "bootstrap",
+                                    "bootstrap",
+                                    0,
+                                    0,
+                                    "bootstrap|terminal",
+                                    "a cut episode goes on in the value estimate (SB3), or counts as ended (SB2)",
+                                    kConsac};
+inline constexpr Row kNetwork[] = {
+    {"policy", "policy", Into<O, &O::policy>, "MlpPolicy", "MlpPolicy", 0, 0, "MlpPolicy",
+     "kind of network: dense layers", kBoth},
+    {"net_arch", "net_arch", Into<O, &O::network, &N::arch>, "[dict(pi=[64, 64], vf=[64, 64])]",
+     "[dict(pi=[64, 64], vf=[64, 64])]", 0, 0, "", "layers: shared widths, then dict(pi=[...], vf=[...])", kBoth},
+    {"act_fun", "activation_fn", Into<O, &O::network, &N::activation>, "tanh", "tanh", 0, 0, kActivations,
+     "activation of hidden layers", kBoth},
+    {"ortho_init", "ortho_init", Into<O, &O::network, &N::orthogonal_init>, "true", "true", 0, 0, "",
+     "orthogonal initial weights; false: PyTorch's uniform", kSb3},
+    {"log_std_init", "log_std_init", Into<O, &O::log_std_init>, "0", "0", -20, 20, "",
+     "starting log standard deviation of Box actions", kSb3},
+};
+inline constexpr Row kNormalise[] = {
+    {"norm_obs", "norm_obs", Into<O, &O::rollout, &R::normalise, &V::norm_obs>, "false", "false", 0, 0, "",
+     "normalise observations by their running moments", kVecNormalize},
+    {"norm_reward", "norm_reward", Into<O, &O::rollout, &R::normalise, &V::norm_reward>, "false", "false", 0, 0, "",
+     "scale rewards by the running deviation of the return", kVecNormalize},
+    {"clip_obs", "clip_obs", Into<O, &O::rollout, &R::normalise, &V::clip_obs>, "10", "10", 1e-6, 1e9, "",
+     "largest normalised observation", kVecNormalize},
+    {"clip_reward", "clip_reward", Into<O, &O::rollout, &R::normalise, &V::clip_reward>, "10", "10", 0, kUnlimited, "",
+     "largest scaled reward", kVecNormalize},
+    {"norm_epsilon", "norm_epsilon", Into<O, &O::rollout, &R::normalise, &V::epsilon>, "1e-8", "1e-8", 0, 1, "",
+     "added to variances", kVecNormalize},
+};
+}  // namespace on_policy_rows
+
+/// Checks spaces, sizes and memory and makes the network of a learner whose minibatches have at most `minibatch_rows`
+/// rows; the error says what does not fit and what would.
+Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolicyOptions& own,
+                                    std::int64_t minibatch_rows);
+/// Values by name as a JSON object.
+std::string HyperparametersJson(const HyperparameterSet& values);
+/// What a model says of its training.
+std::string TrainingJson(const std::string& hyperparameters, std::int64_t steps, std::int64_t updates);
+/// How far a training has come.
+struct TrainingProgress {
+  std::int64_t total_steps, steps;         ///< planned and taken, of agents
+  std::int64_t updates, steps_per_update;  ///< finished; steps of a rollout
+  /// Share of the training that is left: SB2 counts updates from the start of each, SB3 steps after collecting.
+  double Remaining(Generation generation) const;
+};
+/// Mean of the standard deviations, for logs.
+double MeanDeviation(std::span<const float> log_std);
+
+}  // namespace consac::learn

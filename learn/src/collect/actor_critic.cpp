@@ -1,0 +1,41 @@
+#include "collect/actor_critic.h"
+
+#include <algorithm>
+
+namespace consac::learn {
+
+ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init)
+    : network_(std::move(network)),
+      parameters_(network_count() + static_cast<std::size_t>(LogStdSize(behaviour.action_layout)), log_std_init),
+      evaluator_(network_, behaviour.slots) {
+  Rng rng(seed, StreamId("network_initialisation"));
+  network_.Initialise(rng, std::span(parameters_).first(network_count()));
+  Publish();
+}
+
+void ActorCritic::ValuesOf(const float* features, std::int64_t rows, float* values) {
+  evaluator_.ForwardTo(1, {&features, 1}, rows);
+  std::copy_n(evaluator_.output(1), rows, values);
+}
+
+PolicyData ActorCritic::Snapshot(const BehaviourSpec& behaviour, const ObservationNormaliser& normaliser,
+                                 std::string training_json) const {
+  PolicyData data;
+  data.behaviour = behaviour.name;
+  data.observation_space = behaviour.observation_space;
+  data.action_space = behaviour.action_space;
+  data.network = network_.spec();
+  const auto network_end = parameters_.begin() + static_cast<std::ptrdiff_t>(network_count());
+  data.parameters.assign(parameters_.begin(), network_end);
+  data.log_std.assign(network_end, parameters_.end());
+  if (normaliser.active()) data.normaliser = normaliser;
+  data.training_json = std::move(training_json);
+  return data;
+}
+
+void ActorCritic::Visit(Archive& archive) {
+  archive("parameters", std::span<float>(parameters_));
+  if (archive.loading()) Publish();
+}
+
+}  // namespace consac::learn

@@ -1,0 +1,53 @@
+#pragma once
+// The network of an actor-critic algorithm with what belongs to it: the arena of parameters that learns (network, then
+// the free log standard deviations of Box actions) and the packed copy that acts. Private to learn.
+
+#include <string>
+#include <vector>
+
+#include "consac/base/archive.h"
+#include "consac/env/vector_env.h"
+#include "consac/nn/network.h"
+#include "consac/policy/policy.h"
+
+namespace consac::learn {
+
+/// A network with outputs "pi" and "vf". What acts changes with Publish alone.
+class ActorCritic {
+ public:
+  /// Fresh parameters from `seed`. Acts for all slots of `behaviour` at once at most.
+  ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init);
+
+  /// The network.
+  const nn::Network& network() const { return network_; }
+  /// [network parameters + log_std]: what an optimiser steps.
+  std::span<float> parameters() { return parameters_; }
+  /// [LogStdSize] behind the network's.
+  std::span<float> log_std() { return std::span(parameters_).subspan(network_count()); }
+  /// The parameters of now are those that act.
+  void Publish() { evaluator_.Load(std::span(parameters_).first(network_count())); }
+
+  /// Runs actor and critic for `rows` <= slots rows of network inputs.
+  void Forward(const float* features, std::int64_t rows) { evaluator_.Forward({&features, 1}, rows); }
+  /// The head's numbers of the last Forward, [rows, HeadSize].
+  const float* head() const { return evaluator_.output(0); }
+  /// V of the last Forward, [rows].
+  const float* values() const { return evaluator_.output(1); }
+  /// V alone of `rows` rows, [rows].
+  void ValuesOf(const float* features, std::int64_t rows, float* values);
+
+  /// A complete acting model of this moment; `training_json` is told to people.
+  PolicyData Snapshot(const BehaviourSpec& behaviour, const ObservationNormaliser& normaliser,
+                      std::string training_json) const;
+  /// The parameters; what was loaded acts.
+  void Visit(Archive& archive);
+
+ private:
+  std::size_t network_count() const { return static_cast<std::size_t>(network_.parameter_count()); }
+
+  nn::Network network_;
+  std::vector<float> parameters_;  // network, then log_std
+  nn::Evaluator evaluator_;
+};
+
+}  // namespace consac::learn

@@ -1,0 +1,70 @@
+#include "collect/vec_normalise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace consac::learn {
+
+VecNormalise::VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options)
+    : options_(options),
+      layout_(behaviour.observation_layout),
+      observation_moments_(options.norm_obs ? layout_.feature_count : 0),
+      return_moments_(1),
+      discounted_(static_cast<std::size_t>(behaviour.slots)),
+      work_(options.norm_obs ? static_cast<std::size_t>(behaviour.slots * layout_.feature_count) : 0) {
+  Refresh();
+}
+
+// In place, so that a step never allocates once the vectors have their size.
+void VecNormalise::Refresh() {
+  frozen_.clip = static_cast<float>(options_.clip_obs);
+  frozen_.mean.resize(observation_moments_.mean.size());
+  frozen_.scale.resize(observation_moments_.mean.size());
+  for (std::size_t d = 0; d < frozen_.mean.size(); ++d) {
+    frozen_.mean[d] = static_cast<float>(observation_moments_.mean[d]);
+    frozen_.scale[d] = static_cast<float>(1.0 / std::sqrt(observation_moments_.variance[d] + options_.epsilon));
+  }
+}
+
+void VecNormalise::Observe(const std::byte* observations, std::int64_t rows) {
+  if (!options_.norm_obs) return;
+  EncodeFeatures(layout_, observations, rows, work_.data());
+  observation_moments_.Update(work_.data(), rows);
+  Refresh();
+}
+
+void VecNormalise::Encode(const std::byte* observations, std::int64_t rows, float* features) const {
+  EncodeFeatures(layout_, observations, rows, features);
+  if (options_.norm_obs) frozen_.Apply(features, rows);
+}
+
+// Divided by the deviation of the running discounted return; no mean is taken off. The return begins anew after the
+// step that ended an episode.
+void VecNormalise::Rewards(const Batch& batch, float* rewards) {
+  const std::int64_t rows = batch.rows();
+  if (!options_.norm_reward) {
+    std::copy_n(batch.rewards, rows, rewards);
+    return;
+  }
+  const auto gamma = static_cast<float>(options_.gamma);
+  for (std::int64_t i = 0; i < rows; ++i) {
+    float& discounted = discounted_[static_cast<std::size_t>(batch.slots[static_cast<std::size_t>(i)])];
+    discounted = discounted * gamma + batch.rewards[i];
+    rewards[i] = discounted;
+  }
+  return_moments_.Update(rewards, rows);
+  const double scale = 1.0 / std::sqrt(return_moments_.variance[0] + options_.epsilon);
+  for (std::int64_t i = 0; i < rows; ++i) {
+    rewards[i] = static_cast<float>(std::clamp(batch.rewards[i] * scale, -options_.clip_reward, options_.clip_reward));
+    if ((batch.terminated[i] | batch.truncated[i]) != 0) Forget(batch.slots[static_cast<std::size_t>(i)]);
+  }
+}
+
+void VecNormalise::Visit(Archive& archive) {
+  archive("observation_moments", observation_moments_);
+  archive("return_moments", return_moments_);
+  archive("discounted", std::span<float>(discounted_));
+  if (archive.loading()) Refresh();
+}
+
+}  // namespace consac::learn

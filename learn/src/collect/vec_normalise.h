@@ -1,0 +1,55 @@
+#pragma once
+// Stable Baselines' VecNormalize as one object: observations by their running moments, rewards by the running deviation
+// of the return. Whoever collects owns one; what acts elsewhere gets its frozen copy. Private to learn.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "consac/env/vector_env.h"
+#include "consac/policy/normaliser.h"
+
+namespace consac::learn {
+
+/// What is normalised, and how far it may go.
+struct VecNormaliseOptions {
+  bool norm_obs = false;      ///< observations
+  bool norm_reward = false;   ///< rewards
+  double clip_obs = 10.0;     ///< largest normalised observation
+  double clip_reward = 10.0;  ///< largest scaled reward
+  double epsilon = 1e-8;      ///< added to variances
+  double gamma = 0.99;        ///< discount of the return whose deviation scales the rewards
+};
+
+/// Moments of one behaviour's observations and returns. Never allocates after creation.
+class VecNormalise {
+ public:
+  /// For `behaviour`.
+  VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options);
+
+  /// Takes `rows` <= slots observations into the running moments; without norm_obs nothing.
+  void Observe(const std::byte* observations, std::int64_t rows);
+  /// observations [rows, row_bytes] -> network inputs [rows, feature_count], normalised where that is wanted.
+  void Encode(const std::byte* observations, std::int64_t rows, float* features) const;
+  /// Writes the batch's rewards as the learner shall see them, [B].
+  void Rewards(const Batch& batch, float* rewards);
+  /// The episode of `slot` is lost: its return begins anew.
+  void Forget(std::int32_t slot) { discounted_[static_cast<std::size_t>(slot)] = 0.0f; }
+  /// What a policy takes along; inactive without norm_obs.
+  const ObservationNormaliser& frozen() const { return frozen_; }
+
+  /// Moments and running returns.
+  void Visit(Archive& archive);
+
+ private:
+  void Refresh();
+
+  VecNormaliseOptions options_;
+  Layout layout_;
+  RunningMoments observation_moments_, return_moments_;
+  ObservationNormaliser frozen_;
+  std::vector<float> discounted_;  // [N] running discounted return per slot
+  std::vector<float> work_;        // [N, F] observations as numbers
+};
+
+}  // namespace consac::learn

@@ -1,0 +1,37 @@
+#include "optim/gradient_step.h"
+
+#include <cmath>
+
+namespace consac::learn {
+namespace {
+
+constexpr const char* kAdvice = "lower the learning rate, or check the world's rewards and observations";
+
+}  // namespace
+
+bool GradientStep::Apply(std::span<float> parameters, std::span<const float> gradient, float learning_rate) {
+  const double norm = GlobalNorm(gradient);
+  if (!std::isfinite(norm)) {
+    ++skipped_;
+    return false;
+  }
+  optimiser_.Step(parameters, gradient, learning_rate, ClipFactor(norm, max_grad_norm_, optimiser_.form()));
+  return true;
+}
+
+void GradientStep::Finish(std::int64_t update, std::int64_t gradients) {
+  if (skipped_ == gradients) {
+    health_ = {StatusCode::kNonFinite, "no gradient of update " + std::to_string(update) +
+                                           " was finite, so nothing more can be learned; " + kAdvice};
+  } else if (skipped_ > 0) {
+    Log(LogLevel::kWarning, std::to_string(skipped_) + " of " + std::to_string(gradients) + " gradients of update " +
+                                std::to_string(update) + " were not finite and were skipped; " + kAdvice);
+  }
+}
+
+void GradientStep::Visit(Archive& archive) {
+  archive(optimiser_.name(), optimiser_);
+  archive("skipped_steps", skipped_);
+}
+
+}  // namespace consac::learn

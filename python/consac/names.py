@@ -1,0 +1,57 @@
+"""Text from outside (a peer, a model file, an environment): the one place of this package that makes of it a name or a line for people.
+
+No file is ever named by such text here. The same rules as consac/base/names.h."""
+from __future__ import annotations
+
+import re
+
+LONGEST_NAME = 255
+LONGEST_LINE = 2000
+
+# What does not show, or changes how its neighbours show: control characters, line ends, what turns the direction of writing, what has no look, and
+# halves of UTF-16 pairs. Source: Unicode 15.1, categories Cc, Zl, Zp and Cs, Bidi_Control (UAX 9), zero-width and tag characters.
+_HIDDEN = re.compile("[\u0000-\u001f\u007f-\u009f\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufdd0-\ufdef\ufeff"
+                     "\ufff9-\ufffb\ufffe\uffff\U000e0000-\U000e00ff]")
+
+_CAPITALS = {ord(letter): letter.lower() for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZ"}
+
+
+def printable_line(text, limit: int = LONGEST_LINE) -> str:
+    """`text` as one line of at most `limit` characters; what does not show becomes \\xNN, byte by byte."""
+    shown = _HIDDEN.sub(lambda found: "".join(f"\\x{byte:02x}" for byte in found[0].encode("utf-8", "surrogatepass")), str(text)[:limit])
+    return shown if len(shown) <= limit else shown[:limit - 3] + "..."
+
+
+def quote(text, limit: int = 80) -> str:
+    return f"'{printable_line(text, limit)}'"
+
+
+def check_name(what: str, name) -> str:
+    """`name` if it is 1 to 255 bytes that show; ValueError begins with `what`."""
+    if not isinstance(name, str) or not name:
+        raise ValueError(f"a {what}'s name is {quote(name)}; give it one")
+    if _HIDDEN.search(name):
+        raise ValueError(f"the {what} name {quote(name)} holds a character that does not show; write it with characters that do")
+    if len(name.encode()) > LONGEST_NAME:
+        raise ValueError(f"the {what} name {quote(name)} is longer than {LONGEST_NAME} bytes; shorten it")
+    return name
+
+
+def check_names_apart(what: str, names) -> None:
+    """ValueError unless all are names and no two are the same."""
+    seen: set = set()
+    for name in names:
+        if check_name(what, name) in seen:
+            raise ValueError(f"the {what} name {quote(name)} is there twice")
+        seen.add(name)
+
+
+def check_names_together(what: str, names) -> None:
+    """The same of names that are not told apart by capitals alone either: a trainer makes files of them."""
+    names = list(names)
+    check_names_apart(what, names)
+    seen: dict = {}
+    for name in names:
+        other = seen.setdefault(name.translate(_CAPITALS), name)
+        if other != name:
+            raise ValueError(f"the {what} names {quote(other)} and {quote(name)} differ in capitals alone; rename one")

@@ -1,0 +1,153 @@
+"""A second judge of RESULTs, made from spec/protocol2.md alone: which rule a payload breaks, None for none."""
+import json
+import math
+import struct
+
+import numpy as np
+from gymnasium import spaces
+
+from consac import wire
+
+ENDS, BEGINS = wire.TERMINATED | wire.TRUNCATED, wire.FIRST | wire.ACTIVE
+
+
+class ResultCheck:
+    """The RESULTs of one session. `ask` before each RESET and STEP, then `judge`."""
+
+    def __init__(self, spec, autoreset):
+        self.environments, self.autoreset = spec["environments"], autoreset
+        self.behaviours = [wire.Behaviour.from_json(value, self.environments) for value in spec["behaviours"]]
+        self.states = [bytes(behaviour.slots) for behaviour in self.behaviours]
+        self.before, self.step, self.chosen = None, False, b"\1" * self.environments
+
+    def ask(self, step, chosen):
+        self.step, self.chosen = step, bytes(chosen)
+
+    def over(self, environment):
+        """No agent takes part there."""
+        return not any(states[slot] & wire.ACTIVE for states, behaviour in zip(self.states, self.behaviours) for slot in self._slots(behaviour, environment))
+
+    @staticmethod
+    def _slots(behaviour, environment):
+        agents = len(behaviour.agents)
+        return range(environment * agents, (environment + 1) * agents)
+
+    def judge(self, payload):
+        try:
+            self._judge(bytes(payload))
+        except Broken as broken:
+            return broken.args[0]
+        return None
+
+    def _judge(self, payload):
+        blocks, at = [], 8
+        for behaviour in self.behaviours:
+            sizes = [behaviour.slots * behaviour.observation.row_bytes, 8 * behaviour.slots, behaviour.slots]
+            sizes.append(behaviour.slots * behaviour.action.mask_bytes if behaviour.masks_actions else 0)
+            block = []
+            for size in sizes:
+                block.append((at, at + size))
+                at = wire.align(at + size)
+            blocks.append(block)
+        need("R60", len(payload) >= at)
+        parts, = struct.unpack_from("<I", payload)
+        need("R61", parts & ~3 == 0)
+        states = [payload[block[2][0]:block[2][1]] for block in blocks]
+        finals = []
+        for behaviour, said in zip(self.behaviours, states):
+            rows = sum(1 for state in said if state & wire.FINAL)
+            finals.append((at, at + rows * behaviour.observation.row_bytes))
+            at = wire.align(finals[-1][1])
+        need("R61", any(begin < end for begin, end in finals) == bool(parts & 1))
+        infos = None
+        if parts & 2:
+            need("R60", len(payload) >= at + 4)
+            length, = struct.unpack_from("<I", payload, at)
+            infos = (at + 4, at + 4 + length)
+            at = wire.align(infos[1])
+        need("R60", len(payload) == at)
+        for begin, end in [piece for block in blocks for piece in block] + finals + [infos or (0, 0)]:
+            need("R62", not any(payload[end:wire.align(end)]))
+        for behaviour, block, said, was, final in zip(self.behaviours, blocks, states, self.states, finals):
+            at = final[0]
+            for slot in range(behaviour.slots):
+                self._judge_slot(payload, behaviour, block, slot, was[slot], said[slot])
+                if said[slot] & wire.FINAL:
+                    judge_row(behaviour, payload, at)
+                    at += behaviour.observation.row_bytes
+        if infos:
+            self._judge_infos(payload[infos[0]:infos[1]])
+        self.states, self.before = states, payload
+
+    def _judge_slot(self, payload, behaviour, block, slot, was, state):
+        need("R63", state < 32)
+        need("R64", not state & wire.FIRST or state & wire.ACTIVE)
+        reward, = struct.unpack_from("<d", payload, block[1][0] + 8 * slot)
+        chosen = self.chosen[slot // len(behaviour.agents)]
+        plays = chosen and self.step and was & wire.ACTIVE
+        need("R65", plays or reward == 0 and not state & (ENDS | wire.FINAL))
+        need("R75", math.isfinite(reward))
+        size = behaviour.observation.row_bytes
+        row = block[0][0] + slot * size
+        mask = block[3][0] + slot * behaviour.action.mask_bytes, block[3][0] + (slot + 1) * behaviour.action.mask_bytes
+        if not chosen:
+            need("R70", state == was & BEGINS)
+            need("R70", payload[row:row + size] == self.before[row:row + size])
+            need("R70", not behaviour.masks_actions or payload[mask[0]:mask[1]] == self.before[mask[0]:mask[1]])
+            return
+        if not plays:
+            need("R66", not state & wire.ACTIVE or state & wire.FIRST)
+        elif not state & ENDS:
+            need("R67", state == wire.ACTIVE)
+        elif self.autoreset != "same_step":
+            need("R69", not state & ~ENDS)
+        else:
+            need("R68", state & wire.FINAL or state == wire.TRUNCATED)
+            need("R68", bool(state & wire.ACTIVE) == bool(state & wire.FIRST))
+        if state & wire.ACTIVE and behaviour.masks_actions:
+            judge_mask(behaviour, payload[mask[0]:mask[1]])
+        if state & (wire.ACTIVE | ENDS):
+            judge_row(behaviour, payload, row)
+
+    def _judge_infos(self, text):
+        slots = sum(behaviour.slots for behaviour in self.behaviours)
+        try:
+            said = wire.load_json(text)
+            for columns in (said.get("infos", {}), said.get("final_infos", {})):
+                for column in columns.values():
+                    need("R74", len(column["slots"]) == len(column["values"]) and all(type(slot) is int and 0 <= slot < slots for slot in column["slots"]))
+        except (wire.WireError, AttributeError, KeyError, TypeError):
+            raise Broken("R74") from None
+
+
+class Broken(Exception):
+    """A rule is."""
+
+
+def need(rule, holds):
+    if not holds:
+        raise Broken(rule)
+
+
+def judge_row(behaviour, payload, at):
+    for leaf in behaviour.observation.leaves:
+        values = np.frombuffer(payload, leaf.dtype, int(np.prod(leaf.shape, dtype=int)), at + leaf.offset)
+        space = leaf.space
+        if isinstance(space, spaces.Box):
+            need("R75", values.dtype.kind != "f" or np.isfinite(values).all())
+        elif isinstance(space, spaces.Discrete):
+            need("R73", space.start <= values[0] < space.start + space.n)
+        elif isinstance(space, spaces.MultiDiscrete):
+            need("R73", (values >= 0).all() and (values < space.nvec.ravel()).all())
+        else:
+            need("R73", (values <= 1).all())
+
+
+def judge_mask(behaviour, mask):
+    need("R71", all(byte <= 1 for byte in mask))
+    for leaf in behaviour.action.leaves:
+        space = leaf.space
+        counts = [space.n] if isinstance(space, spaces.Discrete) else space.nvec.ravel() if isinstance(space, spaces.MultiDiscrete) else [2] * int(np.prod(leaf.shape)) if isinstance(space, spaces.MultiBinary) else []
+        for count in counts:
+            need("R72", any(mask[:count]))
+            mask = mask[count:]

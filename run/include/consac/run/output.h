@@ -1,0 +1,15 @@
+#pragma once
+// Output that somebody reads, or does not: a pager that stands still, a terminal that was stopped with Ctrl-S.
+
+#include <cstdio>
+
+namespace consac::run {
+
+/// The most text that may be written at once after TakesOutput: what any pipe with room has room for.
+inline constexpr std::size_t kOutputPiece = 1024;
+
+/// Whether a piece of text can be written to `stream` without waiting for its reader; waits for that at most `wait_s`.
+/// True for files, and where the reader has gone: what is written then fails at once.
+bool TakesOutput(std::FILE* stream, double wait_s);
+
+}  // namespace consac::run

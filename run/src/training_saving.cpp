@@ -1,0 +1,171 @@
+// What of a run is on disk: the checkpoint that it goes on from, and the models that act.
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "config_fields.h"
+#include "consac/base/json.h"
+#include "consac/base/names.h"
+#include "consac/nn/kernels.h"
+#include "consac/run/path.h"
+#include "training_loop.h"
+
+namespace consac::run {
+namespace {
+
+/// Adds up the bytes of an object's state.
+class StateSize final : public Archive {
+ public:
+  bool loading() const override { return false; }
+  std::size_t bytes() const { return bytes_; }
+
+ protected:
+  void OnField(std::string_view, DType dtype, void*, std::size_t count) override { bytes_ += count * SizeOf(dtype); }
+  std::uint64_t OnCount(std::string_view, DType) override { return 0; }
+
+ private:
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace
+
+/// About what saving takes: the state is collected, encoded and written, and once more for the models; a curve is
+/// drawn, with fonts.
+std::size_t Training::SavingBytes() {
+  constexpr std::size_t kCopies = 4, kBeside = std::size_t{64} << 20;
+  StateSize state;
+  Visit(state);
+  return kCopies * state.bytes() + kBeside;
+}
+
+void Training::Visit(Archive& archive) {
+  for (Trainee& trainee : trainees_) {
+    const std::string name =
+        trainees_.size() == 1 ? "learner" : "learner" + std::to_string(&trainee - trainees_.data());
+    archive(name, *trainee.learner);
+    archive(name + "_episodes", trainee.episodes);
+  }
+  if (!IsUrl(config_.world)) archive("world", crew_[0].link());
+  archive("report", *report_);
+}
+
+// The report needs to know where a resumed run stands before it opens its files, and is itself part of the state:
+// so the state is read once for the step count and once more with the report there.
+Status Training::Restore() {
+  const Result<StateMap> state = directory_->LoadCheckpoint();
+  if (!state.ok()) {
+    if (state.status().code() != StatusCode::kNotFound) return state.status();
+    std::error_code ignored;
+    if (std::filesystem::exists(ToPath(ModelPath(spec().behaviours[0])), ignored)) {
+      return {StatusCode::kDataLoss, "run '" + directory_->path() +
+                                         "' has a model but no checkpoint to go on from; train anew under another "
+                                         "--name, or over it with --force"};
+    }
+    CONSAC_RETURN_IF_ERROR(OpenReport(false));  // killed before its first checkpoint: from the start
+    return Status::Ok();
+  }
+  const auto at = state->find("steps");
+  if (at != state->end() && at->second.bytes.size() == sizeof(restored_steps_)) {
+    std::memcpy(&restored_steps_, at->second.bytes.data(), sizeof(restored_steps_));
+  }
+  // A finished run that an engine asks to train again trains that much longer.
+  if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
+    const std::int64_t more = crew_[0].link().request().training_length;
+    config_.steps = restored_steps_ + std::min(more, kMostSteps - restored_steps_);
+  }
+  const auto kernels = state->find("instruction_set");
+  if (kernels != state->end()) {
+    const std::string then(reinterpret_cast<const char*>(kernels->second.bytes.data()), kernels->second.bytes.size());
+    if (then != nn::InstructionSet()) {
+      Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " +
+                                  std::string(nn::InstructionSet()) + "; results will differ in the last digits");
+    }
+  }
+  restored_ = true;
+  CONSAC_RETURN_IF_ERROR(OpenReport(true));
+  StateReader reader(*state);
+  Visit(reader);
+  if (!reader.status().ok())
+    return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
+  for (std::size_t i = 0; i < trainees_.size(); ++i) {
+    trainees_[i].learner->SetTotalSteps(ShareOfSteps(trainees_[i].episodes.slots()));
+    trainees_[i].reports = trainees_[i].learner->reports();
+    trainees_[i].saved_updates = trainees_[i].learner->updates();
+  }
+  if (!config_.quiet) report_->Line("going on from step " + std::to_string(restored_steps_));
+  return Status::Ok();
+}
+
+bool Training::CheckpointDue() const {
+  std::int64_t unsaved = 0;  // updates of the behaviour that has made most of them
+  for (const Trainee& trainee : trainees_)
+    unsaved = std::max(unsaved, trainee.learner->updates() - trainee.saved_updates);
+  if (unsaved == 0) return false;  // between updates there is nothing new to lose
+  if (config_.checkpoint_every_updates > 0) return unsaved >= config_.checkpoint_every_updates;
+  return config_.checkpoint_every_s > 0 && Now() - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
+}
+
+std::string Training::Description() const {
+  return JsonText(nlohmann::json({{"kind", "checkpoint"},
+                                  {"requires", {"checkpoint"}},
+                                  {"world", config_.world},
+                                  {"algorithm", config_.algorithm},
+                                  {"steps", steps()},
+                                  {"seed", config_.seed},
+                                  {"instruction_set", nn::InstructionSet()}}));
+}
+
+// The checkpoint first: it holds more, and --resume needs it. Then the model, so that whoever kills the training has
+// one, whatever became of the checkpoint.
+Status Training::Save() {
+  CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
+  const Status checkpoint = Checkpoint(), model = SaveModel();
+  checkpoint_time_ = Now();
+  for (Trainee& trainee : trainees_) trainee.saved_updates = trainee.learner->updates();
+  TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
+  TellFailure("the model", model, &model_failed_);
+  return checkpoint.ok() ? model : checkpoint;
+}
+
+// Once, until it works again.
+void Training::TellFailure(const std::string& what, const Status& status, bool* told) {
+  if (!status.ok() && !*told) {
+    report_->Line("error: " + what + " could not be saved: " + status.message() +
+                  "; training goes on, the last good one stays");
+  }
+  *told = !status.ok();
+}
+
+Status Training::Checkpoint() {
+  StateWriter writer;
+  std::int64_t at = steps();
+  std::string instruction_set(nn::InstructionSet());
+  writer("steps", at);
+  writer("instruction_set", instruction_set);
+  Visit(writer);
+  CONSAC_RETURN_IF_ERROR(writer.status());
+  return directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints);
+}
+
+std::string Training::ModelPath(const BehaviourSpec& behaviour) const {
+  return directory_->File(ModelFileName(spec(), behaviour));
+}
+
+Status Training::SaveModel() {
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    PolicyData data = trainees_[b].learner->Snapshot();
+    const Result<nlohmann::json> learned = ReadJson<nlohmann::json>(data.training_json);
+    nlohmann::json training = learned.ok() ? *learned : nlohmann::json::object();
+    training["algorithm"] = config_.algorithm;
+    training["world"] = spec().id.empty() ? config_.world : spec().id;
+    training["seed"] = config_.seed;
+    data.training_json = JsonText(training);
+    const std::string path = ModelPath(spec().behaviours[b]);
+    const Result<Policy> policy = Policy::Create(std::move(data), 1);
+    if (!policy.ok()) return policy.status();
+    CONSAC_RETURN_IF_ERROR(policy->ToFile(config_.seed).Save(path));
+  }
+  return Status::Ok();
+}
+
+}  // namespace consac::run

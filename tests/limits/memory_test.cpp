@@ -1,0 +1,135 @@
+// Memory runs out: what was learned is saved, whoever is served goes on, a further trainer is turned away.
+#include <cstdint>
+#include <cstring>
+
+#include "run/src/session.h"
+#include "tests/faults/fault_peers.h"
+#include "tests/limits/limited.h"
+
+namespace consac::testing {
+namespace {
+
+/// Address space that this process has taken.
+rlim_t AddressSpace() {
+  rlim_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
+
+/// A world that takes `piece` more bytes in every step from kBegins on, while no more than this process has by then is
+/// to be had.
+class HoardingWorld final : public PlainWorld {
+ public:
+  explicit HoardingWorld(std::size_t piece) : PlainWorld(*Space::Discrete(4), *Space::Discrete(2)), piece_(piece) {}
+  void Step(std::span<Batch> batches) override {
+    PlainWorld::Step(batches);
+    if (stepped() == kBegins && !limited_.exchange(true)) Impose({{RLIMIT_AS, AddressSpace()}});
+    if (stepped() >= kBegins) hoard_.push_back(std::make_unique<std::byte[]>(piece_));
+  }
+
+ private:
+  static constexpr int kBegins = 500;
+  static inline std::atomic<bool> limited_{false};  // by the first of several
+  const std::size_t piece_;
+  std::vector<std::unique_ptr<std::byte[]>> hoard_;
+};
+
+/// Trains on `worlds` hoarding worlds. 0 when that ended for want of memory, said what is saved, and saved it.
+int TrainUntilShort(const std::string& folder, std::size_t piece) {
+  const std::atomic<bool> never{false};
+  run::RunConfig config;
+  config.world = "plain-v0";
+  config.directory = folder;
+  config.name = "short";
+  config.steps = 1000000;
+  config.table = config.progress = config.tensorboard = false;
+  config.hyperparameters = {{"n_steps", "32"}};
+  std::vector<run::WorldSource> sources;
+  sources.push_back({run::MakeLocalLink(std::make_unique<HoardingWorld>(piece)), nullptr});
+  const Result<run::RunSummary> summary = run::RunSession(config, run::Length::kOfCaller, std::move(sources), never);
+  if (summary.ok()) return 1;
+  std::printf("%s\n", summary.status().message().c_str());
+  if (summary.status().code() != StatusCode::kResourceExhausted) return 2;
+  if (summary.status().message().find("what was learned is saved") == std::string::npos) return 3;
+  if (!Policy::Load(folder + "/short/model.consac").ok()) return 4;
+  return std::filesystem::is_empty(folder + "/short/checkpoints") ? 5 : 0;
+}
+
+constexpr std::size_t kLittle = 64 << 10, kMuch = std::size_t{1} << 32;  // within and beyond what is kept aside
+
+TEST(LimitOfMemory, ATrainingThatRunsShortSavesWhatItHasLearned) {
+  for (const std::size_t piece : {kLittle, kMuch}) {
+    ScratchFolder scratch("short");
+    EXPECT_EQ(InChild([&] { return TrainUntilShort(scratch.path(), piece); }), 0) << piece;
+  }
+}
+
+/// Lines of `text` that are no warnings.
+int Errors(const std::string& text) {
+  return Count("\n" + text, "\n") - 1 - Count("\n" + text, "\nwarning: ");
+}
+
+// From too little for anything to enough for all of it; what lies below is the loader's.
+TEST(LimitOfMemory, ATrainingTrainsOrSaysInOneLineWhyNotWhateverTheLimit) {
+  for (rlim_t mebibytes = 20; mebibytes <= 400; mebibytes += mebibytes < 120 ? 10 : 70) {
+    ScratchFolder scratch("begin");
+    const Left left = LimitedProgram(scratch.path(),
+                                     {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table",
+                                      "--no-progress", "--threads", "4"},
+                                     {{RLIMIT_AS, mebibytes << 20}})
+                          .Wait();
+    if (left.error.find("loading shared libraries") != std::string::npos) continue;
+    const bool trained = std::filesystem::exists(scratch.path() + "/runs/few/model.consac");
+    EXPECT_TRUE(left.code == 6 || (left.code == 0 && trained)) << mebibytes << ": " << left.code << " " << left.error;
+    EXPECT_EQ(Errors(left.error), left.code == 0 ? 0 : 1) << mebibytes << ": " << left.error;
+  }
+}
+
+// Pictures are the last thing that memory is for.
+TEST(LimitOfMemory, ACurveThatCannotBeDrawnIsAWarning) {
+  ScratchFolder scratch("curve");
+  const Left left =
+      LimitedProgram(scratch.path(),
+                     {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table", "--threads", "1"},
+                     {{RLIMIT_AS, rlim_t{40} << 20}})
+          .Wait();
+  EXPECT_EQ(left.code, 0) << left.error;
+  EXPECT_EQ(Count(left.out + left.error, "warning: there is no curve: there is not enough free memory"), 1)
+      << left.out << left.error;
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/runs/few/curve.svg"));
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/runs/few/model.consac").ok());
+}
+
+TEST(LimitOfMemory, AFurtherTrainerThatCannotBeAffordedHearsCapacityAndTheOthersGoOn) {
+  ScratchFolder scratch("capacity");
+  LimitedProgram program(scratch.path(),
+                         {"serve", "cartpole-v1", "--port", "0", "--port-file", "port", "--envs", "100000"},
+                         {{RLIMIT_AS, rlim_t{400} << 20}});
+  ASSERT_TRUE(Soon([&] { return !TextOf(scratch.path() + "/port").empty(); })) << program.error();
+  const int port = std::stoi(TextOf(scratch.path() + "/port"));
+  std::vector<std::unique_ptr<RawTrainer>> served;
+  std::string refused;
+  for (int i = 0; i < 16 && refused.empty(); ++i) {
+    auto trainer = std::make_unique<RawTrainer>(*ConnectTcp({"127.0.0.1", port}, 2.0));
+    trainer->Send(FrameType::kHello, 0, EncodeHello({}));
+    const Frame answer = trainer->Next();
+    if (answer.header.type == FrameType::kWelcome) {
+      trainer->Send(FrameType::kConfigure, 1, "{}");
+      EXPECT_EQ(trainer->Next().header.type, FrameType::kSpec);
+      served.push_back(std::move(trainer));
+      continue;
+    }
+    refused = answer.header.type == FrameType::kError ? ParseError(answer.payload)->code : "the connection's end";
+  }
+  EXPECT_EQ(refused, "CAPACITY") << program.error();
+  EXPECT_GE(served.size(), 1u);
+  for (const auto& trainer : served) {
+    trainer->Send(FrameType::kPing, 0, "");
+    EXPECT_EQ(trainer->Next().header.type, FrameType::kPong);
+  }
+  program.Signal(SIGTERM);
+  EXPECT_EQ(program.Wait().code, 130);
+}
+
+}  // namespace
+}  // namespace consac::testing
