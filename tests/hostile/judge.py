@@ -73,7 +73,8 @@ class Running:
         self._log = open(arena.outer / "attack-output", "wb+")
         self._began = time.monotonic()
         environment = dict(os.environ, HOME=str(arena.home.parent), ASAN_OPTIONS="abort_on_error=1:allocator_may_return_null=1",
-                           UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1")
+                           UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1",
+                           TSAN_OPTIONS=f"suppressions={Path(__file__).with_name('tsan_suppressions.txt')}")
         self.process = subprocess.Popen(arguments, cwd=arena.home, stdin=stdin, stdout=self._log, stderr=subprocess.STDOUT,
                                         env=environment, preexec_fn=prepare)
         self._arguments, self._arena = arguments, arena
