@@ -30,6 +30,18 @@ void RunningMoments::Update(const float* samples, std::int64_t rows) {
   count = total;
 }
 
+void RunningMoments::Merge(const RunningMoments& other) {
+  if (other.count <= 0.0) return;
+  const double total = count + other.count;
+  for (std::size_t d = 0; d < mean.size(); ++d) {
+    const double delta = other.mean[d] - mean[d];
+    mean[d] += delta * other.count / total;
+    variance[d] =
+        (variance[d] * count + other.variance[d] * other.count + delta * delta * count * other.count / total) / total;
+  }
+  count = total;
+}
+
 void RunningMoments::Visit(Archive& archive) {
   archive("mean", std::span<double>(mean));
   archive("variance", std::span<double>(variance));

@@ -96,12 +96,13 @@ class A2c final : public Learner, private BlockLoss {
         hyperparameters_(std::move(hyperparameters)),
         executor_(options.executor),
         total_steps_(options.total_steps),
-        model_(std::move(network), behaviour_, options.seed, a2c.log_std_init),
-        collector_(behaviour_, a2c.rollout, model_, options.seed),
+        model_(std::move(network), behaviour_, options.seed, a2c.log_std_init, options.ranks),
+        collector_(behaviour_, a2c.rollout, model_, options.seed, options.ranks),
         backpropagation_(model_.network(), LogStdSize(behaviour_.action_layout), steps_per_update()),
-        step_(MakeOptimiser(a2c, static_cast<std::int64_t>(model_.parameters().size())), a2c.max_grad_norm),
-        minibatch_(behaviour_, steps_per_update()),
-        losses_(steps_per_update()) {
+        step_(MakeOptimiser(a2c, static_cast<std::int64_t>(model_.parameters().size())), a2c.max_grad_norm,
+              options.ranks),
+        minibatch_(behaviour_, steps_per_update(), options.ranks),
+        losses_(steps_per_update(), options.ranks) {
     metrics_.reserve(16);
   }
 
@@ -122,7 +123,7 @@ class A2c final : public Learner, private BlockLoss {
     losses_.BeginUpdate();
     step_.Begin();
     backpropagation_.Run(model_.parameters(), minibatch_.size(), executor_, *this);
-    losses_.AddMinibatch(minibatch_.size());
+    losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
     step_.Apply(model_.parameters(), backpropagation_.gradient(), learning_rate_);
     ++updates_;
     step_.Finish(updates_, losses_.minibatches());
@@ -166,7 +167,7 @@ class A2c final : public Learner, private BlockLoss {
     const auto first = static_cast<std::size_t>(block.first_row), rows = static_cast<std::size_t>(block.rows);
     HeadGradient& head = minibatch_.Head(block, model_.log_std().data());
     float d_neglogp[kBlockRows], d_entropy[kBlockRows];
-    const float inverse = 1.0f / static_cast<float>(minibatch_.size());
+    const float inverse = 1.0f / static_cast<float>(minibatch_.total());
     A2cSums& sums = losses_.block(block.index) = {};
     for (std::size_t r = 0; r < rows; ++r) {
       const float advantage = minibatch_.advantages[first + r];

@@ -79,14 +79,15 @@ class Ppo final : public Learner, private BlockLoss {
         hyperparameters_(std::move(hyperparameters)),
         executor_(options.executor),
         total_steps_(options.total_steps),
-        model_(std::move(network), behaviour_, options.seed, ppo.log_std_init),
-        collector_(behaviour_, ppo.rollout, model_, options.seed),
+        model_(std::move(network), behaviour_, options.seed, ppo.log_std_init, options.ranks),
+        collector_(behaviour_, ppo.rollout, model_, options.seed, options.ranks),
         backpropagation_(model_.network(), LogStdSize(behaviour_.action_layout),
                          LargestMinibatch(ppo, behaviour_.slots)),
-        step_(Optimiser(Adam(static_cast<std::int64_t>(model_.parameters().size()), ppo.adam)), ppo.max_grad_norm),
+        step_(Optimiser(Adam(static_cast<std::int64_t>(model_.parameters().size()), ppo.adam)), ppo.max_grad_norm,
+              options.ranks),
         passes_(steps_per_update(), options.seed),
-        minibatch_(behaviour_, LargestMinibatch(ppo, behaviour_.slots)),
-        losses_(LargestMinibatch(ppo, behaviour_.slots)) {
+        minibatch_(behaviour_, LargestMinibatch(ppo, behaviour_.slots), options.ranks),
+        losses_(LargestMinibatch(ppo, behaviour_.slots), options.ranks) {
     metrics_.reserve(32);
   }
 
@@ -166,10 +167,9 @@ class Ppo final : public Learner, private BlockLoss {
     float ratio[kBlockRows], d_neglogp[kBlockRows], d_entropy[kBlockRows];
     for (std::size_t r = 0; r < rows; ++r) ratio[r] = minibatch_.neglogp[first + r] - head.neglogp()[r];
     nn::Exp(std::span<const float>(ratio, rows), std::span<float>(ratio, rows));
-
     const PpoLossForm form{clip_range_, clip_range_vf_, ppo_.vf_coef, ppo_.value_loss == Generation::kStableBaselines2,
                            ppo_.generation == Generation::kStableBaselines2};
-    const float inverse = 1.0f / static_cast<float>(minibatch_.size());
+    const float inverse = 1.0f / static_cast<float>(minibatch_.total());
     PpoSums& sums = losses_.block(block.index) = {};
     for (std::size_t r = 0; r < rows; ++r) {
       const std::size_t i = first + r;
@@ -191,7 +191,7 @@ class Ppo final : public Learner, private BlockLoss {
 
   // One clipped Adam step; false when target_kl ends the update before it.
   bool OptimiserStep() {
-    losses_.AddMinibatch(minibatch_.size());
+    losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
     if (ppo_.target_kl > 0.0 && losses_.last()[kKl] > 1.5 * ppo_.target_kl) return false;
     step_.Apply(model_.parameters(), backpropagation_.gradient(), learning_rate_);
     return true;

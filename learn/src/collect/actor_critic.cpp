@@ -4,12 +4,14 @@
 
 namespace consac::learn {
 
-ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init)
+ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
+                         const Communicator& ranks)
     : network_(std::move(network)),
       parameters_(network_count() + static_cast<std::size_t>(LogStdSize(behaviour.action_layout)), log_std_init),
       evaluator_(network_, behaviour.slots) {
   Rng rng(seed, StreamId("network_initialisation"));
   network_.Initialise(rng, std::span(parameters_).first(network_count()));
+  ranks.Broadcast(parameters_);
   Publish();
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "consac/base/archive.h"
+#include "consac/base/communicator.h"
 #include "consac/env/vector_env.h"
 #include "consac/nn/network.h"
 #include "consac/policy/policy.h"
@@ -15,8 +16,9 @@ namespace consac::learn {
 /// A network with outputs "pi" and "vf". What acts changes with Publish alone.
 class ActorCritic {
  public:
-  /// Fresh parameters from `seed`. Acts for all slots of `behaviour` at once at most.
-  ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init);
+  /// Fresh parameters from the first rank's `seed`. Acts for all slots of `behaviour` at once at most.
+  ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
+              const Communicator& ranks);
 
   /// The network.
   const nn::Network& network() const { return network_; }

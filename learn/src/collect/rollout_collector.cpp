@@ -16,13 +16,13 @@ VecNormaliseOptions WithGamma(VecNormaliseOptions options, double gamma) {
 }  // namespace
 
 RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const RolloutOptions& options, ActorCritic& model,
-                                   std::uint64_t seed)
+                                   std::uint64_t seed, const Communicator& ranks)
     : behaviour_(behaviour),
       options_(options),
       feature_count_(static_cast<std::size_t>(behaviour.observation_layout.feature_count)),
       raw_size_(static_cast<std::size_t>(RawActionSize(behaviour.action_layout))),
       model_(model),
-      normalise_(behaviour, WithGamma(options.normalise, options.gamma)),
+      normalise_(behaviour, WithGamma(options.normalise, options.gamma), ranks),
       memory_(behaviour.slots, behaviour.observation_layout.feature_count, RawActionSize(behaviour.action_layout)),
       rollout_(behaviour, options.n_steps, RawActionSize(behaviour.action_layout)),
       action_rng_(seed, StreamId("action_sampling")) {

@@ -30,7 +30,7 @@ class RolloutCollector {
  public:
   /// Collects for `behaviour`, acting by `model`, which must outlive it.
   RolloutCollector(const BehaviourSpec& behaviour, const RolloutOptions& options, ActorCritic& model,
-                   std::uint64_t seed);
+                   std::uint64_t seed, const Communicator& ranks);
 
   /// As Learner::Stage.
   Batch Stage(std::span<const std::int32_t> slots) {
@@ -48,8 +48,11 @@ class RolloutCollector {
 
   /// Fills advantages and returns of what was collected and lists its rows, slot after slot.
   std::span<std::int32_t> Finish();
-  /// Starts the next rollout where this one ends.
-  void Restart() { rollout_.Restart(); }
+  /// Starts the next rollout where this one ends, with what the other ranks saw in the moments.
+  void Restart() {
+    normalise_.Share();
+    rollout_.Restart();
+  }
 
   /// What was collected.
   const Rollout& rollout() const { return rollout_; }

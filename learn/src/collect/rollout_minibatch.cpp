@@ -8,8 +8,9 @@
 
 namespace consac::learn {
 
-RolloutMinibatch::RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t max_rows)
-    : feature_count_(static_cast<std::size_t>(behaviour.observation_layout.feature_count)),
+RolloutMinibatch::RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t max_rows, const Communicator& ranks)
+    : ranks_(ranks),
+      feature_count_(static_cast<std::size_t>(behaviour.observation_layout.feature_count)),
       raw_size_(static_cast<std::size_t>(RawActionSize(behaviour.action_layout))),
       mask_bytes_(behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0) {
   const auto rows = static_cast<std::size_t>(max_rows);
@@ -22,16 +23,17 @@ RolloutMinibatch::RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t 
 void RolloutMinibatch::Begin(const RolloutCollector& collector, std::span<const std::int32_t> rows) {
   collector_ = &collector;
   rows_ = rows;
+  total_ = static_cast<std::int64_t>(ranks_.Sum(static_cast<double>(rows.size())));
   for (std::size_t i = 0; i < rows.size(); ++i)
     advantages[i] = collector.rollout().advantages[static_cast<std::size_t>(rows[i])];
 }
 
 void RolloutMinibatch::StandardiseAdvantages(Deviation deviation) {
-  if (rows_.size() <= 1) return;
+  if (total_ <= 1) return;
   const std::vector<float>& column = collector_->rollout().advantages;
-  const Moments moments(rows_, [&](std::size_t row) { return column[row]; });
-  const auto n = static_cast<double>(rows_.size());
-  const double correction = deviation == Deviation::kSample ? n / (n - 1.0) : 1.0;
+  const Moments moments(
+      rows_, [&](std::size_t row) { return column[row]; }, ranks_);
+  const double correction = deviation == Deviation::kSample ? moments.count / (moments.count - 1.0) : 1.0;
   const double inverse = 1.0 / (std::sqrt(moments.variance * correction) + 1e-8);
   for (std::size_t i = 0; i < rows_.size(); ++i)
     advantages[i] = static_cast<float>((column[static_cast<std::size_t>(rows_[i])] - moments.mean) * inverse);

@@ -13,8 +13,8 @@ namespace consac::learn {
 /// Room for one minibatch.
 class RolloutMinibatch {
  public:
-  /// For minibatches of at most `max_rows` rows of `behaviour`.
-  RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t max_rows);
+  /// For minibatches of at most `max_rows` rows of `behaviour` on each of `ranks`.
+  RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t max_rows, const Communicator& ranks = {});
 
   /// The minibatch is `rows` of the slab from now on; they must stay until the next Begin. Fills `advantages`.
   void Begin(const RolloutCollector& collector, std::span<const std::int32_t> rows);
@@ -28,8 +28,10 @@ class RolloutMinibatch {
   /// Runs the policy's head over the block's first output.
   HeadGradient& Head(const LossBlock& block, const float* log_std);
 
-  /// Rows of the minibatch.
+  /// Rows of the minibatch here.
   std::int64_t size() const { return static_cast<std::int64_t>(rows_.size()); }
+  /// Rows of the minibatch on all ranks: what its means divide by.
+  std::int64_t total() const { return total_; }
   /// Blocks of the minibatch.
   std::size_t block_count() const { return (rows_.size() + kBlockRows - 1) / kBlockRows; }
 
@@ -38,6 +40,8 @@ class RolloutMinibatch {
  private:
   const RolloutCollector* collector_ = nullptr;
   std::span<const std::int32_t> rows_;
+  Communicator ranks_;
+  std::int64_t total_ = 0;
   std::size_t feature_count_, raw_size_, mask_bytes_;
   std::vector<float> raw_;           // [B, raw]
   std::vector<std::uint8_t> masks_;  // [B, mask_bytes]

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "consac/base/archive.h"
+#include "consac/base/communicator.h"
 #include "consac/learn/grad/backpropagation.h"
 
 namespace consac::learn {
@@ -34,9 +35,9 @@ struct Sums {
 template <const auto& names>
 class LossLog {
  public:
-  /// For minibatches of at most `max_rows` rows.
-  explicit LossLog(std::int64_t max_rows)
-      : blocks_(static_cast<std::size_t>((max_rows + kBlockRows - 1) / kBlockRows)) {}
+  /// For minibatches of at most `max_rows` rows on each of `ranks`.
+  explicit LossLog(std::int64_t max_rows, const Communicator& ranks = {})
+      : ranks_(ranks), blocks_(static_cast<std::size_t>((max_rows + kBlockRows - 1) / kBlockRows)) {}
 
   /// An update begins.
   void BeginUpdate() {
@@ -50,10 +51,12 @@ class LossLog {
   }
   /// Where block `index` of the minibatch puts its sums over rows; each thread has its own.
   Sums<names>& block(std::int64_t index) { return blocks_[static_cast<std::size_t>(index)]; }
-  /// A minibatch of `rows` rows is through: takes in the means of its blocks, in their order.
-  void AddMinibatch(std::int64_t rows) {
+  /// A minibatch of `rows` rows here and `total` on all ranks is through: takes in the means of its blocks, in their
+  /// order and in the ranks'.
+  void AddMinibatch(std::int64_t rows, std::int64_t total) {
     last_ = {};
-    for (std::int64_t b = 0; b * kBlockRows < rows; ++b) last_.Add(block(b), 1.0 / static_cast<double>(rows));
+    for (std::int64_t b = 0; b * kBlockRows < rows; ++b) last_.Add(block(b), 1.0 / static_cast<double>(total));
+    ranks_.Sum(std::span<double>(last_.of));
     update_.Add(last_, 1.0);
     pass_.Add(last_, 1.0);
     ++minibatches_;
@@ -82,6 +85,7 @@ class LossLog {
   }
 
  private:
+  Communicator ranks_;
   std::vector<Sums<names>> blocks_;  // [blocks] of the minibatch
   Sums<names> update_, pass_, last_;
   std::int64_t minibatches_ = 0, pass_minibatches_ = 0;

@@ -5,11 +5,12 @@
 
 namespace consac::learn {
 
-VecNormalise::VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options)
+VecNormalise::VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options,
+                           const Communicator& ranks)
     : options_(options),
       layout_(behaviour.observation_layout),
-      observation_moments_(options.norm_obs ? layout_.feature_count : 0),
-      return_moments_(1),
+      observation_moments_(options.norm_obs ? layout_.feature_count : 0, ranks),
+      return_moments_(1, ranks),
       discounted_(static_cast<std::size_t>(behaviour.slots)),
       work_(options.norm_obs ? static_cast<std::size_t>(behaviour.slots * layout_.feature_count) : 0) {
   Refresh();
@@ -17,12 +18,13 @@ VecNormalise::VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOpt
 
 // In place, so that a step never allocates once the vectors have their size.
 void VecNormalise::Refresh() {
+  const RunningMoments& moments = observation_moments_.now();
   frozen_.clip = static_cast<float>(options_.clip_obs);
-  frozen_.mean.resize(observation_moments_.mean.size());
-  frozen_.scale.resize(observation_moments_.mean.size());
+  frozen_.mean.resize(moments.mean.size());
+  frozen_.scale.resize(moments.mean.size());
   for (std::size_t d = 0; d < frozen_.mean.size(); ++d) {
-    frozen_.mean[d] = static_cast<float>(observation_moments_.mean[d]);
-    frozen_.scale[d] = static_cast<float>(1.0 / std::sqrt(observation_moments_.variance[d] + options_.epsilon));
+    frozen_.mean[d] = static_cast<float>(moments.mean[d]);
+    frozen_.scale[d] = static_cast<float>(1.0 / std::sqrt(moments.variance[d] + options_.epsilon));
   }
 }
 
@@ -53,11 +55,17 @@ void VecNormalise::Rewards(const Batch& batch, float* rewards) {
     rewards[i] = discounted;
   }
   return_moments_.Update(rewards, rows);
-  const double scale = 1.0 / std::sqrt(return_moments_.variance[0] + options_.epsilon);
+  const double scale = 1.0 / std::sqrt(return_moments_.now().variance[0] + options_.epsilon);
   for (std::int64_t i = 0; i < rows; ++i) {
     rewards[i] = static_cast<float>(std::clamp(batch.rewards[i] * scale, -options_.clip_reward, options_.clip_reward));
     if ((batch.terminated[i] | batch.truncated[i]) != 0) Forget(batch.slots[static_cast<std::size_t>(i)]);
   }
+}
+
+void VecNormalise::Share() {
+  observation_moments_.Share();
+  return_moments_.Share();
+  Refresh();
 }
 
 void VecNormalise::Visit(Archive& archive) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "collect/shared_moments.h"
 #include "consac/env/vector_env.h"
 #include "consac/policy/normaliser.h"
 
@@ -24,8 +25,8 @@ struct VecNormaliseOptions {
 /// Moments of one behaviour's observations and returns. Never allocates after creation.
 class VecNormalise {
  public:
-  /// For `behaviour`.
-  VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options);
+  /// For `behaviour`, on each of `ranks`.
+  VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options, const Communicator& ranks = {});
 
   /// Takes `rows` <= slots observations into the running moments; without norm_obs nothing.
   void Observe(const std::byte* observations, std::int64_t rows);
@@ -35,6 +36,8 @@ class VecNormalise {
   void Rewards(const Batch& batch, float* rewards);
   /// The episode of `slot` is lost: its return begins anew.
   void Forget(std::int32_t slot) { discounted_[static_cast<std::size_t>(slot)] = 0.0f; }
+  /// Takes in what the other ranks saw since the last time; all call it at once.
+  void Share();
   /// What a policy takes along; inactive without norm_obs.
   const ObservationNormaliser& frozen() const { return frozen_; }
 
@@ -46,7 +49,7 @@ class VecNormalise {
 
   VecNormaliseOptions options_;
   Layout layout_;
-  RunningMoments observation_moments_, return_moments_;
+  SharedMoments observation_moments_, return_moments_;
   ObservationNormaliser frozen_;
   std::vector<float> discounted_;  // [N] running discounted return per slot
   std::vector<float> work_;        // [N, F] observations as numbers

@@ -9,7 +9,8 @@ constexpr const char* kAdvice = "lower the learning rate, or check the world's r
 
 }  // namespace
 
-bool GradientStep::Apply(std::span<float> parameters, std::span<const float> gradient, float learning_rate) {
+bool GradientStep::Apply(std::span<float> parameters, std::span<float> gradient, float learning_rate) {
+  ranks_.Sum(gradient);
   const double norm = GlobalNorm(gradient);
   if (!std::isfinite(norm)) {
     ++skipped_;

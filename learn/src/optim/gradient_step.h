@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "consac/base/communicator.h"
 #include "consac/base/status.h"
 #include "consac/learn/optim/optimiser.h"
 
@@ -12,14 +13,15 @@ namespace consac::learn {
 /// An optimiser with its clip and its health.
 class GradientStep {
  public:
-  /// Clips the global norm at `max_grad_norm` (0: never) in the optimiser's form.
-  GradientStep(Optimiser optimiser, double max_grad_norm)
-      : optimiser_(std::move(optimiser)), max_grad_norm_(max_grad_norm) {}
+  /// Clips the global norm at `max_grad_norm` (0: never) in the optimiser's form. Gradients are summed over `ranks`.
+  GradientStep(Optimiser optimiser, double max_grad_norm, const Communicator& ranks = {})
+      : optimiser_(std::move(optimiser)), max_grad_norm_(max_grad_norm), ranks_(ranks) {}
 
   /// An update begins.
   void Begin() { skipped_ = 0; }
-  /// Clips and steps; false when the gradient was not finite and was left out.
-  bool Apply(std::span<float> parameters, std::span<const float> gradient, float learning_rate);
+  /// Sums the gradient over the ranks in place, clips and steps; false when it was not finite and was left out, which
+  /// then is so on every rank.
+  bool Apply(std::span<float> parameters, std::span<float> gradient, float learning_rate);
   /// Update `update` of `gradients` gradients ends: health, and a line when some of them were left out.
   void Finish(std::int64_t update, std::int64_t gradients);
   /// kNonFinite once a whole update had no finite gradient.
@@ -31,6 +33,7 @@ class GradientStep {
  private:
   Optimiser optimiser_;
   double max_grad_norm_;
+  Communicator ranks_;
   std::int64_t skipped_ = 0;
   Status health_;
 };

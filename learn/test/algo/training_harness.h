@@ -20,6 +20,7 @@ struct Setting {
   std::int64_t steps = 20000;
   std::uint64_t seed = 1;
   Executor executor = {};
+  Communicator ranks = {};
 };
 
 inline std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& setting) {
@@ -31,6 +32,7 @@ inline std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& settin
   options.seed = setting.seed;
   options.total_steps = setting.steps;
   options.executor = setting.executor;
+  options.ranks = setting.ranks;
   auto learner = algorithm->create(options, values);
   EXPECT_TRUE(learner.ok()) << learner.status().message();
   return learner.ok() ? std::move(*learner) : nullptr;

@@ -22,17 +22,18 @@ TEST(GradientStep, ClipsSkipsWhatIsNotFiniteAndEndsAfterAnUpdateOfNothingElse) {
   GradientStep step(Optimiser(RmsProp(2, options)), 1.0);
   std::vector<float> parameters = {1.0f, 1.0f};
   const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> bad = {nan, 0.0f}, good = {3.0f, 4.0f};
   step.Begin();
-  EXPECT_FALSE(step.Apply(parameters, std::vector<float>{nan, 0.0f}, 0.1f));
+  EXPECT_FALSE(step.Apply(parameters, bad, 0.1f));
   EXPECT_EQ(parameters, (std::vector<float>{1.0f, 1.0f}));
-  EXPECT_TRUE(step.Apply(parameters, std::vector<float>{3.0f, 4.0f}, 0.1f));
+  EXPECT_TRUE(step.Apply(parameters, good, 0.1f));
   // g = (0.6, 0.8) after the clip; PyTorch's root of (1 - 0.99) g^2 makes every direction 10 steps long.
   EXPECT_NEAR(parameters[0], 0.0f, 1e-3f);
   EXPECT_NEAR(parameters[1], 0.0f, 1e-3f);
   step.Finish(1, 2);
   EXPECT_TRUE(step.health().ok());
   step.Begin();
-  EXPECT_FALSE(step.Apply(parameters, std::vector<float>{nan, 0.0f}, 0.1f));
+  EXPECT_FALSE(step.Apply(parameters, bad, 0.1f));
   step.Finish(2, 1);
   EXPECT_EQ(step.health().code(), StatusCode::kNonFinite);
   EXPECT_NE(step.health().message().find("update 2"), std::string::npos) << step.health().message();
@@ -116,11 +117,11 @@ TEST(LossLog, MeansOfMinibatchesOfPassesAndOfTheUpdate) {
   log.BeginPass();
   log.block(0) = {{64.0, 128.0}};
   log.block(1) = {{36.0, 72.0}};
-  log.AddMinibatch(100);
+  log.AddMinibatch(100, 100);
   EXPECT_DOUBLE_EQ(log.last()[1], 2.0);
   log.BeginPass();
   log.block(0) = {{30.0, 0.0}};
-  log.AddMinibatch(10);
+  log.AddMinibatch(10, 10);
   EXPECT_DOUBLE_EQ(log.UpdateMeans()[0], 2.0);
   EXPECT_DOUBLE_EQ(log.PassMean(0), 3.0);
   EXPECT_EQ(log.minibatches(), 2);

@@ -20,6 +20,8 @@ struct RunningMoments {
   explicit RunningMoments(std::int64_t size = 0);
   /// Takes `rows` samples, [rows, D] row-major. Never allocates.
   void Update(const float* samples, std::int64_t rows);
+  /// Takes samples of which only the moments are known; `other` may have seen none.
+  void Merge(const RunningMoments& other);
   /// Lists mean, variance and count.
   void Visit(Archive& archive);
 };

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "consac/base/archive.h"
+#include "consac/base/communicator.h"
 #include "consac/base/executor.h"
 #include "consac/env/batch.h"
 #include "consac/env/vector_env.h"
@@ -52,6 +53,7 @@ struct LearnerOptions {
   std::uint64_t seed = 0;                           ///< every stream of the learner derives from it
   std::int64_t total_steps = 0;                     ///< planned length in agent steps, for schedules
   Executor executor;                                ///< parallel work; none: this thread
+  Communicator ranks;                               ///< other processes of this training; none: this one
   std::int64_t max_bytes = std::int64_t{64} << 30;  ///< of its buffers; needing more is an error, not a crash
 };
 
