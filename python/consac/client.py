@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 import select
 import socket
@@ -14,22 +13,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import __version__, shared_memory, wire
-from .address import is_here, open_socket, parse_url
+from . import shared_memory, wire
+from .address import open_socket, parse_url
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
-from .frames import ResultFrame, Rows, StepFrame, read_json, reset_payload
+from .frames import ResultFrame, Rows, StepFrame, reset_payload
 from .judge import Judge
-from .line import DONT_WAIT, HANDSHAKE_S, Line, set_timeouts
+from .line import DONT_WAIT, HANDSHAKE_S
 from .offer import read_spec
 from .options import Options, check, token_of
+from .session import WRITE_S, Session
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 TEXT_SETUP_S = 0.1  # so long a text setup is waited for before HELLO
-WRITE_S = 10.0
 IDLE_TICK_S = 2.0  # how often PINGs are answered while no request is under way
-REFUSED_S = 0.5  # so long a port that refuses is tried again: the engine has ended
 MOST_LOSSES = 5  # of one request
 
 # A sleeping thread takes some 40 us to wake, more than an engine's step: a short spin first makes a step three times as fast.
@@ -37,18 +35,23 @@ _NO_SPIN = range(0)
 _SPIN = range(40 if DONT_WAIT and (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1) > 1 else 0)
 
 _REQUEST = struct.Struct("<Q")
-_REQUEST_AT, _SESSION_AT = 16, 24  # in a header
+_REQUEST_AT = 16  # in a header
 _HEAD = struct.Struct("<IHHIIQIII")  # a header and the first word of its payload
 _WORDS = struct.Struct("<II")
 
 
-def connect(url: str, protocol="auto", *, autoreset: str | tuple[str, ...] = "same_step", wait: float = 0.0, **options: Unpack[Options]):
+def connect(url: str, protocol="auto", *, autoreset: str | tuple[str, ...] = "same_step", **options: Unpack[Options]):
     """A Connection, or a TextConnection where the engine speaks text protocol 1. `protocol`: "auto", 2 or "text1"."""
+    return open_engine(url, autoreset, {"protocol": protocol, **options})
+
+
+def open_engine(url: str, autoreset: str | tuple[str, ...], given: dict):
+    """The same with `given` as users of any face gave it: options.Options and `protocol`. Here, and only here, they are checked."""
     from .text1 import TextConnection
 
-    check({"wait": wait, **options})
-    if protocol not in ("auto", "text1", 2):
-        raise ValueError(f'protocol={protocol!r}; it is "auto", "text1" or 2')
+    check(given)
+    options = {key: value for key, value in given.items() if key not in ("protocol", "wait")}
+    protocol, wait = given.get("protocol", "auto"), given.get("wait", 0.0)
     text_options = {key: options[key] for key in ("timeout",) if key in options}  # the others mean nothing to it
     if protocol == "text1":
         return TextConnection(url, wait=wait, **text_options)
@@ -65,8 +68,8 @@ def connect(url: str, protocol="auto", *, autoreset: str | tuple[str, ...] = "sa
         raise
 
 
-class Connection(Line):
-    """A session with an engine. Not for several threads at once; a thread of its own answers PINGs between requests.
+class Connection(Session):
+    """A session with an engine, made by `connect`. Not for several threads at once; a thread of its own answers PINGs between requests.
 
     `step()` sends what lies in `step_mask` and `actions`; `reset()` takes masks and seeds. Both leave their answer in `rows`,
     `infos` and `final_infos`. A connection that breaks is taken up again, and the request under way is carried out once.
@@ -77,26 +80,11 @@ class Connection(Line):
     def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str | tuple[str, ...] = "same_step", expect: list | None = None,
                  wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME,
                  shared_memory: bool = True, sock: socket.socket | None = None):
-        super().__init__()
-        self.closed = False
-        check({"token": token, "timeout": timeout, "wait": wait, "resume_s": resume_s, "max_frame": max_frame})
-        token = token_of(token)
-        self.url, self.timeout, self.resume_s = url, timeout, resume_s
-        self._ways = [autoreset] if isinstance(autoreset, str) else list(autoreset)
-        self.autoreset = self._ways[0]
-        self.host, self.port = parse_url(url)
-        self._hello = {"protocol": [wire.VERSION, wire.VERSION], "client": f"consac-python {__version__}", "capabilities": ["render"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc),
-                       "max_frame": max_frame} | ({"token": token} if token is not None else {})
-        self._why = ""  # it is closed
-        self.request = 0  # of the latest that was answered
-        self._under_way = False  # a request has begun; if it still has when the next one begins, it was interrupted
-        self._configured = True  # unless the session was begun anew and an interrupt came before CONFIGURE
-        self.resume: str | None = None
-        self.capabilities: list[str] = []
+        capabilities = ["render"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc)
+        super().__init__(url, timeout, resume_s, [autoreset] if isinstance(autoreset, str) else list(autoreset), capabilities, max_frame, token_of(token))
         self.parts, self.infos, self.final_infos = 0, None, None
         self.rows: list[Rows] = []
-        self._judge: Judge | None = None
-        self._flags = self._slow = self._skip = 0
+        self._slow = self._skip = 0
         self._in_place = True
         try:
             self._greet(sock or open_socket(self.host, self.port, HANDSHAKE_S, wait), time.monotonic() + HANDSHAKE_S)
@@ -108,60 +96,7 @@ class Connection(Line):
         _OPEN.add(self)
         threading.Thread(target=_keep_alive, args=(weakref.ref(self), self._stop), name="consac-keepalive", daemon=True).start()
 
-    # ---- handshake
-
-    def _greet(self, sock: socket.socket, end: float) -> dict:
-        """HELLO and WELCOME on a new socket; with `self.resume` the session is taken up."""
-        self._hold(sock, end)
-        hello = self._hello | ({"resume": self.resume} if self.resume else {})
-        try:
-            sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json(hello))))
-            welcome = read_json(self._await(0, 0, wire.WELCOME, end))
-        except OSError as error:
-            if isinstance(error, ConsacError):
-                raise
-            raise ConnectionLost(f"{self.url} closed the connection during the handshake ({error})") from error
-        try:
-            version = wire.member(welcome, "protocol", int)
-            self.session, self.resume = wire.member(welcome, "session", int), wire.member(welcome, "resume", str, "")
-            self.max_frame = min(wire.member(welcome, "max_frame", int, wire.LARGEST_FRAME), self._hello["max_frame"])
-            self.capabilities = [str(name) for name in wire.member(welcome, "capabilities", list, [])]
-            self.heartbeat_s = float(wire.member(welcome, "heartbeat_s", float, 10.0))
-            if not (0 <= self.session < 1 << 32 and 0 < self.heartbeat_s < math.inf):
-                raise ValueError(f"session {self.session} or heartbeat_s {self.heartbeat_s}")
-        except wire.WireError as error:
-            raise ProtocolError(error.code, f"WELCOME: {error.message}") from None
-        except (ValueError, OverflowError) as error:
-            raise ProtocolError("MALFORMED", f"WELCOME cannot be used ({type(error).__name__}: {error}): {str(welcome)[:300]}") from None
-        if version != wire.VERSION:
-            raise ProtocolError("UNSUPPORTED_VERSION", f"the engine chose protocol {version}, offered was {wire.VERSION}")
-        self._flags = wire.FLAG_CRC if "crc" in self.capabilities else 0
-        set_timeouts(sock, max(0.005, min(0.5, self.timeout / 4, self.heartbeat_s / 2)), WRITE_S)
-        return welcome
-
-    def _configure(self, wanted: dict) -> None:
-        """CONFIGURE and SPEC, with the first way of autoreset that the engine knows."""
-        for self.autoreset in self._ways:
-            try:
-                return self._configure_way(wanted | {"autoreset": self.autoreset})
-            except EngineError as error:
-                if error.fatal or error.code != "UNSUPPORTED" or self.autoreset == self._ways[-1]:
-                    raise
-                _log.debug("%s: %s", self.url, error)
-
-    def _configure_way(self, wanted: dict) -> None:
-        """Over TCP where memory cannot be shared."""
-        if "shm" in self.capabilities and shared_memory.AVAILABLE and is_here(self._socket):
-            try:
-                self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "shm"}), wire.SPEC)), shared=True)
-                return
-            except shared_memory.Unavailable as error:
-                _log.debug("%s: %s; going on over TCP", self.url, error)
-            except EngineError as error:
-                if error.fatal or error.code != "UNSUPPORTED":
-                    raise
-                _log.debug("%s shares no memory (%s); going on over TCP", self.url, error)
-        self._adopt(read_json(self._ask(wire.CONFIGURE, wire.dump_json(wanted | {"transport": "tcp"}), wire.SPEC)))
+    # ---- what the engine offers
 
     def _adopt(self, spec: dict, shared: bool = False) -> None:
         """Buffers and views for the engine's spaces; `shared_memory.Unavailable` where `shared` cannot be."""
@@ -324,29 +259,6 @@ class Connection(Line):
         self._under_way = True
         return self.request + 1
 
-    def _find_out(self) -> None:
-        """An interrupted request may have been sent or not, and its answer read, or a part of it: the engine says, on a new connection, which
-        was the last that it got. A session that it does not keep is begun anew, with the same spaces and before its first reset."""
-        self._check_open()
-        if self._judge is not None:
-            self._judge.forget()
-        welcome = self._connect_again("a request was interrupted", anew=True)
-        self.request = self._last_request(welcome) if welcome.get("resumed") else 0
-        if not (welcome.get("resumed") and self._configured):
-            self._configure_anew(self.request + 1)
-
-    def _configure_anew(self, request: int) -> None:
-        self._configured = False
-        wanted = {"autoreset": self.autoreset, "expect": self.spec["behaviours"], "transport": "tcp"}
-        try:
-            spec = read_json(self._exchange(self._packed(wire.CONFIGURE, wire.dump_json(wanted), request), request, wire.SPEC))
-        except (EngineError, ProtocolError) as error:
-            self._fail(ConnectionLost(f"{self.url} does not take the session up after an interrupt: {error}"))
-        if spec.get("environments") != self.environments or spec.get("behaviours") != self.spec["behaviours"]:
-            self._fail(ConnectionLost(f"{self.url} offers another world than before the interrupt; connect anew"))
-        struct.pack_into("<I", self._out, _SESSION_AT, self.session)
-        self.request, self._configured = request, True
-
     def _ask(self, kind: int, payload: bytes, answer: int) -> memoryview:
         if len(payload) > self.max_frame:
             raise ConsacError(f"a request of {len(payload)} bytes; the engine takes {self.max_frame}")
@@ -354,13 +266,6 @@ class Connection(Line):
         payload = self._exchange(self._packed(kind, payload, request), request, answer)
         self.request, self._under_way = request, False
         return payload
-
-    def _packed(self, kind: int, payload: bytes, request: int) -> memoryview:
-        return memoryview(wire.pack(wire.Frame(kind, payload, request, self.session, self._flags)))
-
-    def _check_open(self) -> None:
-        if self.closed:
-            raise ConnectionLost(f"the connection to {self.url} is closed" + (f": {self._why}" if self._why else ""))
 
     def _exchange(self, frame: memoryview, request: int, answer: int) -> memoryview:
         self._check_open()
@@ -408,42 +313,6 @@ class Connection(Line):
                 except OSError as again:
                     self._broken = again
 
-    def _take_up(self, error: Exception, request: int) -> None:
-        """A new socket for the same session, in which `request` is under way, or ConnectionLost."""
-        why = str(error) or type(error).__name__
-        if not self.resume:
-            self._fail(ConnectionLost(f"{self.url} went away ({why})"))
-        welcome = self._connect_again(f"{self.url} was lost ({why})")
-        if not welcome.get("resumed") or self._last_request(welcome) not in (request - 1, request):
-            self._fail(ConnectionLost(f"{self.url} was lost ({why}); its session began anew and the episode is gone"))
-
-    def _last_request(self, welcome: dict) -> int:
-        last = welcome.get("last_request")
-        if type(last) is not int or not 0 <= last < 1 << 63:
-            self._fail(ProtocolError("MALFORMED", f"WELCOME has last_request {last!r}"))
-        return last
-
-    def _connect_again(self, why: str, anew: bool = False) -> dict:
-        """WELCOME on a new socket, of the same session or, with `anew`, of another where the engine does not keep it; else ConnectionLost."""
-        begun = time.monotonic()
-        while True:
-            try:
-                left = max(0.05, min(HANDSHAKE_S, begun + self.resume_s - time.monotonic()))
-                return self._greet(open_socket(self.host, self.port, left), time.monotonic() + left)
-            except EngineBusy as busy:  # it is still at work on the request before, or has not seen yet that the connection is gone
-                if time.monotonic() - begun > self.timeout:
-                    self._fail(ConnectionLost(f"{why}, and the session cannot be taken up: {busy}"))
-            except (EngineError, ProtocolError) as refusal:
-                if not (anew and self.resume and isinstance(refusal, EngineError)):
-                    self._fail(ConnectionLost(f"{why}, and the session cannot be taken up: {refusal}"))
-                self.resume, self._configured = None, False
-                continue
-            except (ConnectionLost, DeadlineExceeded) as failure:
-                elapsed = time.monotonic() - begun
-                if elapsed > self.resume_s or (isinstance(failure.__cause__, ConnectionRefusedError) and elapsed > REFUSED_S):
-                    self._fail(ConnectionLost(f"{why} and did not come back within {elapsed:.1f} s"))
-            time.sleep(0.05)
-
     def _idle(self) -> None:
         """What is to do between requests: PINGs, and a request that was interrupted."""
         if self.closed or not self._lock.acquire(blocking=False):
@@ -457,15 +326,6 @@ class Connection(Line):
             _log.debug("%s: %s", self.url, error)  # the next request says so too
         finally:
             self._lock.release()
-
-    def _fail(self, error: Exception):
-        """The session is over."""
-        self._why = str(error)
-        self.closed = True
-        if hasattr(self, "_stop"):
-            self._stop.set()
-        self._drop()
-        raise error
 
     def _check(self, request: int, chosen, step: bool = True) -> None:
         """Judges the RESULT in `rows`; an engine in which nobody takes part for as long as an answer may take has forgotten to say who does (R77)."""

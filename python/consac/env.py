@@ -12,6 +12,7 @@ from gymnasium.envs.registration import EnvSpec
 from . import wire
 from .client import Connection
 from .face import RENDER_FPS, Face
+from .layout import Layout, Leaf, align
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -40,7 +41,7 @@ class ConsacEnv(gymnasium.Env):
             behaviour = connection.behaviours[0]
             self.observation_space, self.action_space = behaviour.observation.space, behaviour.action.space
             self._write, self._read = row_writer(connection), row_reader(behaviour.observation, connection.rows[0].observations, 0)
-            self._tail_at = wire.HEADER.size + 8 + wire.align(behaviour.observation.row_bytes)
+            self._tail_at = wire.HEADER.size + 8 + align(behaviour.observation.row_bytes)
             self._masked = behaviour.masks_actions
         else:
             self.observation_space, self.action_space = connection.observation_space, connection.action_space
@@ -109,7 +110,7 @@ def row_writer(connection: Connection):
     return slot_writer(layout, views, 0)
 
 
-def slot_writer(layout: wire.Layout, views: list[np.ndarray], slot: int):
+def slot_writer(layout: Layout, views: list[np.ndarray], slot: int):
     """A function that writes a value of the space into one slot's row."""
     rows = [view[slot] if view.ndim > 1 else view[slot:slot + 1].reshape(()) for view in views]
     if len(rows) == 1 and not layout.leaves[0].path:
@@ -130,7 +131,7 @@ def slot_writer(layout: wire.Layout, views: list[np.ndarray], slot: int):
     return write_leaves
 
 
-def pick(layout: wire.Layout, value, leaf: wire.Leaf):
+def pick(layout: Layout, value, leaf: Leaf):
     """The leaf's part of a value; ValueError where the value has no such part."""
     try:
         return layout.pick(value, leaf)
@@ -138,7 +139,7 @@ def pick(layout: wire.Layout, value, leaf: wire.Leaf):
         raise ValueError(f"the action {value!r} lacks {'/'.join(map(str, leaf.path))}; expected {layout.space}") from None
 
 
-def put(row: np.ndarray, value, leaf: wire.Leaf) -> None:
+def put(row: np.ndarray, value, leaf: Leaf) -> None:
     """Copies `value` into `row`, which may be one row or all; ValueError where its shape or kind does not fit."""
     try:
         array = np.asarray(value)
@@ -154,7 +155,7 @@ def put(row: np.ndarray, value, leaf: wire.Leaf) -> None:
         raise ValueError(f"the action {value!r}{where} does not fit {row.dtype}")
 
 
-def row_reader(layout: wire.Layout, views: list[np.ndarray], slot: int):
+def row_reader(layout: Layout, views: list[np.ndarray], slot: int):
     """A function that returns a fresh value of the space from one slot's row."""
     readers = [leaf_reader(leaf, view, slot) for leaf, view in zip(layout.leaves, views)]
     if len(readers) == 1 and not layout.leaves[0].path:
@@ -162,7 +163,7 @@ def row_reader(layout: wire.Layout, views: list[np.ndarray], slot: int):
     return lambda: layout.build([read() for read in readers])
 
 
-def leaf_reader(leaf: wire.Leaf, view: np.ndarray, slot: int):
+def leaf_reader(leaf: Leaf, view: np.ndarray, slot: int):
     """A function that returns a fresh value of one leaf from one slot's row."""
     if isinstance(leaf.space, spaces.Discrete):
         one = view[slot:slot + 1].reshape(())

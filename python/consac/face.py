@@ -3,13 +3,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .client import Connection, connect
+from .client import Connection, open_engine
 from .errors import ConsacError
-from .options import Options, check
 from .text1 import TextConnection
 
 RENDER_FPS = 30
-_KNOWN = frozenset({*Options.__annotations__, "protocol"})
 
 
 @dataclass(frozen=True)
@@ -24,8 +22,7 @@ class Face:
 
     def open(self, url: str, render_mode: str | None, options: dict) -> tuple[Connection | TextConnection, list[str]]:
         """A connection with `options` as options.Options has them, and `protocol`, and the render modes that there are; ConsacError where it does not fit."""
-        check(options, _KNOWN)
-        connection = connect(url, options.get("protocol", self.protocol), autoreset=self.autoreset, **{key: value for key, value in options.items() if key != "protocol"})
+        connection = open_engine(url, self.autoreset, {"protocol": self.protocol, **options})
         try:
             modes = ["rgb_array"] if "render" in connection.capabilities else []
             if isinstance(connection, Connection):

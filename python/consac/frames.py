@@ -7,6 +7,7 @@ import numpy as np
 
 from . import wire
 from .errors import ConsacError, ProtocolError
+from .layout import Behaviour, align
 
 _WORDS = struct.Struct("<II")
 _LENGTH = struct.Struct("<I")
@@ -23,13 +24,13 @@ def read_json(payload) -> dict:
 class StepFrame:
     """A STEP with its header. `mask` [environments] u8, 1 to step; `actions` for each behaviour and leaf [slots, *shape]."""
 
-    def __init__(self, behaviours: list[wire.Behaviour], environments: int):
+    def __init__(self, behaviours: list[Behaviour], environments: int):
         at = wire.HEADER.size + 8 + environments
         self.action_offsets = []
         for behaviour in behaviours:
-            self.action_offsets.append(wire.align(at))
+            self.action_offsets.append(align(at))
             at = self.action_offsets[-1] + behaviour.slots * behaviour.action.row_bytes
-        self.size = wire.align(at)
+        self.size = align(at)
         self._behaviours, self._environments = behaviours, environments
 
     def begin(self, flags: int, session: int) -> None:
@@ -56,7 +57,7 @@ def reset_payload(environments: int, mask, seeds, options: dict | None) -> bytea
     payload = bytearray(_WORDS.pack(flags, 0))
     for block in blocks:
         payload += block
-        payload += bytes(wire.align(len(payload)) - len(payload))
+        payload += bytes(align(len(payload)) - len(payload))
     return payload
 
 
@@ -86,15 +87,15 @@ class ResultFrame:
 
     `plain_end`: bytes of one without final rows and infos, `plain_size` with its padding; `largest`: with all final rows."""
 
-    def __init__(self, behaviours: list[wire.Behaviour]):
+    def __init__(self, behaviours: list[Behaviour]):
         self._behaviours, self._slots = behaviours, sum(behaviour.slots for behaviour in behaviours)
         self.plain_size, finals = wire.HEADER.size + 8, 0
         for behaviour in behaviours:
-            block = wire.align(behaviour.slots * behaviour.observation.row_bytes)
+            block = align(behaviour.slots * behaviour.observation.row_bytes)
             self.plain_end = self.plain_size + block + 9 * behaviour.slots
             if behaviour.masks_actions:
-                self.plain_end = wire.align(self.plain_end) + behaviour.slots * behaviour.action.mask_bytes
-            self.plain_size = wire.align(self.plain_end)
+                self.plain_end = align(self.plain_end) + behaviour.slots * behaviour.action.mask_bytes
+            self.plain_size = align(self.plain_end)
             finals += block
         self.largest = self.plain_size + finals
         self._padding = self._padding_of_plain()
@@ -107,7 +108,7 @@ class ResultFrame:
         for behaviour in self._behaviours:
             for size in (behaviour.slots * behaviour.observation.row_bytes, 9 * behaviour.slots, behaviour.slots * behaviour.action.mask_bytes * behaviour.masks_actions):
                 end = at + size
-                at = wire.align(end)
+                at = align(end)
                 padding += range(end, at)
         return np.array(padding, np.intp)
 
@@ -122,14 +123,14 @@ class ResultFrame:
         for behaviour in self._behaviours:
             slots, rows = behaviour.slots, Rows()
             rows.observations = behaviour.observation.views(buffer, slots, at)
-            at = wire.align(at + slots * behaviour.observation.row_bytes)
+            at = align(at + slots * behaviour.observation.row_bytes)
             rows.rewards = np.ndarray(slots, np.float64, buffer, at)
             at += 8 * slots
             rows.states = np.ndarray(slots, np.uint8, buffer, at)
-            at = wire.align(at + slots)
+            at = align(at + slots)
             if behaviour.masks_actions:
                 rows.masks = np.ndarray((slots, behaviour.action.mask_bytes), np.uint8, buffer, at)
-                at = wire.align(at + slots * behaviour.action.mask_bytes)
+                at = align(at + slots * behaviour.action.mask_bytes)
             self.rows.append(rows)
         return self.rows
 
@@ -142,15 +143,15 @@ class ResultFrame:
         if end >= at and parts & wire.PART_FINALS:
             at = self._map_finals(payload, at)
         if end >= at and parts & wire.PART_INFOS:
-            if any(payload[at:wire.align(at)]):
+            if any(payload[at:align(at)]):
                 raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding before its infos is not 0 (R62)")
-            begin = wire.align(at) + 4
+            begin = align(at) + 4
             at = begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= end else 0)
             if at <= end:
                 said = read_json(payload[begin:at])
                 infos, final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"))
-        if end != wire.align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
-            raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {wire.align(at)} (R60, R61)")
+        if end != align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
+            raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {align(at)} (R60, R61)")
         if any(payload[at:end]):
             raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding at its end is not 0 (R62)")
         return parts, infos, final_infos
@@ -159,9 +160,9 @@ class ResultFrame:
         """Lays the final rows over the payload from `at`; where they end."""
         for behaviour, rows in zip(self._behaviours, self.rows):
             rows.final_slots = np.flatnonzero(rows.states & wire.FINAL)
-            if any(payload[at:wire.align(at)]):
+            if any(payload[at:align(at)]):
                 raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding behind final rows is not 0 (R62)")
-            begin, at = wire.align(at), wire.align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
+            begin, at = align(at), align(at) + len(rows.final_slots) * behaviour.observation.row_bytes
             if at > len(payload):
                 break
             rows.finals = behaviour.observation.views(payload, len(rows.final_slots), begin)

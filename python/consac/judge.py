@@ -7,6 +7,7 @@ from gymnasium import spaces
 
 from . import wire
 from .errors import ProtocolError
+from .layout import Behaviour
 
 _ENDS, _BEGINS = wire.TERMINATED | wire.TRUNCATED, wire.FIRST | wire.ACTIVE
 _IDLE, _RESET, _STEP = 0, 4, 8  # what was asked of a slot's environment; the states 8 and 16 that it had are added, shifted by 3
@@ -37,7 +38,7 @@ def _rule(asked: int, was: int, state: int, same_step: bool) -> int:
 class Judge:
     """The RESULTs of one session, one after another. Nothing is copied but states."""
 
-    def __init__(self, behaviours: list[wire.Behaviour], autoreset: str):
+    def __init__(self, behaviours: list[Behaviour], autoreset: str):
         self._behaviours = behaviours
         self._table = np.array([[_rule(asked, was << 3, state, autoreset == "same_step") for state in range(256)] for asked in (_IDLE, _RESET, _STEP) for was in range(4)], np.uint8)
         self._environment_of = [np.arange(behaviour.slots) // len(behaviour.agents) for behaviour in behaviours]
@@ -117,7 +118,7 @@ def _bounds(space) -> tuple:
     return (0, space.nvec - 1) if isinstance(space, spaces.MultiDiscrete) else (0, 1)
 
 
-def _choice_begins(behaviour: wire.Behaviour) -> list[int]:
+def _choice_begins(behaviour: Behaviour) -> list[int]:
     """Where the mask of each choice begins in a mask row."""
     begins, at = [], 0
     for leaf in behaviour.action.leaves:

@@ -13,6 +13,8 @@ LONGEST_LINE = 2000
 _HIDDEN = re.compile("[\u0000-\u001f\u007f-\u009f\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufdd0-\ufdef\ufeff"
                      "\ufff9-\ufffb\ufffe\uffff\U000e0000-\U000e00ff]")
 
+LONGEST_FILE = 224  # bytes of the file that a trainer names after a behaviour, before its extension
+_DEVICE = re.compile(r"(?:con|nul|aux|prn|(?:com|lpt)[0-9]) *(?:\.|$)", re.IGNORECASE | re.ASCII)
 _CAPITALS = {ord(letter): letter.lower() for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZ"}
 
 
@@ -37,6 +39,11 @@ def check_name(what: str, name) -> str:
     return name
 
 
+def check_optional_name(what: str, name) -> str:
+    """The same for a name that may be missing ("")."""
+    return name if isinstance(name, str) and not name else check_name(what, name)
+
+
 def check_names_apart(what: str, names) -> None:
     """ValueError unless all are names and no two are the same."""
     seen: set = set()
@@ -46,10 +53,35 @@ def check_names_apart(what: str, names) -> None:
         seen.add(name)
 
 
+def check_expected_names(value) -> None:
+    """Every name in what a client expects, written as in SPEC: they are only compared, and end up in errors. ValueError."""
+    if isinstance(value, list):
+        for entry in value:
+            check_expected_names(entry)
+    for key, member in value.items() if isinstance(value, dict) else ():
+        if key == "name" and isinstance(member, str):
+            check_name("expected", member)
+        elif key == "agents" and isinstance(member, list):
+            for agent in member:
+                if isinstance(agent, str):
+                    check_name("expected agent", agent)
+        else:
+            check_expected_names(member)
+
+
+def _file_bytes(name: str) -> int:
+    """How long the file of a name is (spec/names.md), without its extension."""
+    inner = sum(1 if byte < 128 and (chr(byte).isalnum() or chr(byte) in "_-. ") else 3 for byte in name.encode())
+    return inner + 2 * sum(name[at] in ". " for at in {0, len(name) - 1}) + 2 * bool(_DEVICE.match(name))
+
+
 def check_names_together(what: str, names) -> None:
     """The same of names that are not told apart by capitals alone either: a trainer makes files of them."""
     names = list(names)
     check_names_apart(what, names)
+    for name in names if len(names) > 1 else ():
+        if _file_bytes(name) > LONGEST_FILE:
+            raise ValueError(f"the {what} name {quote(name)} makes a file name of more than {LONGEST_FILE} bytes; shorten it")
     seen: dict = {}
     for name in names:
         other = seen.setdefault(name.translate(_CAPITALS), name)

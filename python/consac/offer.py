@@ -1,15 +1,18 @@
 """What an engine says of itself in SPEC, checked before anything of its size is made."""
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from . import wire
 from .errors import ProtocolError
-from .names import check_names_apart, check_names_together, printable_line
+from .layout import Behaviour, bytes_in, numbers_in
+from .names import check_names_apart, check_names_together, check_optional_name
 
 MOST_BEHAVIOURS = 1024
-MOST_NUMBERS = 1 << 24  # in the spaces of all behaviours together
+MOST_SLOTS = 1 << 20  # of a behaviour
+MOST_NUMBERS = 1 << 24  # elements or choices of a space
+MOST_SPACE_BYTES = 256 << 20  # of the spaces of all behaviours together, charged before they are made
+_ELEMENT_BYTES, _CHOICE_BYTES, _SPACE_BYTES = 16, 8, 1024
 _SLOT_BYTES = 9  # of a RESULT beside its row
 
 
@@ -19,7 +22,7 @@ class Offer:
 
     spec: dict
     environments: int
-    behaviours: list[wire.Behaviour]
+    behaviours: list[Behaviour]
     deterministic: bool
     max_episode_steps: int
     id: str
@@ -31,15 +34,16 @@ def read_spec(spec: dict, autoreset: str, limit: int) -> Offer:
         environments, values = wire.member(spec, "environments", int), wire.member(spec, "behaviours", list)
         if environments < 1 or not values:
             raise ValueError(f"{environments} environments and {len(values)} behaviours")
+        name, _ = check_optional_name("environment", spec.get("id", "")), check_optional_name("model", spec.get("model_name", ""))
+        check_names_together("behaviour", [value["name"] for value in values])
+        for value in values:
+            check_names_apart("agent", value["agents"])
         _check_budget(environments, values, limit)
         begins = wire.member(spec, "autoreset", str, "same_step")
         if begins != autoreset:
             raise ValueError(f"autoreset {begins!r}, asked for was {autoreset!r}")
-        check_names_together("behaviour", [value["name"] for value in values])
-        for value in values:
-            check_names_apart("agent", value["agents"])
-        return Offer(spec, environments, [wire.Behaviour.from_json(value, environments) for value in values], wire.member(spec, "deterministic", bool, False),
-                     wire.member(spec, "max_episode_steps", int, 0), printable_line(spec.get("id", ""), 255))
+        return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], wire.member(spec, "deterministic", bool, False),
+                     wire.member(spec, "max_episode_steps", int, 0), name)
     except wire.WireError as error:
         raise ProtocolError(error.code, error.message) from None
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, AssertionError) as error:  # Gymnasium asserts what it does not take
@@ -50,13 +54,25 @@ def _check_budget(environments: int, behaviours: list, limit: int) -> None:
     """A small SPEC must not make large arrays, nor many small ones."""
     if len(behaviours) > MOST_BEHAVIOURS:
         raise ValueError(f"{len(behaviours)} behaviours, at most {MOST_BEHAVIOURS} are taken")
-    numbers = actions = results = 0
+    spaces = actions = results = 0
     for value in behaviours:
         slots = environments * len(value["agents"])
-        numbers += wire.numbers_in(value["observation"]) + wire.numbers_in(value["action"])
-        actions += slots * wire.bytes_in(value["action"])
-        results += slots * (wire.bytes_in(value["observation"]) + _SLOT_BYTES)
-    if numbers > MOST_NUMBERS:
-        raise ValueError(f"spaces of {numbers} numbers, at most {MOST_NUMBERS} are taken")
+        if not 1 <= slots <= MOST_SLOTS:
+            raise ValueError(f"{environments} environments with {len(value['agents'])} agents make {slots} slots; at least 1 and at most {MOST_SLOTS} are taken")
+        spaces += _space_bytes(value["observation"]) + _space_bytes(value["action"])
+        actions += slots * bytes_in(value["action"])
+        results += slots * (bytes_in(value["observation"]) + _SLOT_BYTES)
+    if spaces > MOST_SPACE_BYTES:
+        raise ValueError(f"spaces that take {spaces} bytes, at most {MOST_SPACE_BYTES} are taken")
     if max(actions, results) > limit:
         raise ValueError(f"frames of {max(actions, results)} bytes for {environments} environments, max_frame is {limit}; raise it or take fewer environments")
+
+
+def _space_bytes(value: dict) -> int:
+    """What a space is charged: its bounds and copies of them, or its choices."""
+    if value["type"] in ("dict", "tuple"):
+        return _SPACE_BYTES + sum(_space_bytes(child["space"]) for child in value["spaces"])
+    numbers = numbers_in(value, one_hot=True)
+    if numbers > MOST_NUMBERS:
+        raise ValueError(f"a space of {numbers} numbers or choices, at most {MOST_NUMBERS} are taken")
+    return _SPACE_BYTES + numbers * (_ELEMENT_BYTES if value["type"] == "box" else _CHOICE_BYTES)

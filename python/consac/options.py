@@ -24,12 +24,18 @@ class Options(TypedDict, total=False):
     expect: list | None  # behaviours as in SPEC: the engine refuses others
 
 
-def check(options: dict, known=frozenset(Options.__annotations__)) -> None:
-    """TypeError and ValueError name what is unknown or out of range."""
+_KNOWN = frozenset({*Options.__annotations__, "protocol"})
+_PROTOCOLS = ("auto", "text1", 2)
+
+
+def check(options: dict) -> None:
+    """TypeError and ValueError name what is unknown or out of range. Called once, by client.open_engine."""
     for name in options:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            raise TypeError(f"unknown argument {name!r}" + (f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(sorted(known))}"))
+        if name not in _KNOWN:
+            near = difflib.get_close_matches(name, _KNOWN, 1)
+            raise TypeError(f"unknown argument {name!r}" + (f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(sorted(_KNOWN))}"))
+    if options.get("protocol", 2) not in _PROTOCOLS:
+        raise ValueError(f'protocol={options["protocol"]!r}; it is "auto", "text1" or 2')
     for name, least in (("timeout", 1e-3), ("wait", 0.0), ("resume_s", 0.0)):
         value = options.get(name, least)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= LONGEST_S:

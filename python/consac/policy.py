@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from gymnasium import spaces
 
-from consac import wire
+from consac.layout import Layout, Leaf, numbers_in, space_from_json
 from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model, whole
 from consac.names import check_name, quote
 
@@ -60,7 +60,7 @@ class Policy:
         except ValueError as error:
             raise ModelDamaged(str(error)) from None
         self.observation_space, self.action_space = (_space(interface, name) for name in ("observation", "action"))
-        self._observation, self._action = wire.Layout.of(self.observation_space), wire.Layout.of(self.action_space)
+        self._observation, self._action = Layout.of(self.observation_space), Layout.of(self.action_space)
         self.features = sum(_features(leaf) for leaf in self._observation.leaves)
         self._heads = [_features(leaf) for leaf in self._action.leaves]
         self._check_heads(interface.get("heads"))
@@ -284,9 +284,9 @@ def _check_kind(spec: dict) -> dict:
 def _space(interface: dict, name: str) -> spaces.Space:
     value = interface.get(name)
     try:
-        if wire.numbers_in(value, one_hot=True) > LARGEST_LAYER:
+        if numbers_in(value, one_hot=True) > LARGEST_LAYER:
             raise ModelDamaged(f"the model's {name} space has over {LARGEST_LAYER} elements")
-        return wire.space_from_json(value)
+        return space_from_json(value)
     except ModelError:
         raise
     except Exception as error:
@@ -308,7 +308,7 @@ def _legal(space: spaces.Space, mask) -> list[np.ndarray]:
     return [np.stack([flat != 1, flat != 0], 1).ravel() if isinstance(space, spaces.MultiBinary) else flat]
 
 
-def _features(leaf: wire.Leaf) -> int:
+def _features(leaf: Leaf) -> int:
     if isinstance(leaf.space, spaces.Discrete):
         return int(leaf.space.n)
     return int(leaf.space.nvec.sum()) if isinstance(leaf.space, spaces.MultiDiscrete) else math.prod(leaf.shape)

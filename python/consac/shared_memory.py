@@ -17,6 +17,7 @@ import time
 import weakref
 
 from . import wire
+from .layout import align
 
 LOOK_S = 0.02  # between looks at the connection, while a turn is waited for
 SPIN_US = 50  # that our server tells its clients
@@ -166,7 +167,7 @@ def create_channel(request_bytes: int, result_bytes: int) -> tuple[Channel, dict
 
     The client can open the region as long as the channel lives."""
     result_offset = -(-(REQUESTS + request_bytes) // 64) * 64
-    size = result_offset + wire.align(result_bytes)
+    size = result_offset + align(result_bytes)
     descriptor = os.memfd_create("consac", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
     try:
         os.ftruncate(descriptor, size)

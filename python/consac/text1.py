@@ -13,7 +13,6 @@ from gymnasium import spaces
 from .address import open_socket, parse_url
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
 from .names import check_name, printable_line
-from .options import check
 
 QUIET_S = 0.002  # after so long without a byte a message without a terminator is complete
 LARGEST_MESSAGE = 1 << 20
@@ -30,12 +29,11 @@ def read_number(word: str) -> float:
 
 
 class TextConnection:
-    """The trainer's end of text protocol 1."""
+    """The trainer's end of text protocol 1, made by `connect`."""
 
     deterministic, max_episode_steps, capabilities = False, 0, []
 
     def __init__(self, url: str, *, timeout: float = 60.0, wait: float = 0.0, sock: socket.socket | None = None):
-        check({"timeout": timeout, "wait": wait})
         self.url, self.timeout, self.closed = url, timeout, False
         self._wait = wait
         self._socket = None
@@ -63,6 +61,8 @@ class TextConnection:
                 check_name("model", self.model_name)
             except ValueError as error:
                 self._bad(str(error))
+        if not (self.training_length or self.model_name):
+            self._bad("training length 0 asks for a model to act, but no model name follows")
         self.spec = {"id": "text1", "training_length": self.training_length, "model_name": self.model_name}
         self._steps, self._fresh, self._over = 0, True, False
 

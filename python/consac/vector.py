@@ -13,6 +13,7 @@ from . import wire
 from .errors import ConsacError
 from .env import REMOTE_ID, mask_value, pick, put, row_reader
 from .face import RENDER_FPS, Face
+from .layout import Layout
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -168,7 +169,7 @@ def _numbers(slots: list, values: list, count: int) -> np.ndarray | None:
     return array
 
 
-def batch_writer(layout: wire.Layout, views: list[np.ndarray]):
+def batch_writer(layout: Layout, views: list[np.ndarray]):
     """A function that writes a batch of actions."""
     if len(views) == 1 and not layout.leaves[0].path:
         rows, leaf, shape, dtype = views[0], layout.leaves[0], views[0].shape, views[0].dtype
@@ -188,7 +189,7 @@ def batch_writer(layout: wire.Layout, views: list[np.ndarray]):
     return write_leaves
 
 
-def batch_reader(layout: wire.Layout, views: list[np.ndarray], copy: bool):
+def batch_reader(layout: Layout, views: list[np.ndarray], copy: bool):
     """A function that returns the batch of observations; fresh ones with `copy`."""
 
     def reader(leaf, view):

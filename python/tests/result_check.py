@@ -7,6 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from consac import wire
+from consac.layout import Behaviour, align
 
 ENDS, BEGINS = wire.TERMINATED | wire.TRUNCATED, wire.FIRST | wire.ACTIVE
 
@@ -16,7 +17,7 @@ class ResultCheck:
 
     def __init__(self, spec, autoreset):
         self.environments, self.autoreset = spec["environments"], autoreset
-        self.behaviours = [wire.Behaviour.from_json(value, self.environments) for value in spec["behaviours"]]
+        self.behaviours = [Behaviour.from_json(value, self.environments) for value in spec["behaviours"]]
         self.states = [bytes(behaviour.slots) for behaviour in self.behaviours]
         self.before, self.step, self.chosen = None, False, b"\1" * self.environments
 
@@ -47,7 +48,7 @@ class ResultCheck:
             block = []
             for size in sizes:
                 block.append((at, at + size))
-                at = wire.align(at + size)
+                at = align(at + size)
             blocks.append(block)
         need("R60", len(payload) >= at)
         parts, = struct.unpack_from("<I", payload)
@@ -57,17 +58,17 @@ class ResultCheck:
         for behaviour, said in zip(self.behaviours, states):
             rows = sum(1 for state in said if state & wire.FINAL)
             finals.append((at, at + rows * behaviour.observation.row_bytes))
-            at = wire.align(finals[-1][1])
+            at = align(finals[-1][1])
         need("R61", any(begin < end for begin, end in finals) == bool(parts & 1))
         infos = None
         if parts & 2:
             need("R60", len(payload) >= at + 4)
             length, = struct.unpack_from("<I", payload, at)
             infos = (at + 4, at + 4 + length)
-            at = wire.align(infos[1])
+            at = align(infos[1])
         need("R60", len(payload) == at)
         for begin, end in [piece for block in blocks for piece in block] + finals + [infos or (0, 0)]:
-            need("R62", not any(payload[end:wire.align(end)]))
+            need("R62", not any(payload[end:align(end)]))
         for behaviour, block, said, was, final in zip(self.behaviours, blocks, states, self.states, finals):
             at = final[0]
             for slot in range(behaviour.slots):

@@ -17,6 +17,7 @@ from gymnasium.utils.env_checker import check_env
 import consac
 from consac import client, wire
 from consac.errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, Refused, SpecMismatch
+from consac.layout import Layout
 from consac.serve import Limits, Server
 from toy_server import ToyServer
 
@@ -168,7 +169,7 @@ def test_who_is_let_in(serve):
 
 
 def test_no_final_rows_at_the_very_end_of_a_result():
-    layout = wire.Layout.of(spaces.Dict({"far": spaces.Box(0, 1, (3,)), "near": spaces.Box(0, 1, (2,))}))
+    layout = Layout.of(spaces.Dict({"far": spaces.Box(0, 1, (3,)), "near": spaces.Box(0, 1, (2,))}))
     assert [view.shape for view in layout.views(memoryview(bytes(64)), 0, 64)] == [(0, 3), (0, 2)]
 
 
@@ -491,7 +492,7 @@ def box(shape, dtype="F32"):
     {"behaviours": [{"name": f"a{i}", "agents": ["b"], "observation": box([1 << 20]), "action": box([1])} for i in range(100)]},
     {"behaviours": [{"name": "a", "agents": ["b"], "observation": box([1 << 24], "F64"), "action": box([1])}]},
     {"behaviours": [{"name": "a", "agents": ["b"], "observation": {"type": "multi_binary", "n": 1 << 40}, "action": box([1])}]},
-    {"environments": 1 << 40, "behaviours": [{"name": "a", "agents": ["b"] * 99, "observation": box([1]), "action": box([1])}]},
+    {"environments": 1 << 40, "behaviours": [{"name": "a", "agents": [f"b{i}" for i in range(99)], "observation": box([1]), "action": box([1])}]},
 ], ids=["one space", "a hundred spaces", "wide numbers", "bits", "environments"])
 def test_a_small_spec_makes_no_large_arrays(change):
     tracemalloc.start()

@@ -20,6 +20,7 @@ from gymnasium import spaces
 import consac
 from consac import wire
 from consac.errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
+from consac.layout import Behaviour, Layout
 from consac.options import Options
 from consac.serve import Server
 from test_client import frame
@@ -50,7 +51,7 @@ def flood(setup, bytes_of_it):
 def answered(sock, last):
     """Answers as the toy engine does up to the request `last`, which only a flood answers."""
     toy = ToyServer.__new__(ToyServer)
-    toy.__dict__.update(observation=wire.Layout.of(spaces.Box(-1, 1, (8,), np.float32)), action=wire.Layout.of(spaces.Discrete(2)), length=10, fault=None, before=None, capacity=None, keep=True,
+    toy.__dict__.update(observation=Layout.of(spaces.Box(-1, 1, (8,), np.float32)), action=Layout.of(spaces.Discrete(2)), length=10, fault=None, before=None, capacity=None, keep=True,
                         heartbeat_s=10, spec={}, capabilities=[], steps=0, sessions={}, log=[])
     from toy_server import Talk
 
@@ -161,7 +162,7 @@ def leaves(value, path=()):
 def test_a_spec_with_anything_anywhere():
     odd = [None, -1, 1 << 70, 1.5, float("inf"), "x", "7" * 5000, [], {}, [1 << 70], True, [[]], {"a": 1}, 0]
     space = spaces.Dict(a=spaces.Box(-1, 1, (2,), np.float32), b=spaces.Discrete(3, start=1), c=spaces.MultiDiscrete([2, 3]), d=spaces.MultiBinary(2), e=spaces.Tuple([spaces.Discrete(2)]))
-    behaviour = wire.Behaviour("default", ["agent"], wire.Layout.of(space), wire.Layout.of(space), 1, True).to_json()
+    behaviour = Behaviour("default", ["agent"], Layout.of(space), Layout.of(space), 1, True).to_json()
     spec = {"environments": 1, "behaviours": [behaviour], "max_episode_steps": 0, "autoreset": "same_step", "deterministic": True, "id": "x"}
     from consac.offer import read_spec
 

@@ -7,6 +7,7 @@ import pytest
 import consac
 from consac import wire
 from consac.errors import EngineBusy, EngineError, ProtocolError
+from consac.layout import Behaviour, Layout, space_from_json
 from consac.names import check_name, check_names_together, printable_line
 from test_client import box, frame
 from toy_server import ToyServer
@@ -36,7 +37,7 @@ def test_names_that_stand_together():
 
 @pytest.mark.parametrize("behaviours, why", [([EVIL], "does not show"), (["a", "a"], "twice"), (["a", "A"], "capitals"), ([""], "give it one"), ([None], "give it one")])
 def test_behaviours_are_named_well(behaviours, why):
-    said = [wire.Behaviour("x", ["agent"], *[wire.Layout.of(wire.space_from_json(box([1])))] * 2, 1).to_json() | {"name": name} for name in behaviours]
+    said = [Behaviour("x", ["agent"], *[Layout.of(space_from_json(box([1])))] * 2, 1).to_json() | {"name": name} for name in behaviours]
     with ToyServer(spec={"behaviours": said}) as server:
         with pytest.raises(ProtocolError, match=why) as told:
             consac.make(server.url, protocol=2)
@@ -44,7 +45,7 @@ def test_behaviours_are_named_well(behaviours, why):
 
 
 def spec_of(agents):
-    return {"behaviours": [wire.Behaviour("x", agents, *[wire.Layout.of(wire.space_from_json(box([1])))] * 2, 2).to_json()]}
+    return {"behaviours": [Behaviour("x", agents, *[Layout.of(space_from_json(box([1])))] * 2, 2).to_json()]}
 
 
 @pytest.mark.parametrize("agents", [["a", EVIL], ["a", "a"]])

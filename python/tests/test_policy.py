@@ -12,6 +12,7 @@ import pytest
 from gymnasium import spaces
 
 from consac import wire
+from consac.layout import Layout, space_to_json
 from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, ModelMisfit, ModelTooNew, Policy, load_policies, load_policy, read_model
 
 PROGRAM = Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli" / "consac"
@@ -55,7 +56,7 @@ def features_of(space):
 
 def listed(space):
     """A space's JSON with every bound of a box written out, as spec/model_file.md has it."""
-    value = wire.space_to_json(space)
+    value = space_to_json(space)
     boxes = [value]
     for box in boxes:
         boxes += [child["space"] for child in box.get("spaces", [])]
@@ -80,7 +81,7 @@ def make(observation=spaces.Box(-1, 1, (3,), np.float32), action=spaces.Discrete
         tensors[f"{name}/w"], tensors[f"{name}/b"] = rng.normal(size=(out, width)).astype(np.float32), rng.normal(size=out).astype(np.float32)
         blocks.append({"op": "dense", "in": source, "out": name, "name": name, "in_size": width, "out_size": out, "act": activation})
         source, width = name, out
-    leaves = wire.Layout.of(action).leaves
+    leaves = Layout.of(action).leaves
     deviations = sum(int(np.prod(leaf.shape)) for leaf in leaves if isinstance(leaf.space, spaces.Box))
     if deviations:
         tensors["pi/log_std"] = rng.normal(size=deviations).astype(np.float32)
@@ -377,7 +378,7 @@ def test_a_mask_as_sample_takes_it_is_the_same_as_its_flat_row(action):
     from consac.env import mask_value
 
     policy, rng = policy_of(action=action), np.random.default_rng(1)
-    size = wire.Layout.of(action).mask_bytes
+    size = Layout.of(action).mask_bytes
     for _ in range(50):
         row, observation = rng.integers(0, 2, size).astype(np.uint8), rng.normal(size=3).astype(np.float32)
         try:

@@ -17,6 +17,7 @@ import pytest
 from gymnasium import spaces
 
 from consac import wire
+from consac.layout import Layout
 from consac.serve import Limits, Server
 from consac.wire import BYE, CONFIGURE, ERROR, FRAME, GOAWAY, HELLO, PING, PONG, RENDER, RESET, RESULT, SPEC, STEP, WELCOME, Frame, pack
 
@@ -269,7 +270,7 @@ def test_matches_native_cartpole_bit_by_bit():
 
 
 def test_nested_spaces_travel_whole():
-    layout = wire.Layout.of(Nested.inside)
+    layout = Layout.of(Nested.inside)
     with Server(Nested, 2) as server:
         client = Raw(server)
         first = client.reset()
@@ -305,7 +306,7 @@ def test_serves_stock_environments(name):
         native = gymnasium.make(name)
         native.reset(seed=4)
         client.reset(seeds=[4, 5])
-        layout = wire.Layout.of(native.action_space)
+        layout = Layout.of(native.action_space)
         native.action_space.seed(1)
         for _ in range(20):
             action = native.action_space.sample()
@@ -316,7 +317,7 @@ def test_serves_stock_environments(name):
             if terminated or truncated:
                 native.reset()
                 break
-            wanted = wire.Layout.of(native.observation_space)
+            wanted = Layout.of(native.observation_space)
             row = bytearray(wanted.row_bytes)
             for leaf, view in zip(wanted.leaves, wanted.views(row, 1, 0)):
                 view[0] = wanted.pick(seen, leaf)

@@ -7,6 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from consac import wire
+from consac.layout import Behaviour, Layout, align
 
 BOX8 = spaces.Box(-1, 1, (8,), np.float32)
 
@@ -16,7 +17,7 @@ class ToyServer:
     `before(server, sock, frame)` runs before a frame is answered and may return True to keep silent."""
 
     def __init__(self, observation=BOX8, action=spaces.Discrete(2), length=10, fault=None, before=None, first=None, capacity=None, keep=True, heartbeat_s=10, spec=None, capabilities=()):
-        self.observation, self.action, self.length = wire.Layout.of(observation), wire.Layout.of(action), length
+        self.observation, self.action, self.length = Layout.of(observation), Layout.of(action), length
         self.fault, self.before, self.first, self.capacity, self.keep, self.heartbeat_s, self.spec = fault, before, first, capacity, keep, heartbeat_s, spec or {}
         self.capabilities = list(capabilities)
         self.steps = 0  # carried out, over all sessions
@@ -134,7 +135,7 @@ class Talk:
         server, session = self.server, self.session
         if frame.type == wire.CONFIGURE:
             session["autoreset"] = wire.load_json(frame.payload).get("autoreset", "same_step")
-            behaviour = wire.Behaviour("default", ["agent"], server.observation, server.action, 1).to_json()
+            behaviour = Behaviour("default", ["agent"], server.observation, server.action, 1).to_json()
             spec = {"id": "toy", "environments": 1, "max_episode_steps": 0, "autoreset": session["autoreset"], "deterministic": True, "behaviours": [behaviour]} | server.spec
             return wire.pack(wire.Frame(wire.SPEC, wire.dump_json(spec), frame.request, session["number"]))
         if frame.type == wire.RESET:
@@ -153,7 +154,7 @@ class Talk:
         layout = self.server.observation
         layout.space.seed(int(self.session["rng"].integers(1 << 31)))
         value = layout.space.sample()
-        row = np.zeros(wire.align(layout.row_bytes), np.uint8)
+        row = np.zeros(align(layout.row_bytes), np.uint8)
         for view, leaf in zip(layout.views(row, 1, 0), layout.leaves):
             view[0] = layout.pick(value, leaf)
         payload = struct.pack("<II", 0, 0) + row.tobytes() + struct.pack("<dB7x", reward, state)

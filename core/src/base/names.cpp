@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <vector>
 
 #include "base/utf8.h"
 #include "consac/base/text.h"
@@ -73,6 +74,18 @@ Status CheckName(std::string_view what, std::string_view name) {
 
 Status CheckOptionalName(std::string_view what, std::string_view name) {
   return name.empty() ? Status::Ok() : CheckName(what, name);
+}
+
+Status CheckNamesApart(std::string_view what, std::span<const std::string> names) {
+  std::vector<std::string_view> sorted;
+  for (const std::string& name : names) {
+    CONSAC_RETURN_IF_ERROR(CheckName(what, name));
+    sorted.emplace_back(name);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+  if (twice == sorted.end()) return Status::Ok();
+  return {StatusCode::kInvalidArgument, std::string(what) + " name " + Quote(*twice) + " is there twice; rename one"};
 }
 
 Status CheckNamesTogether(std::string_view what, std::span<const std::string_view> names) {

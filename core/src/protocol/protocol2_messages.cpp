@@ -162,17 +162,38 @@ Status CheckRow(const Json& behaviour, const char* name, const Layout& layout) {
                                 ", expected " + Quote(Dump(RowJson(layout)), 200));
 }
 
-/// Every name that SPEC gives; Space looks at those of leaves.
+Status Malformed(const Status& status) {
+  return status.ok() ? status : Fault("MALFORMED", status.message());
+}
+
+/// Every name that SPEC gives; those of agents and leaves are looked at with their behaviour.
 Status CheckSpecNames(const SpecMessage& spec) {
-  const auto check = [](const Status& status) { return status.ok() ? status : Fault("MALFORMED", status.message()); };
-  CONSAC_RETURN_IF_ERROR(check(CheckOptionalName("environment", spec.env.id)));
-  CONSAC_RETURN_IF_ERROR(check(CheckOptionalName("model", spec.model_name)));
+  CONSAC_RETURN_IF_ERROR(Malformed(CheckOptionalName("environment", spec.env.id)));
+  CONSAC_RETURN_IF_ERROR(Malformed(CheckOptionalName("model", spec.model_name)));
   std::vector<std::string_view> behaviours;
-  for (const BehaviourSpec& behaviour : spec.env.behaviours) {
-    behaviours.emplace_back(behaviour.name);
-    for (const std::string& agent : behaviour.agents) CONSAC_RETURN_IF_ERROR(check(CheckName("agent", agent)));
+  for (const BehaviourSpec& behaviour : spec.env.behaviours) behaviours.emplace_back(behaviour.name);
+  return Malformed(CheckNamesTogether("behaviour", behaviours));
+}
+
+/// Every name that a client expects: of behaviours, agents, leaves. They are only compared, and end up in errors.
+Status CheckExpectedNames(const Json& expect) {
+  if (expect.is_array()) {
+    for (const Json& entry : expect) CONSAC_RETURN_IF_ERROR(CheckExpectedNames(entry));
   }
-  return check(CheckNamesTogether("behaviour", behaviours));
+  if (!expect.is_object()) return Status::Ok();
+  for (const auto& [key, value] : expect.items()) {
+    if (key == "name" && value.is_string()) {
+      CONSAC_RETURN_IF_ERROR(Malformed(CheckName("expected", value.get_ref<const std::string&>())));
+    } else if (key == "agents" && value.is_array()) {
+      for (const Json& agent : value) {
+        if (agent.is_string())
+          CONSAC_RETURN_IF_ERROR(Malformed(CheckName("expected agent", agent.get_ref<const std::string&>())));
+      }
+    } else {
+      CONSAC_RETURN_IF_ERROR(CheckExpectedNames(value));
+    }
+  }
+  return Status::Ok();
 }
 
 /// What a whole SPEC may make a trainer hold, all behaviours together (docs/faults.md, Budgets).
@@ -199,6 +220,7 @@ Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environme
   if (!action.ok()) return action.status();
   const Members members{json};
   std::vector<std::string> agents = members.Texts("agents");
+  CONSAC_RETURN_IF_ERROR(Malformed(CheckNamesApart("agent", agents)));
   const bool countable = !agents.empty() && environments >= 1 && environments <= kMostSlots;
   const auto slots = countable ? environments * static_cast<std::int64_t>(agents.size()) : 0;
   if (!countable || slots > kMostSlots) {
@@ -339,7 +361,10 @@ Result<Configure> ParseConfigure(std::span<const std::byte> payload) {
   if (!autoreset.ok()) return autoreset.status();
   Configure configure;
   configure.autoreset = *autoreset;
-  if (const Json* expect = members.List("expect"); expect != nullptr) configure.expect_json = Dump(*expect);
+  if (const Json* expect = members.List("expect"); expect != nullptr) {
+    CONSAC_RETURN_IF_ERROR(CheckExpectedNames(*expect));
+    configure.expect_json = Dump(*expect);
+  }
   const std::string transport = members.Text("transport");
   configure.shared_memory = transport == "shm";
   if (!transport.empty() && transport != "tcp" && transport != "shm")
@@ -394,7 +419,7 @@ std::string EncodeSpec(const SpecMessage& spec) {
 }
 
 Result<SpecMessage> ParseSpec(std::span<const std::byte> payload) {
-  constexpr std::size_t kMostBehaviours = 4096;
+  constexpr std::size_t kMostBehaviours = 1024;
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
   const Members members{*json};

@@ -6,6 +6,7 @@ import struct
 import numpy as np
 
 from consac import wire
+from consac.layout import align
 from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
 
 from .refusal import Refused, describe, tell
@@ -25,15 +26,15 @@ class Batch:
         self.autoreset, count = "same_step", len(envs)
         offset = HEADER.size + 8
         for behaviour in world.behaviours:
-            offset = wire.align(Rows.offsets(behaviour, offset)[3])
+            offset = align(Rows.offsets(behaviour, offset)[3])
         self.buffer = bytearray(offset)
-        self.parts, offset, at = [], HEADER.size + 8, wire.align(8 + count)
+        self.parts, offset, at = [], HEADER.size + 8, align(8 + count)
         self.request = bytearray(self.step_bytes(world))
         for behaviour in world.behaviours:
             rows = Rows(behaviour, self.buffer, offset)
             rows.actions = behaviour.action.views(self.request, behaviour.slots, at)
-            at = wire.align(at + behaviour.slots * behaviour.action.row_bytes)
-            offset = wire.align(rows.end)
+            at = align(at + behaviour.slots * behaviour.action.row_bytes)
+            offset = align(rows.end)
             self.parts.append(rows)
         self.size = offset
         self.all_ones = b"\1" * count
@@ -49,15 +50,15 @@ class Batch:
         """Bytes of a STEP's payload."""
         end = 8 + world.environments
         for behaviour in world.behaviours:
-            end = wire.align(end) + behaviour.slots * behaviour.action.row_bytes
-        return wire.align(end)
+            end = align(end) + behaviour.slots * behaviour.action.row_bytes
+        return align(end)
 
     @staticmethod
     def largest_result(world: World) -> int:
         """Bytes of the largest RESULT's payload, infos apart."""
         end = 8
         for behaviour in world.behaviours:
-            end = wire.align(Rows.offsets(behaviour, wire.align(end))[3]) + behaviour.slots * behaviour.observation.row_bytes
+            end = align(Rows.offsets(behaviour, align(end))[3]) + behaviour.slots * behaviour.observation.row_bytes
         return end
 
     def close(self) -> None:
@@ -79,18 +80,18 @@ class Batch:
         chosen = self._chosen(bytes(payload[8:8 + count]), "RESET")
         end, seeds, options = 8 + count, None, None
         if flags & wire.WITH_SEEDS:
-            at, end = wire.align(end), wire.align(end) + 8 * count
+            at, end = align(end), align(end) + 8 * count
             if len(payload) < end:
                 raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; with seeds it has {end} or more")
             seeds = struct.unpack_from(f"<{count}q", payload, at)
         if flags & wire.WITH_OPTIONS:
-            at = wire.align(end)
+            at = align(end)
             length = _U32.unpack_from(payload, at)[0] if len(payload) >= at + 4 else 0
             end = at + 4 + length
-            if len(payload) == wire.align(end):
+            if len(payload) == align(end):
                 options = wire.load_json(payload[at + 4:end])
-        if len(payload) != wire.align(end):
-            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; by its flags it has {wire.align(end)}")
+        if len(payload) != align(end):
+            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; by its flags it has {align(end)}")
         if not self.started and len(chosen) != count:
             raise Refused("BAD_STATE", f"the first RESET resets {len(chosen)} of {count} environments; reset all of them first")
         for env in chosen if seeds else ():
@@ -278,7 +279,7 @@ class Batch:
 
 
 def pad(out: bytearray) -> None:
-    out += bytes(wire.align(len(out)) - len(out))
+    out += bytes(align(len(out)) - len(out))
 
 
 def _plain(value):

@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from consac import wire
+from consac.layout import Behaviour, Leaf, align
 
 from .refusal import Refused
 from .world import flat_mask
@@ -13,7 +13,7 @@ from .world import flat_mask
 class Rows:
     """One behaviour's part of a RESULT buffer, and its actions from a STEP."""
 
-    def __init__(self, behaviour: wire.Behaviour, buffer, offset: int):
+    def __init__(self, behaviour: Behaviour, buffer, offset: int):
         self.behaviour, self.buffer = behaviour, buffer
         self.layout, self.actions_layout = behaviour.observation, behaviour.action
         self.begin, slots = offset, behaviour.slots
@@ -30,14 +30,14 @@ class Rows:
         self.finals: list[tuple[int, bytes]] = []
 
     @staticmethod
-    def offsets(behaviour: wire.Behaviour, offset: int) -> tuple[int, int, int, int]:
+    def offsets(behaviour: Behaviour, offset: int) -> tuple[int, int, int, int]:
         """Where rewards, states, masks and the end lie."""
-        rewards = wire.align(offset + behaviour.slots * behaviour.observation.row_bytes)
+        rewards = align(offset + behaviour.slots * behaviour.observation.row_bytes)
         states = rewards + 8 * behaviour.slots
         end = states + behaviour.slots
         if not behaviour.masks_actions:
             return rewards, states, end, end
-        masks = wire.align(end)
+        masks = align(end)
         return rewards, states, masks, masks + behaviour.slots * behaviour.action.mask_bytes
 
     def write(self, slot: int, observation) -> None:
@@ -92,7 +92,7 @@ class Rows:
                 slot, where = slots[int(np.argwhere(~good)[0][0])], tuple(np.argwhere(~good)[0])
                 raise self._outside(slot, per_env, leaf, rows[where].item(), say)
 
-    def _outside(self, slot: int, per_env: int, leaf: wire.Leaf, value, say: str) -> Refused:
+    def _outside(self, slot: int, per_env: int, leaf: Leaf, value, say: str) -> Refused:
         env, agent = slot // per_env, self.behaviour.agents[slot % per_env]
         path = f"{self.behaviour.name}/{agent}" + "".join(f"/{key}" for key in leaf.path)
         if say:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Callable
 
 from consac import shared_memory, wire
+from consac.layout import align, first_difference
+from consac.names import check_expected_names
 from consac.wire import HEADER, WireError
 
 from .agents import AgentBatch
@@ -121,13 +123,17 @@ class Session:
         expect = wanted.get("expect", [])
         if not isinstance(autoreset, str) or not isinstance(transport, str) or not isinstance(expect, list):
             raise WireError("MALFORMED", f"CONFIGURE has autoreset {autoreset!r}, transport {transport!r} and expect {str(expect)[:80]}; two texts and a list")
+        try:
+            check_expected_names(expect)
+        except ValueError as error:
+            raise WireError("MALFORMED", f"CONFIGURE: {error}") from None
         if autoreset not in AUTORESETS:
             raise Refused("UNSUPPORTED", f"autoreset {autoreset!r}; there are {', '.join(AUTORESETS)}", path="autoreset")
         if transport != "tcp" and not (transport == "shm" and connection.shares):
             raise Refused("UNSUPPORTED", f"transport {transport!r}; this connection has tcp{' and shm' * connection.shares}", path="transport")
         spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name)
         if "expect" in wanted:
-            difference = wire.first_difference(expect, spec["behaviours"], "behaviours")
+            difference = first_difference(expect, spec["behaviours"], "behaviours")
             if difference:
                 path, expected, found = difference
                 path = "/".join(part for part in path.split("/") if part not in ("spaces", "space"))
@@ -150,7 +156,7 @@ class Session:
     def _share(self) -> tuple[shared_memory.Channel, dict]:
         """Memory for the requests and answers of this world."""
         world = self.offer.world
-        reset = wire.align(8 + world.environments) + 8 * world.environments
+        reset = align(8 + world.environments) + 8 * world.environments
         try:
             return shared_memory.create_channel(HEADER.size + max(Batch.step_bytes(world), reset), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
         except OSError as error:

@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium import spaces
 
 from consac import wire
+from consac.layout import Behaviour, Layout, space_to_json
 from consac.names import check_names_apart, check_names_together, printable_line
 
 
@@ -25,7 +26,7 @@ class World:
 
     name: str
     environments: int
-    behaviours: list[wire.Behaviour]
+    behaviours: list[Behaviour]
     multi_agent: bool
     renders: bool
     max_episode_steps: int = 0
@@ -56,7 +57,7 @@ class World:
                 layouts = [_layout(observation, "observation"), _layout(action, "action")]
                 mask = (info.get(agents[0]) or {} if multi_agent else info).get("action_mask")
                 masks = mask is not None and layouts[1].mask_bytes > 0 and flat_mask(mask).size == layouts[1].mask_bytes
-                behaviours.append(wire.Behaviour(group, list(map(str, agents)), *layouts, environments * len(agents), masks))
+                behaviours.append(Behaviour(group, list(map(str, agents)), *layouts, environments * len(agents), masks))
             return cls(printable_line(known, 255), environments, behaviours, multi_agent, getattr(env, "render_mode", None) == "rgb_array" and "rgb_array" in (getattr(env, "metadata", None) or {}).get("render_modes", ()),
                        int(getattr(spec, "max_episode_steps", 0) or 0), not getattr(spec, "nondeterministic", False),
                        {str(agent): agent for agent in env.possible_agents} if multi_agent else None)
@@ -89,9 +90,9 @@ def _groups(env, by: str) -> list[tuple]:
     return [(name if names.count(name) == 1 else f"{name}_{index}", *group[1:]) for index, (name, group) in enumerate(zip(names, groups))]
 
 
-def _layout(space: spaces.Space, what: str) -> wire.Layout:
-    wire.space_to_json(space)
-    layout = wire.Layout.of(space)
+def _layout(space: spaces.Space, what: str) -> Layout:
+    space_to_json(space)
+    layout = Layout.of(space)
     for leaf in layout.leaves:
         highest = 0
         if isinstance(leaf.space, spaces.Discrete):

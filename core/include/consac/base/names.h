@@ -19,6 +19,8 @@ inline constexpr std::size_t kLongestName = 255;
 Status CheckName(std::string_view what, std::string_view name);
 /// The same for a name that may be missing ("").
 Status CheckOptionalName(std::string_view what, std::string_view name);
+/// Ok for names of which no two are the same: a world's agents. `what` is of one of them. Cost: n log n.
+Status CheckNamesApart(std::string_view what, std::span<const std::string> names);
 /// Ok for names that stand beside each other and may become files: no two the same, nor told apart by capitals alone,
 /// and where there are several, none too long for a file's name. `what` is of one of them.
 Status CheckNamesTogether(std::string_view what, std::span<const std::string_view> names);
