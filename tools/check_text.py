@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Fails where text from outside could become a path, a terminal's line or a tree of JSON by another way than the one
-place for it (consac/base/names.h and json.h). As far as text can tell: it knows calls, not where a string came from.
+place for it (consac/base/names.h and json.h), and where a secret is compared in a time that tells of it. As far as text can tell: it knows calls, not where a string came from.
 Usage: check_text.py [REPOSITORY]"""
 import pathlib
 import re
@@ -16,7 +16,7 @@ NAMED = r"(?:\bname\b|\bName\b|\bbehaviour\b|\bmodel_name\b|\bclient\b|\bid\b)(?
 RULES = (
     (re.compile(r"\bstd::(cout|cerr|clog)\b|\b(printf|puts|putchar)\(|\bfmt::print\(|\bfputs\("
                 r"|\b(fprintf|fwrite)\([^;]*\b(stdout|stderr|stream)\b"),
-     {"core/src/base/hooks.cpp", "run/src/report/console.cpp", "cli/print.h", "cli/print.cpp"},
+     {"core/src/base/hooks.cpp", "run/src/output.cpp", "cli/print.h", "cli/print.cpp"},
      "prints by itself; use Log, Console or cli/print.h, which show nothing that does not show"),
     (re.compile(r"[jJ]son\w*::(parse|accept|sax_parse|from_cbor|from_msgpack|from_bson|from_ubjson)\(|\bjson::parse\("),
      {"core/include/consac/base/json.h", "core/src/base/json.cpp"},
@@ -31,6 +31,9 @@ RULES = (
       "run/include/consac/run/run_directory.h", "run/src/run_directory.cpp", "run/src/resume.cpp",  # CheckFolderName is there
       "run/src/find_model.cpp"},  # of a folder that was listed
      "makes a path of a name; use FileNameOf, or CheckFolderName first"),
+    (re.compile(r"\b(?:token|resume_|secret)(?:\(\))?\s*[!=]=|[!=]=\s*(?:\w+(?:\.|->))*(?:token|resume_|secret)\b|\b(?:strcmp|memcmp|compare)\([^;]*\b(?:token|resume_|secret)\b"),
+     {"core/src/server/secret.cpp"},
+     "compares a secret; use SameSecret, whose time does not tell where two differ"),
 )
 
 def check_file(root: pathlib.Path, file: pathlib.Path):

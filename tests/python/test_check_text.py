@@ -17,12 +17,16 @@ PLANTED = [
     ("run/src/bad.cpp", "const std::string text = json.dump(2);", "writes JSON by itself"),
     ("cli/bad.cpp", 'std::fprintf(stderr, "%s", message);', "prints by itself"),
     ("run/src/bad.cpp", 'std::cout << behaviour.name;', "prints by itself"),
+    ("core/src/server/bad.cpp", "return hello.token == options_.token;", "compares a secret"),
+    ("core/src/server/bad.cpp", "if (hello.resume != resume_) return false;", "compares a secret"),
+    ("engines/host/bad.cpp", "if (std::memcmp(given.data(), options.token.data(), 8) == 0) Open();", "compares a secret"),
     ("cli/bad.cpp", 'fmt::print("{}", name);', "prints by itself"),
     ("engines/unreal/Consac/Source/Consac/Private/Bad.cpp", 'Save(Folder + "/" + Kinds[B].Offering.name + ".x");', "makes a path of a name"),
 ]
 RIGHT = [
     ("run/src/good.cpp", 'const std::string path = folder + "/" + FileNameOf(behaviour.name, ".consac");'),
     ("run/src/good.cpp", '// json.dump() is not for us'),
+    ("core/src/server/good.cpp", "if (!options_.token.empty() && !SameSecret(options_.token, hello.token)) Refuse();"),
     ("core/src/base/json.cpp", "SaxJson::sax_parse(text.begin(), text.end(), &watch);"),
     ("core/test/base/json_test.cpp", "json::parse(file);"),
     ("run/src/good.cpp", 'const Result<nlohmann::json> read = ReadJson<nlohmann::json>(text);'),
