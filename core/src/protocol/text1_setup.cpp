@@ -136,7 +136,9 @@ Result<Setup> ParseSetup(std::string_view message) {
   if (const Status named = CheckOptionalName("model", setup.model_name); !named.ok())
     return SetupError(message, named.message());
   if (setup.training_length == 0 && setup.model_name.empty()) {
-    return SetupError(message, "training length 0 asks for a model to act, but no model name follows");
+    return SetupError(message,
+                      "training length 0 asks for a model to act, but no model name follows; send the steps to "
+                      "train for, or the model's name behind the 0");
   }
   return setup;
 }

@@ -43,6 +43,7 @@ TEST(Setup, EveryFieldIsCheckedAndQuoted) {
   } cases[] = {
       {"D#3#0#B#3#0,0,0,5,6,7", "fields"},
       {"X#3#0#B#1#0,1#10", "'X'"},
+      {"D#3#0#B#1#0,1#0", "send the steps to train for, or the model's name behind the 0"},
       {"D#0#0#B#1#0,1#10", "'0'"},
       {"D#3.5#0#B#1#0,1#10", "'3.5'"},
       {"D#3#1#B#1#0,1#10", "'1'"},
