@@ -167,6 +167,16 @@ SpecJson InterfaceJson(const PolicyData& data) {
 
 }  // namespace
 
+Status CheckActivations(const nn::Network& network) {
+  constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20, kRowsTogether = 64;
+  MemoryBudget budget(kMostBytes);
+  for (const nn::Block& block : network.spec().blocks) {
+    CONSAC_RETURN_IF_ERROR(budget.Take("acting with the layer " + Quote(block.name),
+                                       static_cast<std::uint64_t>(block.out_size), kRowsTogether * sizeof(float)));
+  }
+  return Status::Ok();
+}
+
 void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selftest, ModelFile* file) {
   SpecJson interface_json = InterfaceJson(data);
   const std::string canonical = JsonText(interface_json);
@@ -230,6 +240,7 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
   data.network = std::move(*graph);
   const Result<nn::Network> network = nn::Network::Create(data.network);
   if (!network.ok()) return BadSpec("has an unusable graph: " + network.status().message());
+  CONSAC_RETURN_IF_ERROR(CheckActivations(*network));
 
   // In arena order, one behind the other.
   for (const nn::Parameter& parameter : network->parameters()) {

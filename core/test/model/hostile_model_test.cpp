@@ -87,6 +87,29 @@ TEST(HostileModel, ManyOutputsAreRefused) {
   EXPECT_EQ(nn::Network::Create(spec).status().code(), StatusCode::kInvalidArgument);
 }
 
+/// A model of one layer between one number and `width`, and another back.
+Status LoadedWithLayerOf(std::int64_t width) {
+  PolicyData data;
+  data.observation_space = *Space::Box(-1, 1, {1});
+  data.action_space = *Space::Discrete(2);
+  data.network.inputs = {{"obs", 1}};
+  data.network.blocks = {{.input = "obs", .output = "wide", .name = "wide", .in_size = 1, .out_size = width},
+                         {.input = "wide", .output = "pi", .name = "pi", .in_size = width, .out_size = 2}};
+  data.network.outputs = {"pi"};
+  data.parameters.assign(static_cast<std::size_t>(4 * width + 2), 0.0f);
+  const Result<Policy> policy = Policy::Create(std::move(data), 1);
+  if (!policy.ok()) return policy.status();
+  return Policy::FromBytes(policy->ToFile().Serialise(), 1000).status();
+}
+
+// A few bytes a feature in the file, 256 in memory.
+TEST(HostileModel, ActivationsHaveABudget) {
+  EXPECT_TRUE(LoadedWithLayerOf((1 << 20) - 2).ok()) << LoadedWithLayerOf((1 << 20) - 2).message();
+  const Status status = LoadedWithLayerOf(1 << 20);
+  EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(status.message().find("acting with the layer 'pi'"), std::string::npos) << status.message();
+}
+
 TEST(HostileModel, SpacesHaveOneBudget) {
   const std::string box = R"({"type":"box","shape":[16777216],"dtype":"U8","low":0,"high":255})";
   const Status status = LoadedFrom(R"({"kind":"policy","requires":[],"interface":{"behaviour":"b","observation":)" +

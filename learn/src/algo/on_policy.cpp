@@ -31,6 +31,7 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
   layers.action_size = HeadSize(behaviour.action_layout);
   Result<nn::Network> network = nn::Network::Create(nn::ActorCritic(layers));
   if (!network.ok()) return network.status();
+  CONSAC_RETURN_IF_ERROR(CheckActivations(*network));  // or what was learned could not be loaded
   // The parameters and packed forms of them to act and to learn, the optimiser's two columns, the initialisation in
   // double precision, the snapshot; and gradients.
   constexpr std::int64_t kBesides = 9;

@@ -28,6 +28,10 @@ struct PolicyData {
   std::string training_json = "{}";   ///< algorithm, hyperparameters, steps, seed, world: for people
 };
 
+/// Ok where acting with the network takes no more than a model may: 256 MiB for what 64 rows make of all layers, which
+/// is 2^20 features together. kResourceExhausted names the layer; no model of such a network is loaded.
+Status CheckActivations(const nn::Network& network);
+
 /// An acting model. Not thread-safe (it holds activations): one per thread, each created or loaded on its own.
 class Policy {
  public:
