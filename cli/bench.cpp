@@ -317,7 +317,7 @@ int Bench(const BenchFlags& flags) {
                             {"unit", figure.unit},
                             {"note", figure.note}});
     if (!flags.json) Print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
-    std::fflush(stdout);
+    FlushOutput();
   }
   if (flags.json) PrintLines(AsciiJsonText(json, 2));
   return 0;

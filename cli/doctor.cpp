@@ -131,11 +131,11 @@ int ExamineConformance(const DoctorFlags& flags) {
     ++count;
     Print("{:<8} {} ({})\n", verdict.status.ok() ? "holds" : "FAILS", verdict.name, verdict.rules);
     if (!verdict.status.ok()) Print("         {}\n", verdict.status.message());
-    std::fflush(stdout);
+    FlushOutput();
   };
   if (of_trainer) {
     Print("listening on {}; let the trainer connect, reset and step, again and again\n", flags.trainer);
-    std::fflush(stdout);
+    FlushOutput();
   }
   const Result<int> failed =
       of_trainer ? RunTrainerConformance(*endpoint, flags.timeout, say) : RunConformance(*endpoint, flags.token, say);

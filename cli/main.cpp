@@ -1,16 +1,17 @@
 // The program `consac`: the table of verbs, and how a verb is found and run.
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <sstream>
 
 #include "cli/machine.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
+#include "consac/run/output.h"
 #include "consac/run/shortage.h"
 
 namespace consac::cli {
@@ -127,13 +128,20 @@ int Perform(const std::string& verb, const Action& action) {
 }
 
 /// The exit code once everything is written: a disk that was full is an error, a reader that left is not.
-int AfterOutput(int code) {
-  errno = 0;
+int AfterOutput(const std::string& verb, int code) {
   const bool written = FlushOutput();
   if (!written && Stopped()) std::_Exit(code);  // exit() would wait for the reader
   if (written || OutputMayBeLost() || code != 0) return code;
-  return Fail("output", {StatusCode::kResourceExhausted, std::string("standard output could not be written: ") +
-                                                             std::strerror(errno != 0 ? errno : EIO)});
+  const Status why(StatusCode::kResourceExhausted, std::string("standard output could not be written: ") +
+                                                       std::strerror(run::OutputError()) +
+                                                       "; let it go where there is room");
+  PrintError("consac{}: {}\n", verb, why.message());
+  return ExitCode(why);
+}
+
+/// " train", for the beginning of a message; "" where no verb was given.
+std::string VerbOf(int argc, char** argv) {
+  return argc > 1 && argv[1][0] != '-' ? " " + std::string(argv[1]) : "";
 }
 
 int Main(int argc, char** argv) {
@@ -150,11 +158,14 @@ int Main(int argc, char** argv) {
   const auto is_verb = [&](const auto& entry) { return entry.first->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(actions.begin(), actions.end(), is_verb))
     return UnknownVerb(argv[1]);
-  const std::string verb = argc > 1 && argv[1][0] != '-' ? " " + std::string(argv[1]) : "";
+  const std::string verb = VerbOf(argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {
-    return app.exit(done);
+    std::ostringstream help;
+    const int code = app.exit(done, help, help);
+    Write(stdout, help.str());
+    return code;
   } catch (const CLI::ParseError& error) {
     return UsageError(verb, error);
   }
@@ -174,5 +185,6 @@ int main(int argc, char** argv) {
   consac::cli::LimitMemory();
   consac::cli::AllowManyFiles();
   consac::cli::program_path = argc > 0 ? argv[0] : "consac";
-  return consac::cli::AfterOutput(consac::cli::Main(argc, argv));
+  const int code = consac::cli::Main(argc, argv);
+  return consac::cli::AfterOutput(consac::cli::VerbOf(argc, argv), code);
 }

@@ -131,7 +131,7 @@ Status WalkAlong(run::Actors& actors, const Walked& world, const WalkOptions& op
     CONSAC_RETURN_IF_ERROR(world.step(actors.batches()));
     for (std::size_t b = 0; b < actors.size(); ++b)
       narrators[b].Tell(i, actors.batches()[b], actors.acting(b), actors.policy(b), drawn);
-    std::fflush(stdout);
+    FlushOutput();
     if (options.delay_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(options.delay_s));
   }
   return Status::Ok();

@@ -25,8 +25,7 @@ void Write(std::FILE* stream, std::string_view any) {
   const std::string_view text = shown;
   for (std::size_t at = 0; at < text.size(); at += run::kOutputPiece) {
     if (!AwaitReader(stream)) return;
-    const std::string_view piece = text.substr(at, run::kOutputPiece);
-    (void)std::fwrite(piece.data(), 1, piece.size(), stream);
+    run::WriteOutput(stream, text.substr(at, run::kOutputPiece));
   }
 }
 
@@ -41,7 +40,9 @@ void LogToStandardError() {
 }
 
 bool FlushOutput() {
-  return AwaitReader(stdout) && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (!AwaitReader(stdout)) return false;
+  run::FlushOutput(stdout);
+  return run::OutputError() == 0;
 }
 
 }  // namespace consac::cli

@@ -19,7 +19,7 @@ namespace consac::cli {
 void Write(std::FILE* stream, std::string_view text);
 /// Sends the log to standard error; a line that nobody takes within a second is dropped, and stops nothing.
 void LogToStandardError();
-/// Writes what standard output still holds back: whether all of it was taken.
+/// Writes what standard output still holds back: whether it has taken everything, from the beginning.
 bool FlushOutput();
 
 /// A text as one line, whoever wrote it; anything else as it is.

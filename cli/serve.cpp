@@ -12,7 +12,6 @@ namespace consac::cli {
 namespace {
 
 constexpr std::int64_t kDefaultSteps = 100000;
-constexpr std::size_t kReserve = std::size_t{8} << 20;  // bytes, so that sessions outlive a short moment
 
 struct ServeFlags {
   std::string world, host = "127.0.0.1", port_file, model, token, protocol = "auto";
@@ -60,7 +59,7 @@ int Serve(const ServeFlags& flags) {
   const Status exposure = CheckExposure({flags.host, static_cast<int>(flags.port)}, flags.token);
   if (!exposure.ok()) return Fail("serve", {exposure.code(), "--host, --token: " + exposure.message()});
   const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
-  const run::MemoryReserve reserve(kReserve);
+  const run::MemoryReserve reserve(run::kFirstAid);  // sessions outlive a short moment
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);
   if (!server.ok()) return Fail("serve", server.status());
   const int port = (*server)->port();
@@ -70,14 +69,14 @@ int Serve(const ServeFlags& flags) {
     if (!written.ok()) return Fail("serve", written);
   }
   Print("serving {} on tcp://{}:{} (Ctrl-C stops)\n", flags.world, flags.host, port);
-  std::fflush(stdout);
+  FlushOutput();
   for (std::int64_t session = 1; flags.sessions == 0 || session <= flags.sessions; ++session) {
     const std::int64_t before = (*server)->session_steps();
     const Status status = (*server)->ServeSession(stop);
     if (status.code() != StatusCode::kCancelled || (*server)->session_steps() != before)
       Print("session {}: {} steps{}\n", session, (*server)->session_steps(),
             status.ok() ? "" : "; " + status.message());
-    std::fflush(stdout);
+    FlushOutput();
     if (status.code() == StatusCode::kCancelled) return 130;
     if (!status.ok() && flags.sessions == session) return ExitCode(status);
   }

@@ -1,10 +1,7 @@
 // The built program from outside: every bad input is one line and an exit code, never a hang, and nothing is lost.
-#include <fcntl.h>
+#include "tests/program.h"
+
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -21,65 +18,9 @@
 namespace consac {
 namespace {
 
-/// What a finished program left.
-struct Outcome {
-  int code = -1;
-  std::string out, error;
-};
-
-std::string ReadText(const std::string& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// The program, running in a folder of its own.
-class Program {
- public:
-  Program(const std::string& folder, const std::vector<std::string>& arguments, rlim_t file_limit = RLIM_INFINITY,
-          int out = -1)
-      : folder_(folder), number_(++count_) {
-    child_ = fork();
-    if (child_ != 0) return;
-    if (chdir(folder.c_str()) != 0) _exit(99);
-    const auto redirect = [](const std::string& path, int to) {
-      dup2(open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), to);
-    };
-    redirect(Path("out"), STDOUT_FILENO);
-    if (out >= 0) dup2(out, STDOUT_FILENO);
-    redirect(Path("error"), STDERR_FILENO);
-    if (file_limit != RLIM_INFINITY) {
-      const rlimit limit{file_limit, file_limit};
-      setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    std::vector<char*> argv{const_cast<char*>(CONSAC_PROGRAM)};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    execv(CONSAC_PROGRAM, argv.data());
-    _exit(98);
-  }
-  ~Program() {
-    if (child_ <= 0) return;
-    kill(child_, SIGKILL);
-    waitpid(child_, nullptr, 0);
-  }
-  void Signal(int number) const { kill(child_, number); }
-  Outcome Wait() {
-    int status = 0;
-    waitpid(child_, &status, 0);
-    child_ = -1;
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), ReadText(Path("out")),
-            ReadText(Path("error"))};
-  }
-
- private:
-  std::string Path(const char* what) const { return folder_ + "/" + what + std::to_string(number_); }
-  static inline int count_ = 0;
-  std::string folder_;
-  int number_;
-  pid_t child_ = -1;
-};
+using testing::Outcome;
+using testing::Program;
+using testing::TextOf;
 
 Outcome RunProgram(const std::string& folder, const std::vector<std::string>& arguments) {
   return Program(folder, arguments).Wait();
@@ -149,7 +90,7 @@ TEST_F(ProgramTest, MoreMemoryThanThereIsIsRefusedNotTaken) {
                               " train cartpole-v1 --envs 100000 --set n_steps=1000 --no-progress --no-table 2> memory";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 6);
-  EXPECT_NE(ReadText(folder() + "/memory").find("memory"), std::string::npos) << ReadText(folder() + "/memory");
+  EXPECT_NE(TextOf(folder() + "/memory").find("memory"), std::string::npos) << TextOf(folder() + "/memory");
 }
 
 TEST_F(ProgramTest, AFullOrClosedOutputIsNoticedAndStopsNothing) {
@@ -158,12 +99,22 @@ TEST_F(ProgramTest, AFullOrClosedOutputIsNoticedAndStopsNothing) {
     const int status = std::system((there + command).c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
-  EXPECT_EQ(code(program + " list worlds > /dev/full 2> full"), 6);
-  EXPECT_NE(ReadText(folder() + "/full").find("standard output"), std::string::npos);
+  for (const char* arguments :
+       {"list worlds", "list hyperparameters ppo2 --json", "train --help", "--version",
+        "train road-v0 --steps 600 --name full", "train road-v0 --steps 300 --force --name json --json",
+        "inspect runs/full/model.consac", "eval full road-v0 --episodes 2"}) {
+    EXPECT_EQ(code(program + " " + arguments + " > /dev/full 2> told"), 6) << arguments;
+    const std::string error = TextOf(folder() + "/told"),
+                      verb = std::string(arguments).substr(0, std::string(arguments).find(' '));
+    EXPECT_EQ(error,
+              "consac" + (verb[0] == '-' ? "" : " " + verb) +
+                  ": standard output could not be written: No space left on device; let it go where there is room\n");
+  }
+  EXPECT_TRUE(Policy::Load(folder() + "/runs/full/model.consac").ok()) << "nothing is lost";
   EXPECT_EQ(code("{ " + program + " list hyperparameters ppo2; echo $? > closed; } | true"), 0);
-  EXPECT_EQ(ReadText(folder() + "/closed"), "0\n") << "a reader that leaves is no error";
+  EXPECT_EQ(TextOf(folder() + "/closed"), "0\n") << "a reader that leaves is no error";
   EXPECT_EQ(code("{ " + program + " train road-v0 --steps 2000 --name piped; echo $? > train; } | head -1 > one"), 0);
-  EXPECT_EQ(ReadText(folder() + "/train"), "0\n");
+  EXPECT_EQ(TextOf(folder() + "/train"), "0\n");
   EXPECT_TRUE(Policy::Load(folder() + "/runs/piped/model.consac").ok()) << "it trains to its end all the same";
 }
 
@@ -258,7 +209,7 @@ TEST_F(ProgramTest, ManyWorldsOfAnEngineAreLearnedOverProtocol2) {
                 {"serve", "cartpole-v1", "--envs", "8", "--port", "0", "--port-file", "port", "--sessions", "1"});
   std::string port;
   for (int i = 0; i < 500 && port.empty(); ++i) {
-    port = ReadText(folder() + "/port");
+    port = TextOf(folder() + "/port");
     usleep(10000);
   }
   const Outcome trained = RunProgram(folder(), {"train", "tcp://127.0.0.1:" + port.substr(0, port.size() - 1),
@@ -280,16 +231,16 @@ TEST_F(ProgramTest, ForeignFilesSayWhatTheyAreNot) {
 
 TEST_F(ProgramTest, ARunThatExistsIsNeverOverwrittenUnasked) {
   const std::string model = SmallRun("mine");
-  const std::string before = ReadText(model);
+  const std::string before = TextOf(model);
   ExpectRefusal(
       RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--name", "mine", "--no-table", "--no-progress"}), 2,
       "--resume");
-  EXPECT_EQ(ReadText(model), before);
+  EXPECT_EQ(TextOf(model), before);
   EXPECT_EQ(RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--seed", "5", "--name", "mine", "--force",
                                   "--no-table", "--no-progress"})
                 .code,
             0);
-  EXPECT_NE(ReadText(model), before);
+  EXPECT_NE(TextOf(model), before);
   ExpectRefusal(RunProgram(folder(), {"train", "--resume", "--name", "other"}), 2, "no run");
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--name", "../escape"}), 2, "'../escape'");
 }
@@ -306,7 +257,7 @@ TEST_F(ProgramTest, WhatAModelSaysOfItselfAddsNoLineOfItsOwn) {
 }
 
 TEST_F(ProgramTest, DamagedCutAndForeignModelsAreRefused) {
-  const std::string model = SmallRun("mine"), whole = ReadText(model);
+  const std::string model = SmallRun("mine"), whole = TextOf(model);
   const auto write = [&](const std::string& text) { std::ofstream(folder() + "/bad.consac") << text; };
   write(whole.substr(0, whole.size() / 2));
   ExpectRefusal(RunProgram(folder(), {"play", "bad.consac"}), 6, "bad.consac");
@@ -354,7 +305,7 @@ TEST_F(ProgramTest, CtrlCSavesAndExits130AndTheRunGoesOn) {
   Program training(folder(),
                    {"train", "cartpole-v1", "--steps", "100000000", "--name", "long", "--no-table", "--no-progress"});
   const std::string progress = folder() + "/runs/long/progress.csv";
-  for (int i = 0; i < 500 && ReadText(progress).empty(); ++i) usleep(20000);
+  for (int i = 0; i < 500 && TextOf(progress).empty(); ++i) usleep(20000);
   training.Signal(SIGINT);
   const Outcome outcome = training.Wait();
   EXPECT_EQ(outcome.code, 130) << outcome.error;
@@ -369,7 +320,7 @@ TEST_F(ProgramTest, CtrlCSavesAndExits130AndTheRunGoesOn) {
 TEST_F(ProgramTest, AClosedTerminalSavesAsCtrlCDoes) {
   Program training(folder(),
                    {"train", "cartpole-v1", "--steps", "100000000", "--name", "long", "--no-table", "--no-progress"});
-  for (int i = 0; i < 500 && ReadText(folder() + "/runs/long/progress.csv").empty(); ++i) usleep(20000);
+  for (int i = 0; i < 500 && TextOf(folder() + "/runs/long/progress.csv").empty(); ++i) usleep(20000);
   training.Signal(SIGHUP);
   training.Signal(SIGHUP);  // the terminal tells, and so does the shell
   const Outcome outcome = training.Wait();
@@ -384,11 +335,11 @@ TEST_F(ProgramTest, AReaderThatStandsStillStopsNothing) {
   ASSERT_EQ(pipe(ends), 0);
   ASSERT_GT(fcntl(ends[1], F_SETPIPE_SZ, 4096), 0);
   Program training(folder(), {"train", "road-v0", "--steps", "100000000", "--name", "unread", "--set", "n_steps=64"},
-                   RLIM_INFINITY, ends[1]);
+                   {.out = ends[1]});
   close(ends[1]);
   const std::string progress = folder() + "/runs/unread/progress.csv";
   const auto lines = [&] {
-    const std::string text = ReadText(progress);
+    const std::string text = TextOf(progress);
     return std::count(text.begin(), text.end(), '\n');
   };
   for (int i = 0; i < 1500 && lines() < 100; ++i) usleep(20000);
@@ -405,7 +356,7 @@ TEST_F(ProgramTest, ClosedStreamsLandInNoFile) {
   const std::string command = "cd " + folder() + " && " + CONSAC_PROGRAM +
                               " train road-v0 --steps 2000 --name closed --set n_steps=64 <&- >&- 2>&-";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  const std::string progress = ReadText(folder() + "/runs/closed/progress.csv");
+  const std::string progress = TextOf(folder() + "/runs/closed/progress.csv");
   EXPECT_FALSE(progress.empty());
   EXPECT_EQ(progress.find("training"), std::string::npos) << progress;
   EXPECT_EQ(progress.find("---"), std::string::npos) << "a table";
@@ -439,7 +390,7 @@ TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
   const Outcome outcome = RunProgram(folder(), {"train", "--config", "run.yaml", "--name", "several", "--set",
                                                 "gamma=0.5", "algorithm=ppo", "batch_size=32"});
   ASSERT_EQ(outcome.code, 0) << outcome.error;
-  const std::string config = ReadText(folder() + "/runs/several/config.yaml");
+  const std::string config = TextOf(folder() + "/runs/several/config.yaml");
   EXPECT_NE(config.find("algorithm: \"ppo\""), std::string::npos) << config;
   EXPECT_NE(config.find("  n_steps: 2048"), std::string::npos) << config;
   EXPECT_NE(config.find("  batch_size: 32"), std::string::npos) << config;
@@ -450,8 +401,8 @@ TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
 TEST_F(ProgramTest, ATokenMayComeFromTheEnvironment) {
   setenv("CONSAC_TOKEN", "sesame", 1);
   Program engine(folder(), {"serve", "road-v0", "--port", "0", "--port-file", "port"});
-  for (int i = 0; i < 500 && ReadText(folder() + "/port").empty(); ++i) usleep(20000);
-  const std::string port = ReadText(folder() + "/port");
+  for (int i = 0; i < 500 && TextOf(folder() + "/port").empty(); ++i) usleep(20000);
+  const std::string port = TextOf(folder() + "/port");
   const std::string url = "tcp://127.0.0.1:" + port.substr(0, port.size() - 1);
   EXPECT_EQ(RunProgram(folder(), {"doctor", url}).code, 0);
   EXPECT_EQ(RunProgram(folder(), {"doctor", url, "--token", "wrong"}).code, 2) << "a flag overrules it";
@@ -460,12 +411,13 @@ TEST_F(ProgramTest, ATokenMayComeFromTheEnvironment) {
 }
 
 TEST_F(ProgramTest, AFullDiskIsLoudAndTheLastGoodFilesStay) {
-  const std::string model = SmallRun("mine"), before = ReadText(model);
+  const std::string model = SmallRun("mine"), before = TextOf(model);
   const Outcome outcome =
-      Program(folder(), {"train", "--resume", "--name", "mine", "--steps", "2000", "--no-table", "--no-progress"}, 8192)
+      Program(folder(), {"train", "--resume", "--name", "mine", "--steps", "2000", "--no-table", "--no-progress"},
+              {.limits = {{RLIMIT_FSIZE, 8192}}})
           .Wait();
   EXPECT_EQ(outcome.code, 6) << outcome.out << outcome.error;
-  EXPECT_EQ(ReadText(model), before);
+  EXPECT_EQ(TextOf(model), before);
   EXPECT_EQ(RunProgram(folder(), {"play", "mine", "--steps", "3"}).code, 0);
 }
 
@@ -491,8 +443,8 @@ TEST_F(ProgramTest, AnEngineAsksForAModelToActAndForeverServesBoth) {
   SmallRun("walker");
   Program engine(folder(),
                  {"serve", "road-v0", "--port", "0", "--port-file", "port", "--model", "walker", "--sessions", "1"});
-  for (int i = 0; i < 250 && ReadText(folder() + "/port").empty(); ++i) usleep(20000);
-  const std::string port = ReadText(folder() + "/port");
+  for (int i = 0; i < 250 && TextOf(folder() + "/port").empty(); ++i) usleep(20000);
+  const std::string port = TextOf(folder() + "/port");
   Program actor(folder(), {"train", "tcp://127.0.0.1:" + port.substr(0, port.size() - 1), "--forever"});
   usleep(1000000);
   engine.Signal(SIGINT);
@@ -511,7 +463,7 @@ TEST_F(ProgramTest, TheDemoTellsTheWholeStory) {
        {"1. An engine", "2. The trainer", "3. The saved model", "observation [10,", "curve.png", "steps nearer"}) {
     EXPECT_NE(outcome.out.find(part), std::string::npos) << part;
   }
-  EXPECT_FALSE(ReadText(folder() + "/runs/demo/curve.png").empty());
+  EXPECT_FALSE(TextOf(folder() + "/runs/demo/curve.png").empty());
 }
 
 }  // namespace

@@ -31,9 +31,8 @@ void Console::Put(std::string_view text) {
   for (std::size_t at = 0; at < text.size(); at += kOutputPiece) {
     unread_ = !TakesOutput(options_.stream, unread_ ? 0.0 : kPatience);
     if (unread_) return;
-    const std::string_view piece = text.substr(at, kOutputPiece);
-    (void)std::fwrite(piece.data(), 1, piece.size(), options_.stream);
-    (void)std::fflush(options_.stream);
+    WriteOutput(options_.stream, text.substr(at, kOutputPiece));
+    FlushOutput(options_.stream);
   }
 }
 
