@@ -13,6 +13,7 @@ namespace consac::run {
 namespace {
 
 constexpr auto kMost = static_cast<double>(kMostSteps);  // of any whole number
+constexpr double kMostMebibytes = 1 << 30;
 
 Status CheckAlgorithm(std::string_view value) {
   return learn::FindAlgorithm(value).status();
@@ -56,6 +57,8 @@ constexpr Field kFields[] = {
     {"envs", &RunConfig::envs, 1, 1e6, OnResume::kMustStay, nullptr, "copies of a built-in world"},
     {"threads", &RunConfig::threads, 1, 1024, OnResume::kMayChange, nullptr,
      "cores to learn on; never changes the result"},
+    {"max_memory_mib", &RunConfig::max_memory_mib, 1, kMostMebibytes, OnResume::kMayChange, nullptr,
+     "MiB for what is learned from and learned, all behaviours together; more is refused before any of it is taken"},
     {"checkpoint_every_s", &RunConfig::checkpoint_every_s, 0, kMost, OnResume::kMayChange, nullptr,
      "seconds between checkpoints; 0: not by time"},
     {"checkpoint_every_updates", &RunConfig::checkpoint_every_updates, 0, kMost, OnResume::kMayChange, nullptr,

@@ -15,11 +15,7 @@ constexpr auto kBetweenAttempts = std::chrono::milliseconds(500);
 }  // namespace
 
 Crew::~Crew() {
-  {
-    const std::lock_guard lock(mutex_);
-    over_ = true;
-  }
-  sent_.notify_all();
+  Rest(0.0);
   for (const std::unique_ptr<Member>& member : members_) member->thread.Join();
 }
 
@@ -105,6 +101,14 @@ Status Crew::ConnectUntilStopped(Worker& worker, const Job& job) {
     std::this_thread::sleep_for(kBetweenAttempts);
   }
   return status;
+}
+
+void Crew::Rest(double patience_s) {
+  std::unique_lock lock(mutex_);
+  over_ = true;
+  sent_.notify_all();
+  came_back_.wait_for(lock, std::chrono::duration<double>(patience_s),
+                      [&] { return outcomes_.size() + here_.size() >= under_way_; });
 }
 
 bool Crew::at_rest(std::size_t i) {

@@ -47,6 +47,8 @@ class Crew {
   bool at_rest(std::size_t i);
   /// The next that comes back; waits for it.
   Outcome Next();
+  /// Nobody is sent any more: waits until all have come back, but no longer than `patience_s`. Takes no memory.
+  void Rest(double patience_s);
 
  private:
   struct Job {

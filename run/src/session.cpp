@@ -86,9 +86,9 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<World
   if (failed) {
     return Status{
         looped.code(),
-        fmt::format("{}; {} of {} steps are missing, what was learned is saved in '{}' (go on with --resume --name {})",
+        fmt::format("{}; {} of {} {} are missing, what was learned is saved in '{}' (go on with --resume --name {})",
                     looped.message(), training.config().steps - summary->steps, training.config().steps,
-                    summary->directory, config.name)};
+                    training.slots() > 1 ? "agent steps" : "steps", summary->directory, config.name)};
   }
   if (!summary->interrupted && !config.quiet) {
     training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, {} {}", summary->steps,

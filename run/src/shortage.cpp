@@ -3,10 +3,12 @@
 #include <atomic>
 #include <cstdlib>
 #include <exception>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
@@ -16,15 +18,15 @@ namespace {
 
 constexpr std::size_t kLeastReserve = std::size_t{1} << 20;
 
-std::atomic<void*> reserve{nullptr};  // for the handler, which may run on any thread
+std::mutex reserve_mutex;         // no memory is taken while it is held
+MemoryReserve* holder = nullptr;  // guarded by it
 std::atomic<std::uint64_t> shortages{0};
 
-/// Called where operator new finds no memory; it tries again when this returns.
-void GiveUpReserve() {
-  void* memory = reserve.exchange(nullptr);
-  if (memory == nullptr) throw std::bad_alloc();
-  shortages.fetch_add(1);
-  std::free(memory);
+/// `bytes`, or as much of them as there is; null where that is next to nothing.
+void* TakeUpTo(std::size_t bytes) {
+  void* memory = nullptr;
+  for (; memory == nullptr && bytes >= kLeastReserve; bytes /= 2) memory = std::malloc(bytes);
+  return memory;
 }
 
 /// Further threads would each take 64 MiB of address space for what they allocate, and so all that is given up to one.
@@ -35,30 +37,60 @@ void AllocateInOnePlace() {
 }
 
 Status MemoryShort() {
-  return {StatusCode::kResourceExhausted,
-          "there is not enough free memory for that; lower --envs or n_steps, or the network"};
+  try {
+    return {StatusCode::kResourceExhausted,
+            "there is not enough free memory for that; lower --envs or n_steps, or the network"};
+  } catch (const std::bad_alloc&) {
+    return {StatusCode::kResourceExhausted, "out of memory"};  // so short a text needs none
+  }
 }
 
 }  // namespace
 
-MemoryReserve::MemoryReserve(std::size_t bytes) : shortages_before_(shortages.load()) {
-  AllocateInOnePlace();
+void MemoryReserve::OnShortage() {
   void* memory = nullptr;
-  for (; memory == nullptr && bytes >= kLeastReserve; bytes /= 2) memory = std::malloc(bytes);
-  void* none = nullptr;
-  holds_ = memory != nullptr && reserve.compare_exchange_strong(none, memory);
-  if (holds_)
-    std::set_new_handler(GiveUpReserve);
-  else
-    std::free(memory);
+  {
+    const std::lock_guard lock(reserve_mutex);
+    shortages.fetch_add(1);
+    if (holder != nullptr) memory = std::exchange(holder->first_aid_, nullptr);
+  }
+  if (memory == nullptr) throw std::bad_alloc();
+  std::free(memory);
+}
+
+MemoryReserve::MemoryReserve(std::size_t first_aid, std::size_t for_saving) : shortages_before_(shortages.load()) {
+  AllocateInOnePlace();
+  {
+    const std::lock_guard lock(reserve_mutex);
+    if (holder != nullptr) return;
+    holder = this;
+  }
+  std::set_new_handler(OnShortage);
+  void* const memory = TakeUpTo(first_aid);
+  for_saving_ = TakeUpTo(for_saving);
+  const std::lock_guard lock(reserve_mutex);
+  first_aid_ = memory;
 }
 
 MemoryReserve::~MemoryReserve() {
-  if (holds_) std::free(reserve.exchange(nullptr));
+  {
+    const std::lock_guard lock(reserve_mutex);
+    if (holder == this) holder = nullptr;
+  }
+  std::free(first_aid_);  // null in those that hold none
+  Release();
+}
+
+void MemoryReserve::Release() {
+  std::free(std::exchange(for_saving_, nullptr));
+}
+
+bool MemoryReserve::ran_short() const {
+  return shortages.load(std::memory_order_relaxed) != shortages_before_;
 }
 
 Status MemoryReserve::health() const {
-  if (shortages.load(std::memory_order_relaxed) == shortages_before_) return Status::Ok();
+  if (!ran_short()) return Status::Ok();
   return {StatusCode::kResourceExhausted,
           "memory ran short; lower --envs or n_steps, or the network, or give this program more"};
 }

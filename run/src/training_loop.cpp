@@ -4,12 +4,15 @@
 
 #include "config_fields.h"
 #include "consac/base/file.h"
+#include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
+#include "state_size.h"
 
 namespace consac::run {
 namespace {
 
 constexpr std::int64_t kLearnPiece = 64;  // optimiser steps between looks at `stop`
+constexpr double kRest = 2.0;             // s for steps under way to end before what is kept for saving is given free
 
 }  // namespace
 
@@ -38,15 +41,25 @@ Status Training::MakeLearners() {
     for (std::size_t i = 0; i < crew_.size(); ++i) behaviours[b].slots += crew_[i].link().spec().behaviours[b].slots;
     slots_ += behaviours[b].slots;
   }
+  std::int64_t bytes_left = config_.max_memory_mib << 20;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
     const BehaviourSpec& behaviour = behaviours[b];
     learn::LearnerOptions options;
+    options.max_bytes = bytes_left;
     options.behaviour = behaviour;
     options.seed = learn::BehaviourSeed(config_.seed, b);
     options.total_steps = ShareOfSteps(behaviour.slots);
     options.executor = pool_.executor();
     Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, *values);
+    if (learner.status().code() == StatusCode::kResourceExhausted) {
+      const std::string which = behaviours.size() > 1 ? "behaviour " + Quote(behaviour.name) + ": " : "";
+      return {StatusCode::kResourceExhausted, which + learner.status().message() + ", or raise --set max_memory_mib=" +
+                                                  std::to_string(config_.max_memory_mib)};
+    }
     if (!learner.ok()) return learner.status();
+    StateSize taken;
+    (*learner)->Visit(taken);
+    bytes_left = std::max<std::int64_t>(0, bytes_left - static_cast<std::int64_t>(taken.bytes()));
     trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots, b),
                          DataWatch(behaviour, DataWatchOptions::Of(config_, spec()))});
   }
@@ -123,7 +136,7 @@ Status Training::Start(std::vector<WorldSource> worlds) {
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
-  reserve_ = std::make_unique<MemoryReserve>(SavingBytes());
+  reserve_ = std::make_unique<MemoryReserve>(kFirstAid, SavingBytes());
   checkpoint_time_ = Now();
   return Status::Ok();
 }
@@ -183,6 +196,7 @@ void Training::Send(std::size_t worker, Where where) {
 // What a worker comes back with: a step, a failure, a new connection.
 Status Training::Handle(const Crew::Outcome& outcome) {
   if (!outcome.connected_anew) {
+    if (outcome.status.code() == StatusCode::kResourceExhausted) return outcome.status;  // not for want of an engine
     if (!outcome.status.ok()) return Lose(outcome);
     return Take(crew_[outcome.worker]);
   }
@@ -294,6 +308,8 @@ void Training::TellTime() {
 }
 
 Result<RunSummary> Training::Finish(double seconds) {
+  if (reserve_->ran_short()) crew_.Rest(kRest);  // or a step under way would take what saving needs
+  reserve_->Release();
   for (const Trainee& trainee : trainees_) {
     const std::string found = trainee.watch.Summary();
     if (!found.empty()) report_->Line("warning: what the world sent: " + found);
@@ -301,7 +317,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   const Status saved = Save();
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());  // the curve would be drawn in somebody else's folder
   const Status report = report_->Finish();
-  if (reserve_->health().ok()) {
+  if (!reserve_->ran_short()) {
     reserve_.reset();  // nothing is left to save: drawing may have it
     report_->DrawCurves();
   }

@@ -43,6 +43,8 @@ class Training {
   Status Start(std::vector<WorldSource> worlds);
   /// Trains until all steps are taken, `stop` is set or the last world fails.
   Status Loop();
+  /// Agents of all behaviours in all worlds: so many steps are taken at once.
+  std::int64_t slots() const { return slots_; }
   /// Writes checkpoint, model and logs, whatever ended the loop.
   Result<RunSummary> Finish(double seconds);
   /// Where lines go.

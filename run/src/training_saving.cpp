@@ -8,27 +8,10 @@
 #include "consac/base/names.h"
 #include "consac/nn/kernels.h"
 #include "consac/run/path.h"
+#include "state_size.h"
 #include "training_loop.h"
 
 namespace consac::run {
-namespace {
-
-/// Adds up the bytes of an object's state.
-class StateSize final : public Archive {
- public:
-  bool loading() const override { return false; }
-  std::size_t bytes() const { return bytes_; }
-
- protected:
-  void OnField(std::string_view, DType dtype, void*, std::size_t count) override { bytes_ += count * SizeOf(dtype); }
-  std::uint64_t OnCount(std::string_view, DType) override { return 0; }
-
- private:
-  std::size_t bytes_ = 0;
-};
-
-}  // namespace
-
 /// About what saving takes: the state is collected, encoded and written, and once more for the models; a curve is
 /// drawn, with fonts.
 std::size_t Training::SavingBytes() {

@@ -40,6 +40,37 @@ TEST(Words, ARefusalHasItsCodeItsEnvironmentAndWhenToComeAgain) {
               HasSubstr("refused (OUT_OF_RANGE): 99 is no action"));
 }
 
+TEST(Words, AStepOfSeveralAgentsSaysWhatIsCounted) {
+  for (const auto& [copies, words] :
+       {std::pair(1, "at step 2: stopped"), std::pair(3, "at step 2 of each environment: ")}) {
+    const Engine engine({}, "road-v0", copies);
+    std::atomic<bool> stop{false};
+    EnvClientOptions options = Impatient(Way::kTcp);
+    options.stop = &stop;
+    Session session(engine.Connect(), options);
+    ASSERT_TRUE(session.Step().ok());
+    stop = true;
+    EXPECT_THAT(session.Step().message(), HasSubstr(words));
+  }
+}
+
+TEST(Words, TwoAgentsOfOneNameAreToldAsThat) {
+  SpecMessage spec;
+  spec.env.behaviours.push_back(BehaviourSpec::Of("walker", *Space::Box(-1, 1, {2}), *Space::Discrete(2), 2));
+  spec.env.behaviours[0].agents = {"left", "left"};
+  RawEngine engine;
+  std::thread peer([&] {
+    ASSERT_TRUE(engine.Accept());
+    (void)engine.Next();
+    engine.Send(FrameType::kWelcome, 0, EncodeWelcome({}));
+    engine.Send(FrameType::kSpec, engine.Next().header.request, EncodeSpec(spec));
+    (void)engine.Next();
+  });
+  const auto client = EnvClient::Open(engine.Connect(), Impatient(Way::kTcp));
+  EXPECT_THAT(client.status().message(), HasSubstr("agent name 'left' is there twice"));
+  peer.join();
+}
+
 TEST(Words, AFrameOfATypeThatNobodyKnowsIsNamed) {
   RawEngine engine;
   std::thread peer([&] {

@@ -53,8 +53,8 @@ TEST(LimitOfDescriptors, NeitherEndDiesOfIt) {
 
 TEST(LimitOfDescriptors, TheProgramTakesWhatTheHardLimitHas) {
   ScratchFolder scratch("hard");
-  LimitedProgram program(scratch.path(), {"serve", "road-v0", "--port", "0", "--port-file", "port"},
-                         {{RLIMIT_NOFILE, 64, 16}});
+  Program program(scratch.path(), {"serve", "road-v0", "--port", "0", "--port-file", "port"},
+                  {.limits = {{RLIMIT_NOFILE, 64, 16}}});
   ASSERT_TRUE(Soon([&] { return !TextOf(scratch.path() + "/port").empty(); })) << program.error();
   std::istringstream limits(TextOf("/proc/" + std::to_string(program.pid()) + "/limits"));
   std::string line;
@@ -90,17 +90,17 @@ class Served {
       : folder_(folder),
         program_(folder,
                  {"serve", "road-v0", "--port", "0", "--port-file", "port", "--trainers", "1000", "--envs", "2"},
-                 {{RLIMIT_NOFILE, limit}}) {
+                 {.limits = {{RLIMIT_NOFILE, limit}}}) {
     Soon([&] { return !TextOf(folder_ + "/port").empty() || !program_.error().empty(); });
     const std::string text = TextOf(folder_ + "/port");
     port_ = text.empty() ? 0 : std::stoi(text);
   }
   int port() const { return port_; }
-  LimitedProgram& program() { return program_; }
+  Program& program() { return program_; }
 
  private:
   std::string folder_;
-  LimitedProgram program_;
+  Program program_;
   int port_;
 };
 
@@ -131,7 +131,7 @@ TEST(LimitOfDescriptors, AServerServesWhoIsThereAndLaterWhoWaits) {
   others.clear();
   EXPECT_EQ(last->Next().header.type, FrameType::kWelcome) << "served as soon as there is room";
   served.program().Signal(SIGTERM);
-  const Left left = served.program().Wait();
+  const Outcome left = served.program().Wait();
   EXPECT_EQ(left.code, 130) << left.error;
   EXPECT_EQ(Count(left.error, "cannot accept"), 1) << left.error;
 }
@@ -150,7 +150,7 @@ TEST(LimitOfDescriptors, AServerThatLetsNobodyInWaitsWithoutSpinning) {
     ScratchFolder scratch("no_descriptors");
     Served served(scratch.path(), limit);
     if (served.port() == 0) {
-      const Left left = served.program().Wait();
+      const Outcome left = served.program().Wait();
       EXPECT_EQ(left.code, 6) << limit << ": " << left.error;
       EXPECT_EQ(Count(left.error, "\n"), 1) << left.error;
       continue;
@@ -163,7 +163,7 @@ TEST(LimitOfDescriptors, AServerThatLetsNobodyInWaitsWithoutSpinning) {
     served.program().Signal(SIGTERM);
     rusage before{}, after{};
     getrusage(RUSAGE_CHILDREN, &before);
-    const Left left = served.program().Wait();
+    const Outcome left = served.program().Wait();
     getrusage(RUSAGE_CHILDREN, &after);
     EXPECT_EQ(left.code, 130) << limit << ": " << left.error;
     EXPECT_LE(Count(left.out + left.error, "\n"), 3) << left.error;
@@ -176,10 +176,9 @@ TEST(LimitOfDescriptors, AServerThatLetsNobodyInWaitsWithoutSpinning) {
 TEST(LimitOfDescriptors, ATrainingWithoutThemIsOneLineAndAnExitCode) {
   for (rlim_t limit = 4; limit < 16; ++limit) {  // the system's loader takes one
     ScratchFolder scratch("files");
-    const Left left =
-        LimitedProgram(scratch.path(),
-                       {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table", "--no-progress"},
-                       {{RLIMIT_NOFILE, limit}})
+    const Outcome left =
+        Program(scratch.path(), {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table", "--no-progress"},
+                {.limits = {{RLIMIT_NOFILE, limit}}})
             .Wait();
     EXPECT_TRUE(left.code == 0 || left.code == 6) << limit << ": " << left.code << " " << left.error;
     EXPECT_LE(Count(left.error, "\n"), 2) << limit << ": " << left.error;

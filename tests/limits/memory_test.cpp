@@ -1,6 +1,8 @@
 // Memory runs out: what was learned is saved, whoever is served goes on, a further trainer is turned away.
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "run/src/session.h"
 #include "tests/faults/fault_peers.h"
@@ -16,26 +18,34 @@ rlim_t AddressSpace() {
   return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// A world that takes `piece` more bytes in every step from kBegins on, while no more than this process has by then is
-/// to be had.
+/// What a world takes in every step.
+struct Greed {
+  std::size_t piece;  ///< bytes
+  int pieces;
+};
+
+/// A world that takes more and more memory from step kBegins on, while no more than this process has by then is to be
+/// had.
 class HoardingWorld final : public PlainWorld {
  public:
-  explicit HoardingWorld(std::size_t piece) : PlainWorld(*Space::Discrete(4), *Space::Discrete(2)), piece_(piece) {}
+  explicit HoardingWorld(Greed greed) : PlainWorld(*Space::Discrete(4), *Space::Discrete(2)), greed_(greed) {}
   void Step(std::span<Batch> batches) override {
     PlainWorld::Step(batches);
     if (stepped() == kBegins && !limited_.exchange(true)) Impose({{RLIMIT_AS, AddressSpace()}});
-    if (stepped() >= kBegins) hoard_.push_back(std::make_unique<std::byte[]>(piece_));
+    for (int i = 0; i < greed_.pieces && stepped() >= kBegins; ++i)
+      hoard_.push_back(std::make_unique<std::byte[]>(greed_.piece));
   }
 
  private:
   static constexpr int kBegins = 500;
   static inline std::atomic<bool> limited_{false};  // by the first of several
-  const std::size_t piece_;
+  const Greed greed_;
   std::vector<std::unique_ptr<std::byte[]>> hoard_;
 };
 
-/// Trains on `worlds` hoarding worlds. 0 when that ended for want of memory, said what is saved, and saved it.
-int TrainUntilShort(const std::string& folder, std::size_t piece) {
+/// Trains on `worlds` hoarding worlds, several of them on threads of their own. 0 when that ended for want of memory,
+/// said what is saved, and saved it.
+int TrainUntilShort(const std::string& folder, Greed greed, int worlds = 1) {
   const std::atomic<bool> never{false};
   run::RunConfig config;
   config.world = "plain-v0";
@@ -45,7 +55,8 @@ int TrainUntilShort(const std::string& folder, std::size_t piece) {
   config.table = config.progress = config.tensorboard = false;
   config.hyperparameters = {{"n_steps", "32"}};
   std::vector<run::WorldSource> sources;
-  sources.push_back({run::MakeLocalLink(std::make_unique<HoardingWorld>(piece)), nullptr});
+  for (int i = 0; i < worlds; ++i)
+    sources.push_back({run::MakeLocalLink(std::make_unique<HoardingWorld>(greed)), nullptr});
   const Result<run::RunSummary> summary = run::RunSession(config, run::Length::kOfCaller, std::move(sources), never);
   if (summary.ok()) return 1;
   std::printf("%s\n", summary.status().message().c_str());
@@ -55,12 +66,25 @@ int TrainUntilShort(const std::string& folder, std::size_t piece) {
   return std::filesystem::is_empty(folder + "/short/checkpoints") ? 5 : 0;
 }
 
-constexpr std::size_t kLittle = 64 << 10, kMuch = std::size_t{1} << 32;  // within and beyond what is kept aside
+// Little enough for first aid; all that is found, bit by bit; beyond all that is kept aside.
+constexpr Greed kLittle{64 << 10, 1}, kAll{64 << 10, 8192}, kMuch{std::size_t{1} << 32, 1};
 
 TEST(LimitOfMemory, ATrainingThatRunsShortSavesWhatItHasLearned) {
-  for (const std::size_t piece : {kLittle, kMuch}) {
+  for (const Greed greed : {kLittle, kAll, kMuch}) {
     ScratchFolder scratch("short");
-    EXPECT_EQ(InChild([&] { return TrainUntilShort(scratch.path(), piece); }), 0) << piece;
+    EXPECT_EQ(InChild([&] { return TrainUntilShort(scratch.path(), greed); }), 0)
+        << greed.piece << " x " << greed.pieces;
+  }
+}
+
+// Two at once, each of which takes what it finds: what is kept for saving is there for saving all the same.
+TEST(LimitOfMemory, SoDoesOneThatRunsShortOnAWorkersThread) {
+  for (const Greed greed : {kLittle, kAll, kMuch}) {
+    for (int i = 0; i < 3; ++i) {
+      ScratchFolder scratch("threads");
+      EXPECT_EQ(InChild([&] { return TrainUntilShort(scratch.path(), greed, 2); }), 0)
+          << greed.piece << " x " << greed.pieces;
+    }
   }
 }
 
@@ -73,11 +97,11 @@ int Errors(const std::string& text) {
 TEST(LimitOfMemory, ATrainingTrainsOrSaysInOneLineWhyNotWhateverTheLimit) {
   for (rlim_t mebibytes = 20; mebibytes <= 400; mebibytes += mebibytes < 120 ? 10 : 70) {
     ScratchFolder scratch("begin");
-    const Left left = LimitedProgram(scratch.path(),
-                                     {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table",
-                                      "--no-progress", "--threads", "4"},
-                                     {{RLIMIT_AS, mebibytes << 20}})
-                          .Wait();
+    const Outcome left = Program(scratch.path(),
+                                 {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table", "--no-progress",
+                                  "--threads", "4"},
+                                 {.limits = {{RLIMIT_AS, mebibytes << 20}}})
+                             .Wait();
     if (left.error.find("loading shared libraries") != std::string::npos) continue;
     const bool trained = std::filesystem::exists(scratch.path() + "/runs/few/model.consac");
     EXPECT_TRUE(left.code == 6 || (left.code == 0 && trained)) << mebibytes << ": " << left.code << " " << left.error;
@@ -88,10 +112,9 @@ TEST(LimitOfMemory, ATrainingTrainsOrSaysInOneLineWhyNotWhateverTheLimit) {
 // Pictures are the last thing that memory is for.
 TEST(LimitOfMemory, ACurveThatCannotBeDrawnIsAWarning) {
   ScratchFolder scratch("curve");
-  const Left left =
-      LimitedProgram(scratch.path(),
-                     {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table", "--threads", "1"},
-                     {{RLIMIT_AS, rlim_t{40} << 20}})
+  const Outcome left =
+      Program(scratch.path(), {"train", "road-v0", "--steps", "300", "--name", "few", "--no-table", "--threads", "1"},
+              {.limits = {{RLIMIT_AS, rlim_t{40} << 20}}})
           .Wait();
   EXPECT_EQ(left.code, 0) << left.error;
   EXPECT_EQ(Count(left.out + left.error, "warning: there is no curve: there is not enough free memory"), 1)
@@ -100,11 +123,57 @@ TEST(LimitOfMemory, ACurveThatCannotBeDrawnIsAWarning) {
   EXPECT_TRUE(Policy::Load(scratch.path() + "/runs/few/model.consac").ok());
 }
 
+/// All memory that is to be had in pieces of kPiece, until it goes out of scope; smaller ones are left.
+class Famine {
+ public:
+  Famine() {
+    void* const crumbs = std::malloc(kPiece / 2);
+    Impose({{RLIMIT_AS, AddressSpace()}});
+    for (void* piece = std::malloc(kPiece); piece != nullptr; piece = std::malloc(kPiece)) {
+      *static_cast<void**>(piece) = hoard_;
+      hoard_ = piece;
+    }
+    std::free(crumbs);
+  }
+  ~Famine() {
+    while (hoard_ != nullptr) std::free(std::exchange(hoard_, *static_cast<void**>(hoard_)));
+  }
+
+ private:
+  static constexpr std::size_t kPiece = 60 << 10;
+  void* hoard_ = nullptr;
+};
+
+TEST(LimitOfMemory, AReaderWithoutRoomSaysSoAtOnce) {
+  EXPECT_EQ(InChild([] {
+              const Famine famine;
+              FrameReader reader;
+              Frame frame;
+              return reader.Next(&frame).status().code() == StatusCode::kResourceExhausted ? 0 : 1;
+            }),
+            0);
+}
+
+TEST(LimitOfMemory, AConnectionThatCannotBeReadIsTurnedAwayAtOnce) {
+  EXPECT_EQ(InChild([] {
+              const auto env = (*worlds::FindWorld("cartpole-v1"))->create(1);
+              EnvServerOptions options;
+              options.training_length = 100;
+              const auto server = *EnvServer::Create(*env, *ListenTcp({"127.0.0.1", 0}), options);
+              const auto trainer = *ConnectTcp({"127.0.0.1", server->port()}, 2.0);
+              {
+                const Famine famine;
+                (void)server->Poll(0.5);
+              }
+              return Listen(*trainer, 0.5).starts_with("busy: this engine has no memory") ? 0 : 1;
+            }),
+            0);
+}
+
 TEST(LimitOfMemory, AFurtherTrainerThatCannotBeAffordedHearsCapacityAndTheOthersGoOn) {
   ScratchFolder scratch("capacity");
-  LimitedProgram program(scratch.path(),
-                         {"serve", "cartpole-v1", "--port", "0", "--port-file", "port", "--envs", "100000"},
-                         {{RLIMIT_AS, rlim_t{400} << 20}});
+  Program program(scratch.path(), {"serve", "cartpole-v1", "--port", "0", "--port-file", "port", "--envs", "100000"},
+                  {.limits = {{RLIMIT_AS, rlim_t{400} << 20}}});
   ASSERT_TRUE(Soon([&] { return !TextOf(scratch.path() + "/port").empty(); })) << program.error();
   const int port = std::stoi(TextOf(scratch.path() + "/port"));
   std::vector<std::unique_ptr<RawTrainer>> served;

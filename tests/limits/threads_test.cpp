@@ -52,10 +52,10 @@ TEST(LimitOfThreads, AnEngineThatCannotLearnAsideHearsWhy) {
 TEST(LimitOfThreads, TheTrainingOnOneThreadIsTheSame) {
   ScratchFolder scratch("threads");
   const auto train = [&](const char* name, const std::vector<Limit>& limits) {
-    LimitedProgram program(scratch.path(),
-                           {"train", "cartpole-v1", "--steps", "4096", "--threads", "4", "--name", name, "--json"},
-                           limits);
-    const Left left = program.Wait();
+    Program program(scratch.path(),
+                    {"train", "cartpole-v1", "--steps", "4096", "--threads", "4", "--name", name, "--json"},
+                    {.limits = limits});
+    const Outcome left = program.Wait();
     EXPECT_EQ(left.code, 0) << left.error;
     EXPECT_EQ(Count(left.error, "\n"), limits.empty() ? 0 : 1) << left.error;
     const std::size_t hash = left.out.find("weights_hash");
@@ -69,11 +69,11 @@ TEST(LimitOfThreads, AnEngineIsWaitedForHere) {
   EnvServerOptions options;
   options.training_length = 4096;
   Engine engine(options, "cartpole-v1", 1);
-  LimitedProgram program(scratch.path(),
-                         {"train", "tcp://127.0.0.1:" + std::to_string(engine.port()), "--name", "here", "--no-table",
-                          "--no-progress", "--set", "n_steps=512"},
-                         kNoThread);
-  const Left left = program.Wait();
+  Program program(scratch.path(),
+                  {"train", "tcp://127.0.0.1:" + std::to_string(engine.port()), "--name", "here", "--no-table",
+                   "--no-progress", "--set", "n_steps=512"},
+                  {.limits = kNoThread});
+  const Outcome left = program.Wait();
   EXPECT_EQ(left.code, 0) << left.error;
   EXPECT_EQ(Count(left.error, "cannot start a thread"), 1) << left.error;
   EXPECT_TRUE(std::filesystem::exists(scratch.path() + "/runs/here/model.consac"));
@@ -81,7 +81,7 @@ TEST(LimitOfThreads, AnEngineIsWaitedForHere) {
 
 TEST(LimitOfThreads, WhatNeedsAThreadSaysSo) {
   ScratchFolder scratch("demo");
-  const Left left = LimitedProgram(scratch.path(), {"demo", "--steps", "300"}, kNoThread).Wait();
+  const Outcome left = Program(scratch.path(), {"demo", "--steps", "300"}, {.limits = kNoThread}).Wait();
   EXPECT_EQ(left.code, 6) << left.error;
   EXPECT_EQ(Count(left.error, "\n"), 1) << left.error;
   EXPECT_EQ(Count(left.error, "cannot start a thread"), 1) << left.error;

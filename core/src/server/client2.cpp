@@ -97,7 +97,7 @@ class Client2 final : public EnvClient {
     ++steps_;
     const Status status = Exchange(FrameType::kStep, batches);
     if (status.ok()) return status;
-    return {status.code(), "at step " + std::to_string(steps_) + ": " + status.message()};
+    return {status.code(), "at step " + std::to_string(steps_) + WhoseStep() + ": " + status.message()};
   }
 
   std::span<const std::uint8_t> present(std::size_t b) const override {
@@ -153,6 +153,13 @@ class Client2 final : public EnvClient {
     request_ask_ = {spec->training_length, spec->model_name};
     message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
     return Status::Ok();
+  }
+
+  /// A STEP moves all environments, which a run counts one by one, and each of their agents.
+  const char* WhoseStep() const {
+    std::int64_t slots = 0;
+    for (const BehaviourSpec& behaviour : spec_.behaviours) slots += behaviour.slots;
+    return slots > 1 ? " of each environment" : "";
   }
 
   Status SayHello() {

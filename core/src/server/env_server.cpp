@@ -31,6 +31,7 @@ constexpr int kMostFramesPerPoll = 64;      // a peer that floods does not keep 
 constexpr std::size_t kMostUndecided = 16;  // connections that have said nothing; more are closed at once
 constexpr std::string_view kBusyLine =
     "busy: another trainer is connected to this engine; try again when it has left\n";
+constexpr std::string_view kNoMemoryLine = "busy: this engine has no memory for a further trainer; try again later\n";
 
 /// A connection that has not said enough yet.
 struct Undecided {
@@ -244,8 +245,7 @@ class EnvServerOfEither final : public EnvServer {
   Status Accept(double timeout_s) {
     Result<std::unique_ptr<Transport>> accepted = Knock(timeout_s);
     if (!accepted.ok()) return accepted.status();
-    if (*accepted != nullptr && (waiting_.size() < kMostUndecided || SendAwayMute()))
-      waiting_.push_back({std::move(*accepted), Now(), protocol2::FrameReader()});
+    if (*accepted != nullptr && (waiting_.size() < kMostUndecided || SendAwayMute())) LetIn(std::move(*accepted));
     for (std::size_t i = 0; i < waiting_.size();) {
       const Result<Protocol> protocol = Decide(waiting_[i]);
       if (protocol.ok() && (*protocol == Protocol::kAuto || LooksForRoom(waiting_[i]))) {
@@ -263,6 +263,13 @@ class EnvServerOfEither final : public EnvServer {
       }
     }
     return Status::Ok();
+  }
+
+  void LetIn(std::unique_ptr<Transport> transport) {
+    Undecided one{std::move(transport), Now(), protocol2::FrameReader()};
+    if (one.reader.capacity() > 0) return waiting_.push_back(std::move(one));
+    Log(LogLevel::kWarning, one.transport->peer() + " was turned away: there is no memory to read what it says");
+    Dismiss(one, kNoMemoryLine);
   }
 
   /// The next connection. Where the system has no more of what one takes, that is said once, the sessions there are go

@@ -23,6 +23,7 @@ struct RunConfig {
   std::uint64_t seed = 0;          ///< of everything
   std::int32_t envs = 1;           ///< copies of a built-in world
   std::int32_t threads = 1;        ///< cores to learn on; never changes the result
+  std::int64_t max_memory_mib = 8192;  ///< of all learners' buffers and networks together; needing more is an error
   std::vector<std::pair<std::string, std::string>> hyperparameters;  ///< name, value as given
   std::int64_t checkpoint_every_s = 10;       ///< seconds between checkpoints; 0: only at the end and on Ctrl-C
   std::int64_t checkpoint_every_updates = 0;  ///< updates between checkpoints; 0: by time

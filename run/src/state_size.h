@@ -1,0 +1,24 @@
+#pragma once
+// How much memory an object's state is. Private to run.
+
+#include <cstddef>
+
+#include "consac/base/archive.h"
+
+namespace consac::run {
+
+/// Adds up the bytes of an object's state.
+class StateSize final : public Archive {
+ public:
+  bool loading() const override { return false; }
+  std::size_t bytes() const { return bytes_; }
+
+ protected:
+  void OnField(std::string_view, DType dtype, void*, std::size_t count) override { bytes_ += count * SizeOf(dtype); }
+  std::uint64_t OnCount(std::string_view, DType) override { return 0; }
+
+ private:
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace consac::run
