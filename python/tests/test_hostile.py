@@ -21,6 +21,7 @@ import consac
 from consac import wire
 from consac.errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
 from consac.layout import Behaviour, Layout
+from consac.line import Line
 from consac.options import Options
 from consac.serve import Server
 from test_client import frame
@@ -83,7 +84,7 @@ def test_a_flood_between_requests_does_not_keep_the_client():
     with flood(lambda sock: None, pings) as url:
         sock = socket.create_connection(("127.0.0.1", int(url.rpartition(":")[2])))
         line = consac.Connection.__new__(consac.Connection)
-        super(consac.Connection, line).__init__()
+        Line.__init__(line)
         line.closed, line.url, line.timeout = False, url, 1.0
         line._hold(sock, time.monotonic() + 1)
         assert select.select([sock], [], [], 10)[0]
