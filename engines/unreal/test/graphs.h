@@ -8,6 +8,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -137,10 +138,22 @@ class RoadGraph {
   bool done_ = false;
 };
 
-/// An actor on the road as an agent component, with the events that a person would bind.
+/// An actor on the road as an agent component, with the events that a person would bind. What they work on lives as long
+/// as they do, as a Blueprint's variables do: the actor may outlive this.
 class RoadAgent {
+  struct Walk {
+    explicit Walk(std::uint64_t seed) : rng(seed, 0) {}
+    std::vector<int64> seeds;
+    double reward = 0.0;
+    long steps = 0;
+    worlds::Road road;
+    Rng rng;
+    float seen[2] = {};
+  };
+  std::shared_ptr<Walk> walk_;
+
  public:
-  RoadAgent(Shim::Game& game, std::uint64_t seed, AActor* on = nullptr) : rng_(seed, 0) {
+  RoadAgent(Shim::Game& game, std::uint64_t seed, AActor* on = nullptr) : walk_(std::make_shared<Walk>(seed)) {
     actor = on != nullptr ? on : NewObject<AConsacTestActor>(&game.world());
     agent = NewObject<UConsacAgentComponent>(actor);
     actor->ShimAddSubobject(agent);
@@ -151,22 +164,22 @@ class RoadAgent {
     done.Space = RoadDone();
     agent->Observations.Add(seen);
     agent->Actions.Add(done);
-    agent->OnEpisodeBegin.ShimBind(agent, [this](UConsacAgentComponent*, int64 seed_or_none) {
-      seeds.push_back(seed_or_none);
-      road_.Reset(rng_, seen_);
+    agent->OnEpisodeBegin.ShimBind(agent, [walk = walk_](UConsacAgentComponent*, int64 seed_or_none) {
+      walk->seeds.push_back(seed_or_none);
+      walk->road.Reset(walk->rng, walk->seen);
     });
-    agent->OnObserve.ShimBind(agent, [this](UConsacAgentComponent* which) {
-      EXPECT_TRUE(which->SetObservationNumbers(TEXT("places"), {seen_[0], seen_[1]}));
+    agent->OnObserve.ShimBind(agent, [walk = walk_](UConsacAgentComponent* which) {
+      EXPECT_TRUE(which->SetObservationNumbers(TEXT("places"), {walk->seen[0], walk->seen[1]}));
     });
-    agent->OnHeuristic.ShimBind(agent, [this](UConsacAgentComponent* which) {
-      EXPECT_TRUE(which->SetActionChoice(TEXT("walk"), seen_[1] > seen_[0] ? 2 : 0));
+    agent->OnHeuristic.ShimBind(agent, [walk = walk_](UConsacAgentComponent* which) {
+      EXPECT_TRUE(which->SetActionChoice(TEXT("walk"), walk->seen[1] > walk->seen[0] ? 2 : 0));
     });
-    agent->OnAction.ShimBind(agent, [this](UConsacAgentComponent* which) {
+    agent->OnAction.ShimBind(agent, [walk = walk_](UConsacAgentComponent* which) {
       const std::int32_t choice = which->GetActionChoice(TEXT("walk"));
-      const worlds::StepResult result = road_.Step(&choice, rng_, seen_);
+      const worlds::StepResult result = walk->road.Step(&choice, walk->rng, walk->seen);
       which->AddReward(result.reward);
-      reward += static_cast<double>(result.reward);
-      ++steps;
+      walk->reward += static_cast<double>(result.reward);
+      ++walk->steps;
       if (result.terminated) which->EndEpisode(EConsacEpisodeEnd::Terminated);
     });
     Shim::Enter(game.world(), *actor, FVector());
@@ -176,14 +189,9 @@ class RoadAgent {
 
   AActor* actor;
   UConsacAgentComponent* agent;
-  std::vector<int64> seeds;
-  double reward = 0.0;
-  long steps = 0;
-
- private:
-  worlds::Road road_;
-  Rng rng_;
-  float seen_[2] = {};
+  std::vector<int64>& seeds = walk_->seeds;
+  double& reward = walk_->reward;
+  long& steps = walk_->steps;
 };
 
 }  // namespace consac::testing
