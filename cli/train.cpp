@@ -142,6 +142,11 @@ Action AddTrain(CLI::App& app) {
   AddField(app, flags, "--steps", "steps", "agent steps; what the engine says, or 100000, unless given");
   AddField(app, flags, "--seed", "seed", "seed of everything");
   AddField(app, flags, "--envs", "envs", "copies of a built-in world");
+  AddField(app, flags, "--init", "init", "begin with the weights of this model or run");
+  AddField(app, flags, "--eval-every", "eval_every",
+           "judge the models every so many agent steps and keep the best in DIR/NAME/best");
+  AddField(app, flags, "--stop-reward", "stop_reward",
+           "end once the mean reward of an evaluation, or of the last 100 episodes, is that high");
   AddField(app, flags, "--threads", "threads", "cores to learn on; never changes the result");
   app.add_option("--set", flags->settings,
                  "key=value: a hyperparameter or a field of the configuration; several may follow (--set gamma=0.9 "

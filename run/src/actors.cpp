@@ -51,14 +51,30 @@ Result<Actors> Actors::Load(std::span<const std::string> files, const EnvSpec& s
   for (const BehaviourSpec& behaviour : spec.behaviours) {
     const Result<std::string> file = FileOf(files, spec, behaviour);
     if (!file.ok()) return file.status();
-    Result<Policy> policy = Policy::Load(*file, behaviour.slots);
-    if (!policy.ok()) return policy.status();
-    const Status fits = policy->Fits(behaviour);
-    if (!fits.ok()) return Status{fits.code(), "'" + *file + "': " + fits.message()};
-    actors.actors_.push_back({*file, std::move(*policy), BatchBuffer(behaviour), GatheredRows(behaviour)});
+    CONSAC_RETURN_IF_ERROR(actors.Add(*file, Policy::Load(*file, behaviour.slots), behaviour));
   }
-  for (Actor& actor : actors.actors_) actors.batches_.push_back(actor.whole.batch());
   return actors;
+}
+
+Result<Actors> Actors::Of(std::vector<PolicyData> models, const EnvSpec& spec) {
+  Actors actors;
+  for (std::size_t b = 0; b < spec.behaviours.size(); ++b) {
+    const BehaviourSpec& behaviour = spec.behaviours[b];
+    if (b >= models.size() || models[b].behaviour != behaviour.name)
+      return Status{StatusCode::kInvalidArgument, "the world has " + Behaviours(spec) + ", and no model of " +
+                                                      Quote(behaviour.name) + " is learned here"};
+    CONSAC_RETURN_IF_ERROR(actors.Add("", Policy::Create(std::move(models[b]), behaviour.slots), behaviour));
+  }
+  return actors;
+}
+
+Status Actors::Add(std::string file, Result<Policy> policy, const BehaviourSpec& behaviour) {
+  if (!policy.ok()) return policy.status();
+  const Status fits = policy->Fits(behaviour);
+  if (!fits.ok()) return {fits.code(), (file.empty() ? "the model" : "'" + file + "'") + ": " + fits.message()};
+  actors_.push_back({std::move(file), std::move(*policy), BatchBuffer(behaviour), GatheredRows(behaviour)});
+  batches_.push_back(actors_.back().whole.batch());
+  return Status::Ok();
 }
 
 void Actors::Act(std::size_t b, std::span<const std::uint8_t> present, ActionMode mode, Rng& rng) {

@@ -38,6 +38,12 @@ Status CheckProtocol(std::string_view value) {
   return {StatusCode::kInvalidArgument, "protocol = " + Quote(value) + " cannot be used; expected auto, text1 or 2"};
 }
 
+Status CheckReward(std::string_view value) {
+  double reward = 0.0;
+  if (value.empty() || ParseHumanNumber(value, &reward)) return Status::Ok();
+  return {StatusCode::kInvalidArgument, "stop_reward = " + Quote(value) + " cannot be used; expected a number"};
+}
+
 Status CheckNonFinite(std::string_view value) {
   if (value == "error" || value == "replace") return Status::Ok();
   return {StatusCode::kInvalidArgument, "non_finite = " + Quote(value) + " cannot be used; expected error or replace"};
@@ -65,6 +71,15 @@ constexpr Field kFields[] = {
      "updates between checkpoints; 0: not by updates"},
     {"keep_checkpoints", &RunConfig::keep_checkpoints, 1, kMost, OnResume::kMayChange, nullptr,
      "older ones are deleted"},
+    {"eval_every", &RunConfig::eval_every, 0, kMost, OnResume::kMayChange, nullptr,
+     "agent steps between evaluations of the models of now, the best of which are kept in best/; 0: none"},
+    {"eval_episodes", &RunConfig::eval_episodes, 1, 1e9, OnResume::kMayChange, nullptr, "episodes of an evaluation"},
+    {"eval_world", &RunConfig::eval_world, 0, 0, OnResume::kMayChange, CheckWorld,
+     "where they are evaluated: a built-in world or an engine of its own; empty: as the world trained on"},
+    {"stop_reward", &RunConfig::stop_reward, 0, 0, OnResume::kMayChange, CheckReward,
+     "a mean reward, of an evaluation or else of the last 100 episodes, that ends the training; empty: none does"},
+    {"init", &RunConfig::init, 0, 0, OnResume::kMustStay, nullptr,
+     "a model or a run whose weights the training begins with; empty: fresh ones"},
     {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr, "updates between tables"},
     {"table", &RunConfig::table, 0, 0, OnResume::kMayChange, nullptr, "print the table of each update"},
     {"table_every_s", &RunConfig::table_every_s, 0, 1e9, OnResume::kMayChange, nullptr,

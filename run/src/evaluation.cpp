@@ -5,8 +5,7 @@
 
 #include "consac/base/json.h"
 #include "consac/base/text.h"
-#include "consac/run/training.h"
-#include "link.h"
+#include "judgement.h"
 
 namespace consac::run {
 namespace {
@@ -94,28 +93,16 @@ class Returns {
   double steps_ = 0.0;
 };
 
-Result<std::unique_ptr<WorldLink>> OpenWorld(const EvaluateOptions& options, const std::string& world,
-                                             const std::atomic<bool>& stop) {
-  if (!IsUrl(world))
-    return MakeLocalLink(world, static_cast<std::int32_t>(std::clamp(options.episodes, std::int64_t{1}, kMostCopies)));
-  EngineOptions engine;
-  engine.url = world;
-  engine.connect_timeout_s = options.connect_timeout_s;
-  engine.client.deadline_s = options.deadline_s;
-  engine.client.stop = &stop;
-  return ConnectEngine(engine, options.say);
-}
-
 /// The world that is named, or the one that the models were trained on.
 Result<std::unique_ptr<WorldLink>> OpenWorldFor(const EvaluateOptions& options, const std::vector<std::string>& models,
                                                 const std::atomic<bool>& stop) {
-  if (!options.world.empty()) return OpenWorld(options, options.world, stop);
+  if (!options.world.empty()) return OpenToJudge(options, options.world, stop);
   const Result<Policy> policy = Policy::Load(models[0]);
   if (!policy.ok()) return policy.status();
   const std::string world = TrainedWorld(*policy);
   if (world.empty())
     return Status{StatusCode::kInvalidArgument, "'" + models[0] + "' does not say which world it is for; name one"};
-  Result<std::unique_ptr<WorldLink>> link = OpenWorld(options, world, stop);
+  Result<std::unique_ptr<WorldLink>> link = OpenToJudge(options, world, stop);
   if (link.ok() || link.status().code() != StatusCode::kNotFound) return link;
   return Status{StatusCode::kNotFound, "the model was trained on " + Quote(world) +
                                            ", which is no built-in world; name a world or an engine's URL"};
@@ -175,6 +162,37 @@ std::string TrainedWorld(const Policy& policy) {
   return world != training->end() && world->is_string() ? world->get<std::string>() : std::string();
 }
 
+Result<std::unique_ptr<WorldLink>> OpenToJudge(const EvaluateOptions& options, const std::string& world,
+                                               const std::atomic<bool>& stop) {
+  if (!IsUrl(world))
+    return MakeLocalLink(world, static_cast<std::int32_t>(std::clamp(options.episodes, std::int64_t{1}, kMostCopies)));
+  EngineOptions engine;
+  engine.url = world;
+  engine.connect_timeout_s = options.connect_timeout_s;
+  engine.client.deadline_s = options.deadline_s;
+  engine.client.stop = &stop;
+  return ConnectEngine(engine, options.say);
+}
+
+Result<std::vector<EvaluateSummary>> Judge(const EvaluateOptions& options, WorldLink& link, Actors& actors,
+                                           const std::atomic<bool>& stop, const std::function<void()>& meanwhile) {
+  Judgement judgement(options, link.spec());
+  Rng rng(options.seed, StreamId("action_sampling"));
+  CONSAC_RETURN_IF_ERROR(link.Reset(options.seed, actors.batches()));
+  while (!judgement.complete() && !stop.load(std::memory_order_relaxed)) {
+    for (std::size_t b = 0; b < actors.size(); ++b)
+      actors.Act(b, link.present(b), options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample, rng);
+    const Status status = link.Step(actors.batches(), MoreSteps::kYes);
+    if (status.code() == StatusCode::kCancelled) break;
+    if (!status.ok() && status.code() == StatusCode::kUnavailable && judgement.any())
+      break;  // the engine has seen enough
+    if (!status.ok()) return status;
+    judgement.Add(actors, link);
+    meanwhile();
+  }
+  return judgement.Summaries();
+}
+
 Result<std::vector<EvaluateSummary>> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop) {
   if (options.episodes < 1)
     return Status{StatusCode::kInvalidArgument,
@@ -183,25 +201,9 @@ Result<std::vector<EvaluateSummary>> Evaluate(const EvaluateOptions& options, co
   if (!models.ok()) return models.status();
   Result<std::unique_ptr<WorldLink>> link = OpenWorldFor(options, *models, stop);
   if (!link.ok()) return link.status();
-  const EnvSpec& spec = (*link)->spec();
-  Result<Actors> actors = Actors::Load(*models, spec);
+  Result<Actors> actors = Actors::Load(*models, (*link)->spec());
   if (!actors.ok()) return actors.status();
-
-  Judgement judgement(options, spec);
-  Rng rng(options.seed, StreamId("action_sampling"));
-  CONSAC_RETURN_IF_ERROR((*link)->Reset(options.seed, actors->batches()));
-  while (!judgement.complete() && !stop.load(std::memory_order_relaxed)) {
-    for (std::size_t b = 0; b < actors->size(); ++b)
-      actors->Act(b, (*link)->present(b), options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample,
-                  rng);
-    const Status status = (*link)->Step(actors->batches(), MoreSteps::kYes);
-    if (status.code() == StatusCode::kCancelled) break;
-    if (!status.ok() && status.code() == StatusCode::kUnavailable && judgement.any())
-      break;  // the engine has seen enough
-    if (!status.ok()) return status;
-    judgement.Add(*actors, **link);
-  }
-  return judgement.Summaries();
+  return Judge(options, **link, *actors, stop, [] {});
 }
 
 }  // namespace consac::run

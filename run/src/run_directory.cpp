@@ -34,7 +34,7 @@ std::vector<std::string> FilesIn(const std::string& folder) {
 }
 
 constexpr std::string_view kModelEnd = ".consac", kHalfWritten = ".tmp-";
-constexpr std::string_view kRunFiles[] = {"config.yaml", "progress.csv"};
+constexpr std::string_view kRunFiles[] = {"config.yaml", "progress.csv", "evaluations.csv"};
 // Of each behaviour; where a run has several, behind its model's name: "hunter.monitor.csv".
 constexpr std::string_view kBehaviourFiles[] = {"monitor.csv", "curve.svg", "curve.png"};
 
@@ -97,6 +97,10 @@ void RemoveRun(const std::string& path) {
   for (const std::string& name : FilesIn(path + "/tensorboard")) {
     if (name.starts_with("events.out.tfevents.")) Remove(path + "/tensorboard/" + name);
   }
+  for (const std::string& name : FilesIn(path + "/best")) {
+    if (IsOwnModel(path + "/best", name)) Remove(path + "/best/" + name);
+  }
+  Remove(path + "/best");  // where nothing else is in it
   for (const std::string& name : FilesIn(path)) {
     if (!IsOwnModel(path, name)) continue;
     const std::string behaviour = path + "/" + name.substr(0, name.size() - kModelEnd.size()) + ".";

@@ -139,6 +139,10 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     config = std::move(*resumed);
   }
   CONSAC_RETURN_IF_ERROR(CheckGivenName(config));
+  if (config.eval_every > 0 && config.eval_world.empty() && IsUrl(config.world))
+    return Status{StatusCode::kInvalidArgument,
+                  "eval_every needs an eval_world where an engine is trained on: a built-in world, or another engine's "
+                  "tcp://host:port"};
   if (!IsUrl(config.world)) {
     if (config.world.empty())
       return Status{StatusCode::kInvalidArgument,

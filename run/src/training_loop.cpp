@@ -125,6 +125,9 @@ Status Training::Start(std::vector<WorldSource> worlds) {
       RunDirectory::Open(config_.directory, config_.name, ExistingRunOf(config_));
   if (!directory.ok()) return directory.status();
   directory_ = std::move(*directory);
+  if (double goal = 0.0; ParseHumanNumber(config_.stop_reward, &goal)) goal_ = goal;
+  CONSAC_RETURN_IF_ERROR(CheckEvaluation());
+  if (!config_.resume) CONSAC_RETURN_IF_ERROR(StartFromModels());
   if (config_.resume) {
     CONSAC_RETURN_IF_ERROR(Restore());  // one that is refused leaves config.yaml as it was
     CONSAC_RETURN_IF_ERROR(WriteConfig());
@@ -136,6 +139,7 @@ Status Training::Start(std::vector<WorldSource> worlds) {
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
+  if (next_evaluation_ == 0) PlanEvaluation();
   reserve_ = std::make_unique<MemoryReserve>(kFirstAid, SavingBytes());
   checkpoint_time_ = Now();
   return Status::Ok();
@@ -185,7 +189,7 @@ bool Training::LearningDue() const {
 
 // The worker chooses its actions and takes its step, unless enough are under way.
 void Training::Send(std::size_t worker, Where where) {
-  if (asked_ >= config_.steps || stop_.load(std::memory_order_relaxed)) return;
+  if (asked_ >= config_.steps || goal_reached_ || stop_.load(std::memory_order_relaxed)) return;
   const double start = Now();
   crew_[worker].Act(trainees_, crew_.size() > 1 || Overlaps() ? Rows::kOwn : Rows::kLearners);
   spent_.inference += Now() - start;
@@ -281,6 +285,7 @@ Status Training::Loop() {
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
     for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
     CONSAC_RETURN_IF_ERROR(reserve_->health());
+    if (config_.eval_every > 0 || goal_.has_value()) CONSAC_RETURN_IF_ERROR(EvaluateIfDue());
     if (CheckpointDue()) {
       (void)Save();
       CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
@@ -328,7 +333,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   summary.directory = directory_->path();
   summary.steps = steps();
   summary.seconds = seconds;
-  summary.interrupted = summary.steps < config_.steps;
+  summary.interrupted = summary.steps < config_.steps && !goal_reached_;
   for (const Trainee& trainee : trainees_) summary.interrupted = summary.interrupted || trainee.learner->LearningDue();
   StateHasher hasher;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {

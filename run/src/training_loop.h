@@ -3,7 +3,9 @@
 // an engine. Private to run.
 
 #include <atomic>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "consac/learn/algo/learner.h"
@@ -45,7 +47,7 @@ class Training {
   Status Loop();
   /// Agents of all behaviours in all worlds: so many steps are taken at once.
   std::int64_t slots() const { return slots_; }
-  /// Writes checkpoint, model and logs, whatever ended the loop.
+  /// Writes checkpoint, models and logs, whatever ended the loop.
   Result<RunSummary> Finish(double seconds);
   /// Where lines go.
   Report& report() { return *report_; }
@@ -57,7 +59,7 @@ class Training {
  private:
   std::int64_t steps() const;
   std::string ModelPath(const BehaviourSpec& behaviour) const;
-  Status SaveModel();
+  Status SaveModels(const std::string& folder) const;
   Status MakeLearners();
   std::int64_t ShareOfSteps(std::int64_t slots) const;
   Status Restore();
@@ -79,6 +81,15 @@ class Training {
   void ReportUpdates();
   void AccountFor(const Crew::Outcome& outcome, double waited);
   void TellTime();
+  void PlanEvaluation();
+  Status CheckEvaluation();
+  Status EvaluateIfDue();
+  Status Evaluation();
+  Status SaveBest();
+  void LookAtEpisodes();
+  void ReachGoal(const std::string& means);
+  Status StartFromModels();
+  std::vector<PolicyData> Snapshots() const;
   bool CheckpointDue() const;
   Status Save();
   void TellFailure(const std::string& what, const Status& status, bool* told);
@@ -109,8 +120,12 @@ class Training {
   learn::LogStyle log_style_ = learn::LogStyle::kStableBaselines2;
   bool restored_ = false;  // from a checkpoint, be it of step 0
   std::int64_t restored_steps_ = 0;
+  std::int64_t next_evaluation_ = 0;                                   // steps at which it is due
+  double best_evaluation_ = -std::numeric_limits<double>::infinity();  // mean reward, summed over behaviours
+  std::optional<double> goal_;                                         // config_.stop_reward
+  bool goal_reached_ = false;
   double checkpoint_time_ = 0.0;
-  bool checkpoint_failed_ = false, model_failed_ = false;
+  bool checkpoint_failed_ = false, model_failed_ = false, evaluation_failed_ = false;
 };
 
 }  // namespace consac::run

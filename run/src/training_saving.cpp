@@ -12,6 +12,18 @@
 #include "training_loop.h"
 
 namespace consac::run {
+namespace {
+
+/// What a checkpoint says under `name`; `value` stays where it says nothing.
+template <class Number>
+void ReadNumber(const StateMap& state, const char* name, Number* value) {
+  const auto at = state.find(name);
+  if (at != state.end() && at->second.bytes.size() == sizeof(Number))
+    std::memcpy(value, at->second.bytes.data(), sizeof(Number));
+}
+
+}  // namespace
+
 /// About what saving takes: the state is collected, encoded and written, and once more for the models; a curve is
 /// drawn, with fonts.
 std::size_t Training::SavingBytes() {
@@ -47,10 +59,9 @@ Status Training::Restore() {
     CONSAC_RETURN_IF_ERROR(OpenReport(false));  // killed before its first checkpoint: from the start
     return Status::Ok();
   }
-  const auto at = state->find("steps");
-  if (at != state->end() && at->second.bytes.size() == sizeof(restored_steps_)) {
-    std::memcpy(&restored_steps_, at->second.bytes.data(), sizeof(restored_steps_));
-  }
+  ReadNumber(*state, "steps", &restored_steps_);
+  ReadNumber(*state, "next_evaluation", &next_evaluation_);
+  ReadNumber(*state, "best_evaluation", &best_evaluation_);
   // A finished run that an engine asks to train again trains that much longer.
   if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
     const std::int64_t more = crew_[0].link().request().training_length;
@@ -102,7 +113,7 @@ std::string Training::Description() const {
 // one, whatever became of the checkpoint.
 Status Training::Save() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
-  const Status checkpoint = Checkpoint(), model = SaveModel();
+  const Status checkpoint = Checkpoint(), model = SaveModels(directory_->path());
   checkpoint_time_ = Now();
   for (Trainee& trainee : trainees_) trainee.saved_updates = trainee.learner->updates();
   TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
@@ -125,6 +136,8 @@ Status Training::Checkpoint() {
   std::string instruction_set(nn::InstructionSet());
   writer("steps", at);
   writer("instruction_set", instruction_set);
+  writer("next_evaluation", next_evaluation_);
+  writer("best_evaluation", best_evaluation_);
   Visit(writer);
   CONSAC_RETURN_IF_ERROR(writer.status());
   return directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints);
@@ -134,19 +147,26 @@ std::string Training::ModelPath(const BehaviourSpec& behaviour) const {
   return directory_->File(ModelFileName(spec(), behaviour));
 }
 
-Status Training::SaveModel() {
-  for (std::size_t b = 0; b < trainees_.size(); ++b) {
-    PolicyData data = trainees_[b].learner->Snapshot();
+std::vector<PolicyData> Training::Snapshots() const {
+  std::vector<PolicyData> models;
+  for (const Trainee& trainee : trainees_) models.push_back(trainee.learner->Snapshot());
+  return models;
+}
+
+Status Training::SaveModels(const std::string& folder) const {
+  std::vector<PolicyData> models = Snapshots();
+  for (std::size_t b = 0; b < models.size(); ++b) {
+    PolicyData& data = models[b];
     const Result<nlohmann::json> learned = ReadJson<nlohmann::json>(data.training_json);
     nlohmann::json training = learned.ok() ? *learned : nlohmann::json::object();
     training["algorithm"] = config_.algorithm;
     training["world"] = spec().id.empty() ? config_.world : spec().id;
     training["seed"] = config_.seed;
     data.training_json = JsonText(training);
-    const std::string path = ModelPath(spec().behaviours[b]);
     const Result<Policy> policy = Policy::Create(std::move(data), 1);
     if (!policy.ok()) return policy.status();
-    CONSAC_RETURN_IF_ERROR(policy->ToFile(config_.seed).Save(path));
+    CONSAC_RETURN_IF_ERROR(
+        policy->ToFile(config_.seed).Save(folder + "/" + ModelFileName(spec(), spec().behaviours[b])));
   }
   return Status::Ok();
 }

@@ -27,6 +27,7 @@ class Listener final : public learn::Learner {
   std::int64_t steps() const override { return steps_; }
   std::int64_t updates() const override { return 0; }
   std::int64_t steps_per_update() const override { return 0; }
+  Status StartFrom(const PolicyData&) override { return Status::Ok(); }
   void SetTotalSteps(std::int64_t) override {}
   std::span<const learn::Metric> metrics() const override { return {}; }
   Status health() const override { return Status::Ok(); }

@@ -137,6 +137,7 @@ class A2c final : public Learner, private BlockLoss {
   std::int64_t updates() const override { return updates_; }
   std::int64_t reports() const override { return updates_ == 0 ? 0 : 1 + updates_ / kUpdatesPerReport; }
   std::int64_t steps_per_update() const override { return a2c_.rollout.n_steps * behaviour_.slots; }
+  Status StartFrom(const PolicyData& model) override { return collector_.StartFrom(model); }
   void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
   std::span<const Metric> metrics() const override { return metrics_; }
   Status health() const override { return step_.health(); }

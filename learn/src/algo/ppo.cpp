@@ -111,10 +111,10 @@ class Ppo final : public Learner, private BlockLoss {
     }
     return true;
   }
-
   std::int64_t steps() const override { return collector_.steps(); }
   std::int64_t updates() const override { return updates_; }
   std::int64_t steps_per_update() const override { return ppo_.rollout.n_steps * behaviour_.slots; }
+  Status StartFrom(const PolicyData& model) override { return collector_.StartFrom(model); }
   void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
   std::span<const Metric> metrics() const override { return metrics_; }
   Status health() const override { return step_.health(); }

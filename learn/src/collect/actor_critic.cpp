@@ -3,6 +3,18 @@
 #include <algorithm>
 
 namespace consac::learn {
+namespace {
+
+/// Without what only fresh parameters are made by, which no model file says.
+nn::NetworkSpec Shape(nn::NetworkSpec spec) {
+  for (nn::Block& block : spec.blocks) {
+    block.init = nn::Init();
+    block.gain = 1.0f;
+  }
+  return spec;
+}
+
+}  // namespace
 
 ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
                          const Communicator& ranks)
@@ -13,6 +25,18 @@ ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, st
   network_.Initialise(rng, std::span(parameters_).first(network_count()));
   ranks.Broadcast(parameters_);
   Publish();
+}
+
+Status ActorCritic::StartFrom(const PolicyData& model) {
+  if (Shape(model.network) != Shape(network_.spec()) || model.parameters.size() != network_count() ||
+      model.log_std.size() != log_std().size()) {
+    return {StatusCode::kInvalidArgument,
+            "its network is another than this run's; give the policy, net_arch and act_fun that it was trained with"};
+  }
+  std::copy(model.log_std.begin(), model.log_std.end(),
+            std::copy(model.parameters.begin(), model.parameters.end(), parameters_.begin()));
+  Publish();
+  return Status::Ok();
 }
 
 void ActorCritic::ValuesOf(const float* features, std::int64_t rows, float* values) {

@@ -20,6 +20,9 @@ class ActorCritic {
   ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
               const Communicator& ranks);
 
+  /// Takes over the parameters of a model of the same network, those outside it too; they act at once.
+  Status StartFrom(const PolicyData& model);
+
   /// The network.
   const nn::Network& network() const { return network_; }
   /// [network parameters + log_std]: what an optimiser steps.

@@ -42,6 +42,11 @@ std::int64_t RolloutCollector::BytesOfTransition(const BehaviourSpec& behaviour)
          (seen.feature_count + RawActionSize(done) + kNumbers) * static_cast<std::int64_t>(sizeof(float));
 }
 
+Status RolloutCollector::StartFrom(const PolicyData& model) {
+  CONSAC_RETURN_IF_ERROR(normalise_.StartFrom(model.normaliser));
+  return model_.StartFrom(model);
+}
+
 float RolloutCollector::ValueOf(const std::byte* observation) {
   float value = 0.0f;
   normalise_.Encode(observation, 1, work_features_.data());

@@ -32,6 +32,8 @@ class RolloutCollector {
   RolloutCollector(const BehaviourSpec& behaviour, const RolloutOptions& options, ActorCritic& model,
                    std::uint64_t seed, const Communicator& ranks);
 
+  /// As Learner::StartFrom.
+  Status StartFrom(const PolicyData& model);
   /// As Learner::Stage.
   Batch Stage(std::span<const std::int32_t> slots) {
     CONSAC_ASSERT(!full());

@@ -27,6 +27,11 @@ class SharedMoments {
     now_.Update(samples, rows);
     if (many()) own_.Update(samples, rows);
   }
+  /// Begins with `moments`, on every rank the same.
+  void StartFrom(const RunningMoments& moments) {
+    now_ = moments;
+    if (many()) common_ = moments;
+  }
   /// Takes in what every rank saw since the last time, in their order; all call it at once.
   void Share();
   /// All that this rank knows of.

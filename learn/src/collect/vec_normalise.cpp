@@ -28,6 +28,25 @@ void VecNormalise::Refresh() {
   }
 }
 
+Status VecNormalise::StartFrom(const ObservationNormaliser& normaliser) {
+  if (normaliser.active() != options_.norm_obs) {
+    return {StatusCode::kInvalidArgument, normaliser.active()
+                                              ? "it normalises observations; set norm_obs=true"
+                                              : "it does not normalise observations; set norm_obs=false"};
+  }
+  if (!options_.norm_obs) return Status::Ok();
+  RunningMoments moments(layout_.feature_count);
+  for (std::size_t d = 0; d < moments.mean.size(); ++d) {
+    const auto scale = static_cast<double>(normaliser.scale[d]);
+    moments.mean[d] = normaliser.mean[d];
+    moments.variance[d] = std::max(0.0, 1.0 / (scale * scale) - options_.epsilon);
+  }
+  moments.count = kObservationsOfModel;
+  observation_moments_.StartFrom(moments);
+  Refresh();
+  return Status::Ok();
+}
+
 void VecNormalise::Observe(const std::byte* observations, std::int64_t rows) {
   if (!options_.norm_obs) return;
   EncodeFeatures(layout_, observations, rows, work_.data());

@@ -28,6 +28,10 @@ class VecNormalise {
   /// For `behaviour`, on each of `ranks`.
   VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOptions& options, const Communicator& ranks = {});
 
+  /// Begins with the statistics that a model acts by, as if they were of kObservationsOfModel observations.
+  Status StartFrom(const ObservationNormaliser& normaliser);
+  /// A model says what its statistics are, not of how many observations: enough not to be forgotten at once.
+  static constexpr double kObservationsOfModel = 10000;
   /// Takes `rows` <= slots observations into the running moments; without norm_obs nothing.
   void Observe(const std::byte* observations, std::int64_t rows);
   /// observations [rows, row_bytes] -> network inputs [rows, feature_count], normalised where that is wanted.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "consac/base/names.h"
+#include "consac/run/training.h"
 
 namespace consac::run {
 namespace {
@@ -46,6 +47,19 @@ void BehaviourLog::OnEpisode(const EpisodeEnd& episode, double seconds, EventWri
   episode_curve_.Add(episode.at_step, episode.reward, episodes_.mean_reward());
   if (monitor_csv_ != nullptr) monitor_csv_->Append(episode.reward, episode.length, seconds);
   if (events != nullptr && IsSb2()) events->Scalar(wall_time, episode.at_step, Key("episode_reward"), episode.reward);
+}
+
+// Keys: Stable Baselines3, EvalCallback; the deviation and the count are ours.
+void BehaviourLog::OnEvaluation(const EvaluateSummary& verdict, std::int64_t steps, double wall_time,
+                                EventWriter* events, Row* row) {
+  const Cell cells[] = {{Key("eval/mean_reward"), verdict.mean_reward, CellKind::kDouble},
+                        {Key("eval/std_reward"), verdict.std_reward, CellKind::kDouble},
+                        {Key("eval/mean_ep_length"), verdict.mean_length, CellKind::kDouble},
+                        {Key("eval/episodes"), static_cast<double>(verdict.episodes), CellKind::kInteger}};
+  row->insert(row->end(), std::begin(cells), std::end(cells));
+  for (const Cell& cell : cells) {
+    if (events != nullptr && cell.kind == CellKind::kDouble) events->Scalar(wall_time, steps, cell.key, cell.value);
+  }
 }
 
 void BehaviourLog::OnUpdate(const UpdateReport& update, const Moment& now) {

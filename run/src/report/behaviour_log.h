@@ -40,6 +40,9 @@ class BehaviourLog {
   void OnUpdate(const UpdateReport& update, const Moment& now);
   /// The same numbers to TensorBoard.
   void WriteScalars(const UpdateReport& update, std::int64_t steps, double wall_time, EventWriter& events);
+  /// Its model was judged: adds the numbers to `row`, and to TensorBoard where `events` is not null.
+  void OnEvaluation(const EvaluateSummary& verdict, std::int64_t steps, double wall_time, EventWriter* events,
+                    Row* row);
   /// The numbers of its latest update under their keys, but for the steps of the run, which all behaviours share.
   const Row& row() const { return row_; }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "consac/run/training.h"
 #include "report/behaviour_log.h"
 #include "report/budget.h"
 #include "report/console.h"
@@ -30,6 +31,11 @@ double WallTime() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
+void SortByKey(Row* row) {
+  const auto place = [](const Cell& cell) { return std::pair(cell.key.find('/') != cell.key.npos, cell.key); };
+  std::sort(row->begin(), row->end(), [&](const Cell& a, const Cell& b) { return place(a) < place(b); });
+}
+
 class AllSinks final : public Report {
  public:
   AllSinks(const ReportOptions& options, const ConsoleOptions& console)
@@ -44,11 +50,13 @@ class AllSinks final : public Report {
   void OnEpisode(const EpisodeEnd& episode) override;
   void OnUpdates(std::span<const UpdateReport> updates, std::int64_t steps) override;
   void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) override;
+  void OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) override;
   void OnTime(const TimeSpent& round) override { budget_.Add(round, looked_); }
   void Line(std::string_view line) override { console_.Line(line); }
   Status Finish() override;
   void DrawCurves() override;
   double mean_episode_reward(std::size_t b) const override { return logs_[b].episodes().mean_reward(); }
+  std::int64_t episodes(std::size_t b) const override { return logs_[b].episodes().count(); }
   double mean_episode_length(std::size_t b) const override { return logs_[b].episodes().mean_length(); }
   void Visit(Archive& archive) override;
 
@@ -60,6 +68,7 @@ class AllSinks final : public Report {
   void Look();
   void Flush();
   void SayFailures();
+  ProgressCsv::Resume Resumed() const { return {options_.append, StepsKey(), options_.resume_step}; }
   void GatherRow(const std::vector<std::uint8_t>& behaviours);
   void ShowTable(double now);
   bool Held() const { return std::find(shown_.begin(), shown_.end(), 0) != shown_.end(); }
@@ -73,7 +82,8 @@ class AllSinks final : public Report {
   std::deque<BehaviourLog> logs_;              // one per behaviour; they stay where they are
   std::unique_ptr<ProgressCsv> progress_csv_;  // null, like the next, when not written
   std::unique_ptr<EventWriter> events_;
-  std::vector<Status> said_;  // failures to write that were reported: of these two, and of each Monitor file
+  std::unique_ptr<ProgressCsv> evaluations_csv_;  // once there was one
+  std::vector<Status> said_;  // failures to write that were reported: of these three, and of each Monitor file
 
   // Saved in checkpoints, as is what logs_ hold. Seconds of training, without the time between a kill and a resume.
   double elapsed_before_ = 0.0;  // in earlier sessions
@@ -98,8 +108,7 @@ Status AllSinks::OpenFiles() {
   const OpenMode mode = options_.append ? OpenMode::kAppend : OpenMode::kTruncate;
   const double now = WallTime();
 
-  const ProgressCsv::Resume resume{options_.append, StepsKey(), options_.resume_step};
-  Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/progress.csv", resume);
+  Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/progress.csv", Resumed());
   if (!csv.ok()) return csv.status();
   progress_csv_ = std::move(*csv);
   for (BehaviourLog& log : logs_) CONSAC_RETURN_IF_ERROR(log.OpenFiles(now, mode));
@@ -164,11 +173,12 @@ void AllSinks::SayFailures() {
     said_[i] = found;
     console_.Alarm(said_[i].message() + "; training goes on, but this log has a gap");
   };
-  said_.resize(2 + logs_.size());
+  said_.resize(3 + logs_.size());
   if (progress_csv_ != nullptr) say(0, progress_csv_->status());
   if (events_ != nullptr) say(1, events_->status());
+  if (evaluations_csv_ != nullptr) say(2, evaluations_csv_->status());
   for (std::size_t b = 0; b < logs_.size(); ++b) {
-    if (logs_[b].monitor() != nullptr) say(2 + b, logs_[b].monitor()->status());
+    if (logs_[b].monitor() != nullptr) say(3 + b, logs_[b].monitor()->status());
   }
 }
 
@@ -201,8 +211,23 @@ void AllSinks::GatherRow(const std::vector<std::uint8_t>& behaviours) {
   for (std::size_t b = 0; b < logs_.size(); ++b) {
     if (behaviours[b] != 0) row_.insert(row_.end(), logs_[b].row().begin(), logs_[b].row().end());
   }
-  const auto place = [](const Cell& cell) { return std::pair(cell.key.find('/') != cell.key.npos, cell.key); };
-  std::sort(row_.begin(), row_.end(), [&](const Cell& a, const Cell& b) { return place(a) < place(b); });
+  SortByKey(&row_);
+}
+
+// A file of its own, so that progress.csv stays a row for each update; it is there once something was evaluated.
+void AllSinks::OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) {
+  Row row = {{StepsKey(), static_cast<double>(steps), CellKind::kInteger}};
+  for (std::size_t b = 0; b < verdicts.size(); ++b)
+    logs_[b].OnEvaluation(verdicts[b], steps, WallTime(), events_.get(), &row);
+  SortByKey(&row);
+  if (options_.directory.empty()) return;
+  if (evaluations_csv_ == nullptr) {
+    Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/evaluations.csv", Resumed());
+    if (!csv.ok()) return console_.Alarm(csv.status().message() + "; training goes on, but evaluations have no log");
+    evaluations_csv_ = std::move(*csv);
+  }
+  evaluations_csv_->Append(row);
+  SayFailures();
 }
 
 // What was held back since the last one, the latest of each behaviour.

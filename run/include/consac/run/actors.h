@@ -30,6 +30,9 @@ class Actors {
   /// the file of its name (ModelFileName). A behaviour without model and a model that does not fit are errors.
   static Result<Actors> Load(std::span<const std::string> files, const EnvSpec& spec);
 
+  /// The same of models that are in memory, one for each behaviour of `spec`, in its order.
+  static Result<Actors> Of(std::vector<PolicyData> models, const EnvSpec& spec);
+
   /// Number of behaviours.
   std::size_t size() const { return actors_.size(); }
   /// One batch per behaviour, with all its slots: what the world is reset and stepped with. Valid for this object's
@@ -42,10 +45,12 @@ class Actors {
   std::span<const std::int32_t> acting(std::size_t b) const { return actors_[b].acting.slots(); }
   /// The model of behaviour `b`.
   const Policy& policy(std::size_t b) const { return actors_[b].policy; }
-  /// Its file.
+  /// Its file; "" where it was in memory.
   const std::string& file(std::size_t b) const { return actors_[b].file; }
 
  private:
+  Status Add(std::string file, Result<Policy> policy, const BehaviourSpec& behaviour);
+
   struct Actor {
     std::string file;
     Policy policy;

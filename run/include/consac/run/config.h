@@ -28,6 +28,11 @@ struct RunConfig {
   std::int64_t checkpoint_every_s = 10;       ///< seconds between checkpoints; 0: only at the end and on Ctrl-C
   std::int64_t checkpoint_every_updates = 0;  ///< updates between checkpoints; 0: by time
   std::int64_t keep_checkpoints = 3;          ///< older ones are deleted
+  std::int64_t eval_every = 0;                ///< agent steps between evaluations; 0: none
+  std::int64_t eval_episodes = 5;             ///< of an evaluation
+  std::string eval_world;                     ///< where models are evaluated; "": a world like the training's own
+  std::string stop_reward;                    ///< a mean reward that ends the training; "": none does
+  std::string init;                           ///< model or run whose weights the training begins with; "": fresh ones
   std::int64_t log_interval = 1;              ///< updates between console tables
   bool table = true;                          ///< console table
   double table_every_s = 1.0;                 ///< on a terminal: seconds between tables at least; 0: each is shown

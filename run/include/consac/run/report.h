@@ -1,7 +1,7 @@
 #pragma once
 // Everything a training run tells people and tools: console table, progress bar, progress.csv, Monitor CSV,
-// TensorBoard events, the picture of the learning curve. The training loop calls it at four moments; each sink is a
-// file of its own behind it.
+// TensorBoard events, the picture of the learning curve. The training loop calls it as things happen; each sink
+// is a file of its own behind it.
 
 #include <cstdint>
 #include <memory>
@@ -15,6 +15,8 @@
 #include "consac/learn/algo/learner.h"
 
 namespace consac::run {
+
+struct EvaluateSummary;  // training.h
 
 /// A behaviour that is reported on.
 struct ReportedBehaviour {
@@ -91,6 +93,8 @@ class Report {
   virtual void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) = 0;
   /// What the latest round took; told now and then as the budget of a step.
   virtual void OnTime(const TimeSpent& round) = 0;
+  /// The models of now were judged, `steps` agent steps into the run: one verdict per behaviour, in the world's order.
+  virtual void OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) = 0;
   /// Prints a line without breaking the bar.
   virtual void Line(std::string_view line) = 0;
   /// Writes everything out and shows the latest table if it was held back.
@@ -99,6 +103,8 @@ class Report {
   virtual void DrawCurves() = 0;
   /// Mean reward of the last 100 episodes of a behaviour; NaN before the first.
   virtual double mean_episode_reward(std::size_t behaviour) const = 0;
+  /// Episodes of a behaviour that have ended.
+  virtual std::int64_t episodes(std::size_t behaviour) const = 0;
   /// Mean length of the last 100 episodes of a behaviour; NaN before the first.
   virtual double mean_episode_length(std::size_t behaviour) const = 0;
   /// Episode window and clocks, for exact resume of the numbers shown.

@@ -87,6 +87,9 @@ class Learner {
   virtual std::int64_t reports() const { return updates(); }
   /// Agent steps of one round of collection, or 0 when the algorithm learns continuously.
   virtual std::int64_t steps_per_update() const = 0;
+  /// Begins with the weights and the observation statistics of `model`, before anything is recorded; the error says
+  /// what of it does not fit.
+  virtual Status StartFrom(const PolicyData& model) = 0;
   /// Changes the planned length (a resumed run that goes on for longer).
   virtual void SetTotalSteps(std::int64_t total_steps) = 0;
   /// Numbers of the latest report; valid until the next Learn.

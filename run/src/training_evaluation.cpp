@@ -1,0 +1,138 @@
+// A training that is judged as it goes: every so many steps the models of now act for some episodes in a world of their
+// own, the best of them are kept, and a mean reward that is high enough ends the training. Nothing of it changes what
+// is learned. Source: Stable Baselines3, EvalCallback and StopTrainingOnRewardThreshold.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "consac/base/text.h"
+#include "consac/run/path.h"
+#include "judgement.h"
+#include "training_loop.h"
+
+namespace consac::run {
+namespace {
+
+constexpr std::uint64_t kSeedApart = 1000;  // from the training's worlds, as `consac eval` has it
+constexpr const char* kBestFolder = "best";
+constexpr std::int64_t kEpisodesOfGoal = 100;  // as many as a mean is over
+
+std::string Words(std::span<const EvaluateSummary> summaries) {
+  std::string words;
+  for (const EvaluateSummary& summary : summaries) {
+    words += words.empty() ? "" : ", ";
+    if (summaries.size() > 1) words += summary.behaviour + " ";
+    words += fmt::format("{:.4g} +- {:.4g}", summary.mean_reward, summary.std_reward);
+  }
+  return words;
+}
+
+}  // namespace
+
+// Steps at which an evaluation is due do not depend on where a run was interrupted.
+void Training::PlanEvaluation() {
+  if (config_.eval_every > 0) next_evaluation_ = (steps() / config_.eval_every + 1) * config_.eval_every;
+}
+
+Status Training::CheckEvaluation() {
+  if (config_.eval_every == 0 || config_.eval_world.empty() || IsUrl(config_.eval_world)) return Status::Ok();
+  const Result<std::unique_ptr<WorldLink>> link = MakeLocalLink(config_.eval_world, 1);
+  if (!link.ok()) return link.status();
+  const Status fits = Actors::Of(Snapshots(), (*link)->spec()).status();
+  return fits.ok() ? fits : Status{fits.code(), "eval_world " + Quote(config_.eval_world) + ": " + fits.message()};
+}
+
+Status Training::EvaluateIfDue() {
+  if (config_.eval_every > 0 && steps() >= next_evaluation_ && !stop_.load(std::memory_order_relaxed)) {
+    const Status status = Evaluation();
+    const bool failed = !status.ok() && status.code() != StatusCode::kCancelled;
+    if (failed && !evaluation_failed_)  // once, until it works again
+      report_->Line("warning: an evaluation failed: " + status.message() + "; training goes on");
+    evaluation_failed_ = failed;
+    if (!stop_.load(std::memory_order_relaxed)) PlanEvaluation();
+  }
+  if (config_.eval_every == 0) LookAtEpisodes();
+  return directory_->CheckOurs();
+}
+
+Status Training::Evaluation() {
+  EvaluateOptions options;
+  options.world = config_.eval_world.empty() ? config_.world : config_.eval_world;
+  options.episodes = config_.eval_episodes;
+  options.seed = config_.seed + kSeedApart;
+  options.connect_timeout_s = config_.connect_timeout_s;
+  options.deadline_s = config_.deadline_s;
+  options.say = [this](const std::string& line) { report_->Line(line); };
+  const Result<std::unique_ptr<WorldLink>> link = OpenToJudge(options, options.world, stop_);
+  if (!link.ok()) return link.status();
+  Result<Actors> actors = Actors::Of(Snapshots(), (*link)->spec());
+  if (!actors.ok()) return actors.status();
+  const auto meanwhile = [this] {
+    for (std::size_t i = 0; i < crew_.size(); ++i) {
+      if (crew_.at_rest(i)) crew_[i].link().KeepAlive();
+    }
+  };
+  const Result<std::vector<EvaluateSummary>> judged = Judge(options, **link, *actors, stop_, meanwhile);
+  if (!judged.ok()) return judged.status();
+  if (stop_.load(std::memory_order_relaxed)) return Status::Ok();  // of too few episodes
+
+  double sum = 0.0;
+  for (const EvaluateSummary& summary : *judged) sum += summary.mean_reward;
+  const bool best = sum > best_evaluation_;
+  report_->OnEvaluation(*judged, steps());
+  if (!config_.quiet)
+    report_->Line(fmt::format("evaluation after {} steps: {} over {} episodes{}", steps(), Words(*judged),
+                              judged->front().episodes, best ? ", the best so far" : ""));
+  const bool reached = goal_.has_value() && std::all_of(judged->begin(), judged->end(), [this](const auto& summary) {
+                         return summary.mean_reward >= *goal_;
+                       });
+  if (reached) ReachGoal(Words(*judged));
+  if (!best) return Status::Ok();
+  CONSAC_RETURN_IF_ERROR(SaveBest());
+  best_evaluation_ = sum;
+  return Status::Ok();
+}
+
+Status Training::SaveBest() {
+  const std::string folder = directory_->File(kBestFolder);
+  std::error_code error;
+  std::filesystem::create_directories(ToPath(folder), error);
+  if (error) return {StatusCode::kDataLoss, "cannot make folder '" + folder + "': " + error.message()};
+  return SaveModels(folder);
+}
+
+// Without evaluations: the window of Stable Baselines, once it is full.
+void Training::LookAtEpisodes() {
+  if (!goal_.has_value() || goal_reached_) return;
+  std::string means;
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    if (report_->episodes(b) < kEpisodesOfGoal || report_->mean_episode_reward(b) < *goal_) return;
+    means += fmt::format("{}{:.4g}", b == 0 ? "" : ", ", report_->mean_episode_reward(b));
+  }
+  ReachGoal(means);
+}
+
+void Training::ReachGoal(const std::string& means) {
+  goal_reached_ = true;
+  if (config_.quiet) return;
+  report_->Line(fmt::format("mean reward {} has reached stop_reward {}: the training ends after {} of {} steps", means,
+                            config_.stop_reward, steps(), config_.steps));
+}
+
+// Weights of another run; what it does besides (optimiser, generators, steps) begins anew.
+Status Training::StartFromModels() {
+  if (config_.init.empty()) return Status::Ok();
+  const Result<std::vector<std::string>> files = FindModels(config_.init, config_.directory);
+  if (!files.ok()) return files.status();
+  const Result<Actors> actors = Actors::Load(*files, spec());
+  if (!actors.ok()) return actors.status();
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    const Status started = trainees_[b].learner->StartFrom(actors->policy(b).data());
+    if (!started.ok())
+      return {started.code(), "init: '" + actors->file(b) + "'" + " cannot be begun with: " + started.message()};
+  }
+  return Status::Ok();
+}
+
+}  // namespace consac::run

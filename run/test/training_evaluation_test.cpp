@@ -1,0 +1,180 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "small_run.h"
+
+namespace consac::run {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string Read(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+RunConfig Pole(const std::string& directory, const std::string& name) {
+  RunConfig config = SmallRun(directory, name);
+  config.world = "cartpole-v1";
+  return config;
+}
+
+RunSummary Trained(const RunConfig& config) {
+  const Result<RunSummary> summary = Train(config, kNeverStop);
+  EXPECT_TRUE(summary.ok()) << summary.status().message();
+  return summary.ok() ? *summary : RunSummary();
+}
+
+TEST(TrainingEvaluation, JudgesEverySoManyStepsAndChangesNothing) {
+  consac::testing::ScratchFolder scratch("evaluating");
+  const std::uint64_t plain = Trained(Pole(scratch.path(), "plain")).weights_hash;
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/plain/evaluations.csv"));
+  RunConfig config = Pole(scratch.path(), "judged");
+  config.eval_every = 1000;
+  EXPECT_EQ(Trained(config).weights_hash, plain);
+  std::istringstream rows(Read(scratch.path() + "/judged/evaluations.csv"));
+  std::string header, row;
+  std::getline(rows, header);
+  EXPECT_THAT(header, HasSubstr("eval/mean_reward"));
+  EXPECT_THAT(header, HasSubstr("total_timesteps"));
+  int count = 0;
+  while (std::getline(rows, row)) ++count;
+  EXPECT_EQ(count, 4);
+}
+
+TEST(TrainingEvaluation, TheBestModelIsKept) {
+  consac::testing::ScratchFolder scratch("best");
+  RunConfig config = Pole(scratch.path(), "best");
+  config.eval_every = 512;
+  config.eval_episodes = 3;
+  Trained(config);
+  std::istringstream rows(Read(scratch.path() + "/best/evaluations.csv"));
+  std::string header, row;
+  std::getline(rows, header);
+  double best = 0.0;
+  for (int at = 0; std::getline(rows, row);) {
+    std::istringstream cells(row);
+    std::istringstream keys(header);
+    std::string key, cell;
+    while (std::getline(keys, key, ',') && std::getline(cells, cell, ',')) {
+      if (key == "eval/mean_reward") best = std::max(best, std::stod(cell)), ++at;
+    }
+  }
+  EvaluateOptions options;
+  options.model = scratch.path() + "/best/best";
+  options.episodes = 3;
+  options.seed = config.seed + 1000;
+  const Result<std::vector<EvaluateSummary>> verdict = Evaluate(options, kNeverStop);
+  ASSERT_TRUE(verdict.ok()) << verdict.status().message();
+  EXPECT_EQ(verdict->front().mean_reward, best);
+}
+
+TEST(TrainingEvaluation, AResumedRunIsJudgedAsOneThatWasNeverStopped) {
+  consac::testing::ScratchFolder scratch("resumed");
+  RunConfig config = Pole(scratch.path(), "whole");
+  config.eval_every = 700;
+  Trained(config);
+  config.name = "cut";
+  config.steps = 1600;
+  Trained(config);
+  config.steps = 4096;
+  config.resume = true;
+  Trained(config);
+  EXPECT_EQ(Read(scratch.path() + "/cut/evaluations.csv"), Read(scratch.path() + "/whole/evaluations.csv"));
+  EXPECT_EQ(Read(scratch.path() + "/cut/best/model.consac"), Read(scratch.path() + "/whole/best/model.consac"));
+}
+
+TEST(TrainingEvaluation, AHighEnoughRewardEndsTheTraining) {
+  consac::testing::ScratchFolder scratch("goal");
+  RunConfig config = Pole(scratch.path(), "judged");
+  config.eval_every = 256;
+  config.stop_reward = "9";
+  const RunSummary judged = Trained(config);
+  EXPECT_LT(judged.steps, 1024);
+  EXPECT_FALSE(judged.interrupted);
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() + "/judged/model.consac"));
+  RunConfig window = Pole(scratch.path(), "window");
+  window.stop_reward = "9";
+  const RunSummary ended = Trained(window);
+  EXPECT_LT(ended.steps, 4096);
+  EXPECT_GT(ended.steps, 900) << "a hundred episodes, of nine steps at least";
+  window.name = "never";
+  window.stop_reward = "501";
+  EXPECT_EQ(Trained(window).steps, 4096);
+}
+
+TEST(TrainingEvaluation, AnotherWorldCanBeNamed) {
+  consac::testing::ScratchFolder scratch("elsewhere");
+  RunConfig config = SmallRun(scratch.path(), "road");
+  config.steps = 512;
+  config.eval_every = 128;
+  config.eval_world = "cartpole-v1";
+  const auto error = [&] {
+    const Result<RunSummary> refused = Train(config, kNeverStop);
+    EXPECT_FALSE(refused.ok());
+    return std::string(refused.status().message());
+  };
+  EXPECT_THAT(error(), AllOf(HasSubstr("eval_world 'cartpole-v1'"), HasSubstr("observation")));
+  config.eval_world = "road-v0";
+  EXPECT_EQ(Trained(config).steps, 512);
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() + "/road/best/model.consac"));
+  config.name = "engine";
+  config.world = "tcp://127.0.0.1:1";
+  config.eval_world.clear();
+  EXPECT_THAT(error(), HasSubstr("eval_world"));
+}
+
+TEST(TrainingEvaluation, ForceTakesTheEvaluationsAwayToo) {
+  consac::testing::ScratchFolder scratch("forced");
+  RunConfig config = Pole(scratch.path(), "again");
+  config.steps = 512;
+  config.eval_every = 256;
+  Trained(config);
+  config.eval_every = 0;
+  config.force = true;
+  Trained(config);
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/again/evaluations.csv"));
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/again/best"));
+}
+
+TEST(Init, BeginsWithTheWeightsOfAModel) {
+  consac::testing::ScratchFolder scratch("init");
+  const std::uint64_t first = Trained(Pole(scratch.path(), "first")).weights_hash;
+  RunConfig config = Pole(scratch.path(), "second");
+  config.init = "first";
+  config.steps = 16;  // fewer than a rollout: nothing is learned
+  EXPECT_EQ(Trained(config).weights_hash, first);
+  const Result<Policy> model = Policy::Load(scratch.path() + "/second/model.consac");
+  const Result<Policy> source = Policy::Load(scratch.path() + "/first/model.consac");
+  ASSERT_TRUE(model.ok() && source.ok());
+  for (std::size_t d = 0; d < source->data().normaliser.mean.size(); ++d)
+    EXPECT_NEAR(model->data().normaliser.mean[d], source->data().normaliser.mean[d], 0.01);
+}
+
+TEST(Init, WhatDoesNotFitIsRefused) {
+  consac::testing::ScratchFolder scratch("init_refused");
+  Trained(Pole(scratch.path(), "first"));
+  const auto error = [&](auto&& change) {
+    RunConfig config = Pole(scratch.path(), "second");
+    config.init = "first";
+    change(config);
+    const Result<RunSummary> refused = Train(config, kNeverStop);
+    EXPECT_FALSE(refused.ok());
+    EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/second/model.consac"));
+    return std::string(refused.status().message());
+  };
+  EXPECT_THAT(error([](RunConfig& c) { c.hyperparameters[1].second = "[{pi: [8], vf: [16]}]"; }),
+              HasSubstr("net_arch"));
+  EXPECT_THAT(error([](RunConfig& c) { c.hyperparameters[2].second = "false"; }), HasSubstr("norm_obs=true"));
+  EXPECT_THAT(error([](RunConfig& c) { c.world = "road-v0"; }), HasSubstr("observation"));
+  EXPECT_THAT(error([](RunConfig& c) { c.init = "nobody"; }), HasSubstr("nobody"));
+}
+
+}  // namespace
+}  // namespace consac::run
