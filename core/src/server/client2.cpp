@@ -1,48 +1,20 @@
-// The trainer's end of protocol 2: one request, one answer; between them pings and pauses. A connection that breaks is
-// taken up again where there is a way to connect anew: the same request is sent once more and carried out once.
+// Requests and their answers.
+#include "server/client2.h"
+
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <thread>
 
 #include "consac/base/text.h"
-#include "consac/base/version.h"
-#include "consac/protocol/protocol2.h"
-#include "consac/protocol/result_check.h"
-#include "consac/protocol/text1.h"
-#include "server/clients.h"
 #include "server/limits.h"
-#include "server/shared_channel.h"
 
 namespace consac {
 namespace {
 
-using protocol2::Blocks;
 using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
-
-constexpr double kRetryPause = 0.2;  // s between attempts to connect anew
-
-/// How long an answer is waited for yet. Time does not count while the engine is paused; nothing else that it says
-/// meanwhile, a PING least of all, gives it more.
-class Patience {
- public:
-  explicit Patience(double deadline_s) : deadline_s_(deadline_s), end_(Now() + deadline_s) {}
-  void Pause() {
-    if (!paused_) left_ = end_ - Now();
-    paused_ = true;
-  }
-  void Resume() {
-    if (paused_) end_ = Now() + left_;
-    paused_ = false;
-  }
-  double deadline_s() const { return deadline_s_; }
-  double left() const { return paused_ ? deadline_s_ : end_ - Now(); }
-
- private:
-  double deadline_s_, end_, left_ = 0.0;
-  bool paused_ = false;
-};
 
 StatusCode CodeOf(std::string_view name) {
   if (name == "CAPACITY" || name == "SHUTTING_DOWN") return StatusCode::kUnavailable;
@@ -52,429 +24,282 @@ StatusCode CodeOf(std::string_view name) {
   return StatusCode::kProtocol;
 }
 
-class Client2 final : public EnvClient {
- public:
-  Client2(std::unique_ptr<Transport> transport, const EnvClientOptions& options)
-      : transport_(std::move(transport)), options_(options) {}
-
-  Status Begin() {
-    CONSAC_RETURN_IF_ERROR(SayHello());
-    const auto& able = welcome_.capabilities;
-    const bool here = transport_->peer().starts_with("127.") || transport_->peer().starts_with("::1");
-    const bool share =
-        here && options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
-    if (share) {
-      const Status shared = AskForSpec(true);
-      if (shared.ok()) return shared;
-      Log(LogLevel::kInfo, shared.message() + "; going on over TCP");
-      refused_ = false;
-    }
-    return AskForSpec(false);
-  }
-
-  const EnvSpec& spec() const override { return spec_; }
-  const SessionRequest& request() const override { return request_ask_; }
-
-  Status Reset(std::uint64_t seed, std::span<Batch> batches) override {
-    std::byte* payload = BeginMessage(blocks_.options);
-    std::memcpy(payload, &protocol2::kWithSeeds, sizeof(protocol2::kWithSeeds));
-    std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
-    for (std::size_t i = 0; i < blocks_.environments; ++i) {
-      const std::uint64_t own = seed + i;
-      std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
-    }
-    return Exchange(FrameType::kReset, batches);
-  }
-
-  Status Step(std::span<Batch> batches, MoreSteps) override {
-    std::byte* payload = BeginMessage(blocks_.step_bytes);
-    std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
-    for (std::size_t b = 0; b < std::min(batches.size(), spec_.behaviours.size()); ++b) {
-      const BehaviourSpec& behaviour = spec_.behaviours[b];
-      std::memcpy(payload + blocks_.behaviours[b].actions, batches[b].actions,
-                  static_cast<std::size_t>(behaviour.slots) * behaviour.action_layout.row_bytes);
-    }
-    ++steps_;
-    const Status status = Exchange(FrameType::kStep, batches);
-    if (status.ok()) return status;
-    return {status.code(), "at step " + std::to_string(steps_) + WhoseStep() + ": " + status.message()};
-  }
-
-  std::span<const std::uint8_t> present(std::size_t b) const override {
-    return agents_leave_ ? std::span<const std::uint8_t>(present_[b]) : std::span<const std::uint8_t>();
-  }
-  double engine_seconds() const override { return engine_seconds_; }
-
-  void KeepAlive() override {
-    if (!open_ || Now() - alive_at_ < welcome_.heartbeat_s / 2.0) return;
-    alive_at_ = Now();
-    (void)SendControl(FrameType::kPing, {});  // if that fails, the next request tells
-  }
-
-  void Close() override {
-    if (open_) (void)SendControl(FrameType::kBye, {});
-    open_ = false;
-    transport_->Close();
-  }
-  std::string description() const override {
-    const std::int32_t copies = spec_.environments();
-    return transport_->peer() + ", protocol 2" + (shared_.has_value() ? " in shared memory" : "") +
-           (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
-  }
-
- private:
-  // ---- connecting
-
-  Status AskForSpec(bool share) {
-    protocol2::Configure configure;
-    configure.shared_memory = share;
-    const Result<Frame> answer = Request(FrameType::kConfigure, protocol2::EncodeConfigure(configure));
-    if (!answer.ok()) return answer.status();
-    if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
-    Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
-    if (!spec.ok()) return spec.status();
-    if (spec->autoreset != configure.autoreset) {
-      return {StatusCode::kProtocol, transport_->peer() + " begins episodes in another way than same_step, which was " +
-                                         "asked for; an engine that cannot answers UNSUPPORTED (R31)"};
-    }
-    blocks_ = Blocks(spec->env);
-    if (share) {
-      Result<SharedChannel> channel = SharedChannel::Open(spec->shared_memory, blocks_);
-      if (!channel.ok()) return channel.status();
-      shared_ = std::move(*channel);
-    }
-    spec_ = std::move(spec->env);
-    check_ =
-        protocol2::ResultCheck(spec_, configure.autoreset,
-                               options_.refuse_non_finite ? protocol2::Numbers::kJudged : protocol2::Numbers::kLeft);
-    present_.clear();
-    for (const BehaviourSpec& behaviour : spec_.behaviours)
-      present_.emplace_back(static_cast<std::size_t>(behaviour.slots), std::uint8_t{1});
-    request_ask_ = {spec->training_length, spec->model_name};
-    message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
-    return Status::Ok();
-  }
-
-  /// A STEP moves all environments, which a run counts one by one, and each of their agents.
-  const char* WhoseStep() const {
-    std::int64_t slots = 0;
-    for (const BehaviourSpec& behaviour : spec_.behaviours) slots += behaviour.slots;
-    return slots > 1 ? " of each environment" : "";
-  }
-
-  Status SayHello() {
-    protocol2::Hello hello;
-    hello.client = std::string("consac ") + kVersion;
-    hello.token = options_.token;
-    hello.resume = welcome_.resume;
-    if (options_.shared_memory) hello.capabilities.emplace_back(kSharedMemory);
-    CONSAC_RETURN_IF_ERROR(SendControl(FrameType::kHello, protocol2::EncodeHello(hello)));
-    reader_ = protocol2::FrameReader();
-    const Result<Frame> answer = ReadAnswer(0, std::min(options_.setup_timeout_s, options_.deadline_s));
-    if (!answer.ok()) return HelloFailed(answer.status());
-    if (answer->header.type != FrameType::kWelcome) return Unexpected(*answer, "WELCOME");
-    Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(answer->payload);
-    if (!welcome.ok()) return welcome.status();
-    welcome_ = std::move(*welcome);
-    reader_.SetLimit(welcome_.max_frame);
-    open_ = true;
-    return Status::Ok();
-  }
-
-  Status HelloFailed(const Status& why) const {
-    if (why.code() == StatusCode::kProtocol && protocol2::FaultName(why) == "BAD_MAGIC") {
-      const auto bytes = reader_.pending();
-      const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-      if (text.starts_with("D#") || text.starts_with("B#"))
-        return {StatusCode::kFailedPrecondition, "the engine speaks text protocol 1"};
-      const std::string_view line = text.substr(0, text.find('\n'));
-      if (line.starts_with(text1::kBusyPrefix))
-        return {StatusCode::kUnavailable, transport_->peer() + " is " + std::string(line)};
-      return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " + Quote(line)};
-    }
-    if (why.code() != StatusCode::kDeadlineExceeded) return why;
-    return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but answers nothing; an engine " +
-                                               "sends a setup or answers HELLO, so is this another service?"};
-  }
-
-  Status Unexpected(const Frame& frame, const char* expected) const {
-    return {StatusCode::kProtocol, transport_->peer() + " answered with a frame of type " +
-                                       std::to_string(static_cast<int>(frame.header.type)) + ", expected " + expected};
-  }
-
-  // ---- frames out
-
-  /// Room for a request's payload behind its header; zeroed.
-  std::byte* BeginMessage(std::size_t payload_bytes) {
-    message_.assign(protocol2::kHeaderBytes + payload_bytes, std::byte{0});
-    return message_.data() + protocol2::kHeaderBytes;
-  }
-
-  Status SendControl(FrameType type, const std::string& json) {
-    const auto payload = std::as_bytes(std::span(json));
-    std::vector<std::byte> frame(protocol2::kHeaderBytes);
-    protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(json.size()), 0, 0, welcome_.session},
-                           frame.data());
-    frame.insert(frame.end(), payload.begin(), payload.end());
-    return transport_->Write(frame, kWriteTimeout);
-  }
-
-  /// Sends what BeginMessage prepared and waits for its answer, over a new connection if the first breaks.
-  Result<Frame> Perform(FrameType type) {
-    const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
-    const std::uint64_t next = ++request_;
-    refused_ = false;
-    if (payload > welcome_.max_frame) {
-      return Status{StatusCode::kInvalidArgument, "a request of " + std::to_string(payload) +
-                                                      " bytes is more than the " + std::to_string(welcome_.max_frame) +
-                                                      " that the engine takes; use fewer environments"};
-    }
-    protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(payload), 0, next, welcome_.session},
-                           message_.data());
-    if (shared_.has_value() && message_.size() <= shared_->request_bytes) {
-      Result<Frame> answer = PerformShared(next);
-      if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
-    }
-    double broke_at = -1.0;  // the first time
-    while (true) {
-      Status status = transport_->Write(message_, kWriteTimeout);
-      if (status.ok()) {
-        Result<Frame> answer = ReadAnswer(request_, options_.deadline_s);
-        if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
-        status = answer.status();
-      }
-      const bool again = broke_at >= 0.0;
-      if (!again) broke_at = Now();
-      // An engine that takes a session up and closes at once is given time, and is said once.
-      if (again) std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
-      CONSAC_RETURN_IF_ERROR(ConnectAnew(status, broke_at, again ? Said::kAlready : Said::kNotYet));
-    }
-  }
-
-  /// The request through shared memory; kUnavailable when the connection beside it ended.
-  Result<Frame> PerformShared(std::uint64_t request) {
-    std::memcpy(shared_->request(), message_.data(), message_.size());
-    shared_->request_turn.Take();
-    Patience patience(options_.deadline_s);
-    while (!shared_->result_turn.Await(kSharedWait)) {
-      if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
-        return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
-      const Result<std::size_t> count = transport_->Read(reader_.Writable(), 0.0);
-      if (!count.ok()) return count.status();
-      reader_.Commit(*count);
-      Frame frame;
-      for (Result<bool> whole = reader_.Next(&frame);; whole = reader_.Next(&frame)) {
-        if (!whole.ok()) return whole.status();
-        if (!*whole) break;
-        const Result<bool> answer = IsAnswer(frame, request, &patience);
-        if (!answer.ok()) return answer.status();
-        if (*answer) return frame;
-      }
-      if (patience.left() <= 0.0) return Silent(patience);
-    }
-    std::byte head[protocol2::kHeaderBytes];
-    std::memcpy(head, shared_->result(), sizeof(head));
-    const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->result_bytes - sizeof(head));
-    if (!header.ok()) return header.status();
-    const Frame frame{*header, {shared_->result() + sizeof(head), header->length}};
-    const Result<bool> answer = IsAnswer(frame, request, &patience);
-    if (!answer.ok()) return answer.status();
-    return frame;
-  }
-
-  Status Silent(const Patience& patience) const {
-    return {StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(patience.deadline_s()) +
-                                               " s; if it is paused, raise --deadline"};
-  }
-
-  enum class Said : std::uint8_t { kNotYet, kAlready };
-
-  Status ConnectAnew(const Status& why, double start, Said said) {
-    open_ = false;
-    shared_.reset();
-    if (!options_.reconnect || spec_.behaviours.empty() || welcome_.resume.empty()) return why;
-    if (said == Said::kNotYet) {
-      Log(LogLevel::kWarning,
-          why.message() + "; trying for " + NumberText(options_.resume_s) + " s to go on with the session");
-    }
-    while (Now() - start < options_.resume_s) {
-      if (options_.stop != nullptr && options_.stop->load())
-        return {StatusCode::kCancelled, "stopped while connecting anew"};
-      Result<std::unique_ptr<Transport>> transport = options_.reconnect();
-      if (transport.ok()) {
-        transport_ = std::move(*transport);
-        const Status hello = SayHello();
-        refused_ = false;
-        if (hello.ok() && welcome_.resumed) return Status::Ok();
-        if (hello.code() != StatusCode::kUnavailable && hello.code() != StatusCode::kDeadlineExceeded)
-          return {why.code(), why.message() + "; the session could not be taken up again: " + hello.message()};
-      }
-      std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
-    }
-    return why;
-  }
-
-  Result<Frame> Request(FrameType type, const std::string& json) {
-    std::byte* payload = BeginMessage(json.size());
-    std::memcpy(payload, json.data(), json.size());
-    return Perform(type);
-  }
-
-  Status Exchange(FrameType type, std::span<Batch> batches) {
-    if (batches.size() != spec_.behaviours.size()) {
-      return {StatusCode::kInvalidArgument, "this engine offers " + std::to_string(spec_.behaviours.size()) +
-                                                " behaviours, not " + std::to_string(batches.size())};
-    }
-    check_.Ask(type, std::span(message_).subspan(protocol2::kHeaderBytes + protocol2::kActiveOffset));
-    const Result<Frame> answer = Perform(type);
-    if (!answer.ok()) return answer.status();
-    if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
-    if (const Status judged = check_.Judge(answer->payload); !judged.ok())
-      return {judged.code(), transport_->peer() + ": " + judged.message()};
-    CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
-    engine_seconds_ = protocol2::ReadEngineTime(answer->payload.data());
-    ReadPresence(answer->payload.data());
-    return CheckAnyone();
-  }
-
-  void ReadPresence(const std::byte* payload) {
-    for (std::size_t b = 0; b < present_.size(); ++b) {
-      const std::byte* states = payload + blocks_.behaviours[b].states;
-      std::uint8_t all = 1;
-      for (std::size_t i = 0; i < present_[b].size(); ++i) {
-        present_[b][i] = (states[i] & std::byte{protocol2::kActive}) != std::byte{0} ? 1 : 0;
-        all &= present_[b][i];
-      }
-      agents_leave_ = agents_leave_ || all == 0;
-    }
-  }
-
-  /// An engine that steps on and on with nobody in it has forgotten to say who takes part.
-  Status CheckAnyone() {
-    if (check_.anyone()) {
-      deserted_at_ = -1.0;
-      return Status::Ok();
-    }
-    if (deserted_at_ < 0.0) deserted_at_ = Now();
-    if (Now() - deserted_at_ <= options_.deadline_s) return Status::Ok();
-    return {StatusCode::kDeadlineExceeded,
-            transport_->peer() + " has had no agent that takes part for " + NumberText(options_.deadline_s) +
-                " s: RESULT's state 16 is set for no slot; the engine sets it for every agent whose action counts next "
-                "time (R77)"};
-  }
-
-  // ---- frames in
-
-  /// The answer to `request`; what comes between is dealt with. Time does not count while the engine is paused.
-  Result<Frame> ReadAnswer(std::uint64_t request, double deadline_s) {
-    Patience patience(deadline_s);
-    while (true) {
-      Frame frame;
-      const Result<bool> whole = reader_.Next(&frame);
-      if (!whole.ok()) return whole.status();
-      if (*whole) {
-        const Result<bool> answer = IsAnswer(frame, request, &patience);
-        if (!answer.ok()) return answer.status();
-        if (*answer) return frame;
-        continue;
-      }
-      if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
-        return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
-      const double left = patience.left();
-      if (left <= 0.0) return Silent(patience);
-      const Result<std::size_t> count =
-          transport_->Read(reader_.Writable(), options_.stop != nullptr ? std::min(left, kStopLook) : left);
-      if (!count.ok()) return count.status();
-      reader_.Commit(*count);
-    }
-  }
-
-  static bool IsKnown(FrameType type) { return type >= FrameType::kHello && type <= FrameType::kFrame; }
-
-  Result<bool> IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience) {
-    switch (frame.header.type) {
-      case FrameType::kPing:
-        CONSAC_RETURN_IF_ERROR(SendControl(
-            FrameType::kPong, std::string(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size())));
-        return false;
-      case FrameType::kPaused:
-        Log(LogLevel::kInfo, transport_->peer() + " is paused");
-        if (options_.waits_while_paused) patience->Pause();
-        return false;
-      case FrameType::kResumed:
-        patience->Resume();
-        return false;
-      case FrameType::kPong:
-        return false;
-      case FrameType::kGoAway:
-        return Farewell(frame);
-      case FrameType::kError:
-        return Refusal(frame);
-      default:
-        break;
-    }
-    if ((static_cast<std::uint16_t>(frame.header.type) & protocol2::kOptionalType) != 0) return false;
-    if (frame.header.request == request) return true;
-    if (!IsKnown(frame.header.type)) {
-      return Status{StatusCode::kProtocol,
-                    transport_->peer() + " sent a frame of type " +
-                        std::to_string(static_cast<int>(frame.header.type)) +
-                        ", which protocol 2 does not know; types that may be passed over are from 32768 on"};
-    }
-    return Status{StatusCode::kProtocol, transport_->peer() + " answered request " +
-                                             std::to_string(frame.header.request) + ", expected " +
-                                             std::to_string(request)};
-  }
-
-  Status Farewell(const Frame& frame) {
-    const Result<protocol2::GoAway> message = protocol2::ParseGoAway(frame.payload);
-    if (!message.ok()) return message.status();
-    refused_ = true;
-    return {StatusCode::kUnavailable, transport_->peer() + " ends the session" +
-                                          (message->reason.empty() ? "" : ": " + message->reason) +
-                                          Later(message->retry_after_s)};
-  }
-
-  /// Keeps when the engine wants to be tried again, and says it.
-  std::string Later(double retry_after_s) const {
-    if (!(retry_after_s > 0.0)) return {};
-    if (options_.not_before != nullptr) options_.not_before->store(Now() + retry_after_s);
-    return " (it asks to be tried again in " + NumberText(retry_after_s) + " s)";
-  }
-
-  Status Refusal(const Frame& frame) {
-    const Result<protocol2::ErrorMessage> error = protocol2::ParseError(frame.payload);
-    if (!error.ok()) return error.status();
-    refused_ = true;
-    if (error->ends_connection) open_ = false;
-    const std::string where = error->environment < 0 ? "" : ", environment " + std::to_string(error->environment);
-    return {CodeOf(error->code), transport_->peer() + " refused (" + error->code + where + "): " + error->message +
-                                     Later(error->retry_after_s)};
-  }
-
-  std::unique_ptr<Transport> transport_;
-  const EnvClientOptions options_;
-  protocol2::FrameReader reader_;
-  protocol2::Welcome welcome_;
-  EnvSpec spec_;
-  SessionRequest request_ask_;
-  Blocks blocks_;
-  protocol2::ResultCheck check_;
-  std::optional<SharedChannel> shared_;
-  std::vector<std::byte> message_;  // the request under way
-  std::uint64_t request_ = 0;
-  std::int64_t steps_ = 0;
-  std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
-  double engine_seconds_ = 0.0, alive_at_ = 0.0, deserted_at_ = -1.0;
-  bool agents_leave_ = false, open_ = false, refused_ = false;
-};
-
 }  // namespace
 
-Result<std::unique_ptr<EnvClient>> OpenClient2(std::unique_ptr<Transport> transport, const EnvClientOptions& options) {
-  auto client = std::make_unique<Client2>(std::move(transport), options);
-  CONSAC_RETURN_IF_ERROR(client->Begin());
-  return std::unique_ptr<EnvClient>(std::move(client));
+Status Client2::Begin() {
+  CONSAC_RETURN_IF_ERROR(SayHello());
+  const auto& able = welcome_.capabilities;
+  const bool here = transport_->peer().starts_with("127.") || transport_->peer().starts_with("::1");
+  const bool share = here && options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
+  if (share) {
+    const Status shared = AskForSpec(true);
+    if (shared.ok()) return shared;
+    Log(LogLevel::kInfo, shared.message() + "; going on over TCP");
+    refused_ = false;
+  }
+  return AskForSpec(false);
+}
+
+Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {
+  std::byte* payload = BeginMessage(blocks_.options);
+  std::memcpy(payload, &protocol2::kWithSeeds, sizeof(protocol2::kWithSeeds));
+  std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
+  for (std::size_t i = 0; i < blocks_.environments; ++i) {
+    const std::uint64_t own = seed + i;
+    std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
+  }
+  return Exchange(FrameType::kReset, batches);
+}
+
+Status Client2::Step(std::span<Batch> batches, MoreSteps) {
+  std::byte* payload = BeginMessage(blocks_.step_bytes);
+  std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
+  for (std::size_t b = 0; b < std::min(batches.size(), spec_.behaviours.size()); ++b) {
+    const BehaviourSpec& behaviour = spec_.behaviours[b];
+    std::memcpy(payload + blocks_.behaviours[b].actions, batches[b].actions,
+                static_cast<std::size_t>(behaviour.slots) * behaviour.action_layout.row_bytes);
+  }
+  ++steps_;
+  const Status status = Exchange(FrameType::kStep, batches);
+  if (status.ok()) return status;
+  return {status.code(), "at step " + std::to_string(steps_) + WhoseStep() + ": " + status.message()};
+}
+
+std::span<const std::uint8_t> Client2::present(std::size_t b) const {
+  return agents_leave_ ? std::span<const std::uint8_t>(present_[b]) : std::span<const std::uint8_t>();
+}
+
+void Client2::KeepAlive() {
+  if (!open_ || Now() - alive_at_ < welcome_.heartbeat_s / 2.0) return;
+  alive_at_ = Now();
+  (void)SendControl(FrameType::kPing, {});  // if that fails, the next request tells
+}
+
+void Client2::Close() {
+  if (open_) (void)SendControl(FrameType::kBye, {});
+  open_ = false;
+  transport_->Close();
+}
+
+std::string Client2::description() const {
+  const std::int32_t copies = spec_.environments();
+  return transport_->peer() + ", protocol 2" + (shared_.has_value() ? " in shared memory" : "") +
+         (copies > 1 ? ", " + std::to_string(copies) + " environments" : "");
+}
+
+const char* Client2::WhoseStep() const {
+  std::int64_t slots = 0;
+  for (const BehaviourSpec& behaviour : spec_.behaviours) slots += behaviour.slots;
+  return slots > 1 ? " of each environment" : "";
+}
+
+std::byte* Client2::BeginMessage(std::size_t payload_bytes) {
+  message_.assign(protocol2::kHeaderBytes + payload_bytes, std::byte{0});
+  return message_.data() + protocol2::kHeaderBytes;
+}
+
+Status Client2::SendControl(FrameType type, const std::string& json) {
+  const auto payload = std::as_bytes(std::span(json));
+  std::vector<std::byte> frame(protocol2::kHeaderBytes);
+  protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(json.size()), 0, 0, welcome_.session}, frame.data());
+  frame.insert(frame.end(), payload.begin(), payload.end());
+  return transport_->Write(frame, kWriteTimeout);
+}
+
+Result<Frame> Client2::Perform(FrameType type) {
+  const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
+  const std::uint64_t next = ++request_;
+  refused_ = false;
+  if (payload > welcome_.max_frame) {
+    return Status{StatusCode::kInvalidArgument, "a request of " + std::to_string(payload) + " bytes is more than the " +
+                                                    std::to_string(welcome_.max_frame) +
+                                                    " that the engine takes; use fewer environments"};
+  }
+  protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(payload), 0, next, welcome_.session},
+                         message_.data());
+  if (shared_.has_value() && message_.size() <= shared_->request_bytes) {
+    Result<Frame> answer = PerformShared(next);
+    if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
+  }
+  double broke_at = -1.0;  // the first time
+  while (true) {
+    Status status = transport_->Write(message_, kWriteTimeout);
+    if (status.ok()) {
+      Result<Frame> answer = ReadAnswer(request_, options_.deadline_s);
+      if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
+      status = answer.status();
+    }
+    const bool again = broke_at >= 0.0;
+    if (!again) broke_at = Now();
+    // An engine that takes a session up and closes at once is given time, and is said once.
+    if (again) std::this_thread::sleep_for(std::chrono::duration<double>(kRetryPause));
+    CONSAC_RETURN_IF_ERROR(ConnectAnew(status, broke_at, again ? Said::kAlready : Said::kNotYet));
+  }
+}
+
+Result<Frame> Client2::PerformShared(std::uint64_t request) {
+  std::memcpy(shared_->request(), message_.data(), message_.size());
+  shared_->request_turn.Take();
+  Patience patience(options_.deadline_s);
+  while (!shared_->result_turn.Await(kSharedWait)) {
+    if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
+      return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
+    const Result<std::size_t> count = transport_->Read(reader_.Writable(), 0.0);
+    if (!count.ok()) return count.status();
+    reader_.Commit(*count);
+    Frame frame;
+    for (Result<bool> whole = reader_.Next(&frame);; whole = reader_.Next(&frame)) {
+      if (!whole.ok()) return whole.status();
+      if (!*whole) break;
+      const Result<bool> answer = IsAnswer(frame, request, &patience);
+      if (!answer.ok()) return answer.status();
+      if (*answer) return frame;
+    }
+    if (patience.left() <= 0.0) return Silent(patience);
+  }
+  std::byte head[protocol2::kHeaderBytes];
+  std::memcpy(head, shared_->result(), sizeof(head));
+  const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->result_bytes - sizeof(head));
+  if (!header.ok()) return header.status();
+  const Frame frame{*header, {shared_->result() + sizeof(head), header->length}};
+  const Result<bool> answer = IsAnswer(frame, request, &patience);
+  if (!answer.ok()) return answer.status();
+  return frame;
+}
+
+Status Client2::Silent(const Patience& patience) const {
+  return {StatusCode::kDeadlineExceeded, transport_->peer() + " is silent for " + NumberText(patience.deadline_s()) +
+                                             " s; if it is paused, raise --deadline"};
+}
+
+Result<Frame> Client2::Request(FrameType type, const std::string& json) {
+  std::byte* payload = BeginMessage(json.size());
+  std::memcpy(payload, json.data(), json.size());
+  return Perform(type);
+}
+
+Status Client2::Exchange(FrameType type, std::span<Batch> batches) {
+  if (batches.size() != spec_.behaviours.size()) {
+    return {StatusCode::kInvalidArgument, "this engine offers " + std::to_string(spec_.behaviours.size()) +
+                                              " behaviours, not " + std::to_string(batches.size())};
+  }
+  check_.Ask(type, std::span(message_).subspan(protocol2::kHeaderBytes + protocol2::kActiveOffset));
+  const Result<Frame> answer = Perform(type);
+  if (!answer.ok()) return answer.status();
+  if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
+  if (const Status judged = check_.Judge(answer->payload); !judged.ok())
+    return {judged.code(), transport_->peer() + ": " + judged.message()};
+  CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
+  engine_seconds_ = protocol2::ReadEngineTime(answer->payload.data());
+  ReadPresence(answer->payload.data());
+  return CheckAnyone();
+}
+
+void Client2::ReadPresence(const std::byte* payload) {
+  for (std::size_t b = 0; b < present_.size(); ++b) {
+    const std::byte* states = payload + blocks_.behaviours[b].states;
+    std::uint8_t all = 1;
+    for (std::size_t i = 0; i < present_[b].size(); ++i) {
+      present_[b][i] = (states[i] & std::byte{protocol2::kActive}) != std::byte{0} ? 1 : 0;
+      all &= present_[b][i];
+    }
+    agents_leave_ = agents_leave_ || all == 0;
+  }
+}
+
+Status Client2::CheckAnyone() {
+  if (check_.anyone()) {
+    deserted_at_ = -1.0;
+    return Status::Ok();
+  }
+  if (deserted_at_ < 0.0) deserted_at_ = Now();
+  if (Now() - deserted_at_ <= options_.deadline_s) return Status::Ok();
+  return {StatusCode::kDeadlineExceeded,
+          transport_->peer() + " has had no agent that takes part for " + NumberText(options_.deadline_s) +
+              " s: RESULT's state 16 is set for no slot; the engine sets it for every agent whose action counts next "
+              "time (R77)"};
+}
+
+Result<Frame> Client2::ReadAnswer(std::uint64_t request, double deadline_s) {
+  Patience patience(deadline_s);
+  while (true) {
+    Frame frame;
+    const Result<bool> whole = reader_.Next(&frame);
+    if (!whole.ok()) return whole.status();
+    if (*whole) {
+      const Result<bool> answer = IsAnswer(frame, request, &patience);
+      if (!answer.ok()) return answer.status();
+      if (*answer) return frame;
+      continue;
+    }
+    if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
+      return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
+    const double left = patience.left();
+    if (left <= 0.0) return Silent(patience);
+    const Result<std::size_t> count =
+        transport_->Read(reader_.Writable(), options_.stop != nullptr ? std::min(left, kStopLook) : left);
+    if (!count.ok()) return count.status();
+    reader_.Commit(*count);
+  }
+}
+
+Result<bool> Client2::IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience) {
+  switch (frame.header.type) {
+    case FrameType::kPing:
+      CONSAC_RETURN_IF_ERROR(SendControl(
+          FrameType::kPong, std::string(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size())));
+      return false;
+    case FrameType::kPaused:
+      Log(LogLevel::kInfo, transport_->peer() + " is paused");
+      if (options_.waits_while_paused) patience->Pause();
+      return false;
+    case FrameType::kResumed:
+      patience->Resume();
+      return false;
+    case FrameType::kPong:
+      return false;
+    case FrameType::kGoAway:
+      return Farewell(frame);
+    case FrameType::kError:
+      return Refusal(frame);
+    default:
+      break;
+  }
+  if ((static_cast<std::uint16_t>(frame.header.type) & protocol2::kOptionalType) != 0) return false;
+  if (frame.header.request == request) return true;
+  if (!IsKnown(frame.header.type)) {
+    return Status{StatusCode::kProtocol,
+                  transport_->peer() + " sent a frame of type " + std::to_string(static_cast<int>(frame.header.type)) +
+                      ", which protocol 2 does not know; types that may be passed over are from 32768 on"};
+  }
+  return Status{StatusCode::kProtocol, transport_->peer() + " answered request " +
+                                           std::to_string(frame.header.request) + ", expected " +
+                                           std::to_string(request)};
+}
+
+Status Client2::Farewell(const Frame& frame) {
+  const Result<protocol2::GoAway> message = protocol2::ParseGoAway(frame.payload);
+  if (!message.ok()) return message.status();
+  refused_ = true;
+  return {StatusCode::kUnavailable, transport_->peer() + " ends the session" +
+                                        (message->reason.empty() ? "" : ": " + message->reason) +
+                                        Later(message->retry_after_s)};
+}
+
+std::string Client2::Later(double retry_after_s) const {
+  if (!(retry_after_s > 0.0)) return {};
+  if (options_.not_before != nullptr) options_.not_before->store(Now() + retry_after_s);
+  return " (it asks to be tried again in " + NumberText(retry_after_s) + " s)";
+}
+
+Status Client2::Refusal(const Frame& frame) {
+  const Result<protocol2::ErrorMessage> error = protocol2::ParseError(frame.payload);
+  if (!error.ok()) return error.status();
+  refused_ = true;
+  if (error->ends_connection) open_ = false;
+  const std::string where = error->environment < 0 ? "" : ", environment " + std::to_string(error->environment);
+  return {CodeOf(error->code), transport_->peer() + " refused (" + error->code + where + "): " + error->message +
+                                   Later(error->retry_after_s)};
 }
 
 }  // namespace consac

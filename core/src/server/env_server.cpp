@@ -11,8 +11,8 @@
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
+#include "server/seat.h"
 #include "server/secret.h"
-#include "server/session.h"
 
 namespace consac {
 namespace {
@@ -29,78 +29,6 @@ constexpr double kSpin = 0.0001;            // s of looking at several sessions 
 constexpr double kTurnWait = 0.0005;        // s of waiting for one of several sessions
 constexpr int kMostFramesPerPoll = 64;      // a peer that floods does not keep the engine's tick either
 constexpr std::size_t kMostUndecided = 16;  // connections that have said nothing; more are closed at once
-constexpr std::string_view kBusyLine =
-    "busy: another trainer is connected to this engine; try again when it has left\n";
-constexpr std::string_view kNoMemoryLine = "busy: this engine has no memory for a further trainer; try again later\n";
-
-/// A connection that has not said enough yet.
-struct Undecided {
-  std::unique_ptr<Transport> transport;
-  double since = 0.0;
-  protocol2::FrameReader reader;
-  std::optional<protocol2::Hello> hello = std::nullopt;  // that was good
-  std::uint64_t request = 0;                             // its
-  bool looked_for_room = false;  // every session there is was asked whether its trainer has left
-};
-
-/// Worlds and whom they serve: a session of either protocol, or nobody.
-class Seat {
- public:
-  Seat(VectorEnv& env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps)
-      : env_(env), options_(options), steps_(steps), session2_(Session2::Create({env_, options_, steps_})) {}
-  Seat(std::unique_ptr<VectorEnv> env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps)
-      : Seat(*env, options, steps) {
-    owned_ = std::move(env);
-  }
-
-  ServerSession* present() const {
-    if (text_ != nullptr) return text_.get();
-    return connected2_ ? session2_.get() : nullptr;
-  }
-  bool resumable() const { return session2_->resumable(); }
-  double mute_s() const { return present() == nullptr ? 0.0 : present()->mute_s(); }
-  bool Owns(std::string_view token) const { return session2_->Owns(token); }
-  void RestartCount() { steps_.Restart(); }
-
-  Status Connect(Arrival arrival) {
-    connected2_ = true;
-    const Status status = session2_->Connect(std::move(arrival));
-    return status.ok() ? status : End(status);
-  }
-  Status Connect(Undecided one, std::int64_t number) {
-    session2_->Forget();
-    Result<std::unique_ptr<ServerSession>> session =
-        BeginTextSession({env_, options_, steps_}, std::move(one.transport), one.reader.pending(), number);
-    if (session.ok()) text_ = std::move(*session);
-    return session.ok() ? Status::Ok() : session.status();
-  }
-
-  Result<bool> Pump(double timeout_s) { return present()->Pump(timeout_s); }
-  bool finished() const { return connected2_ && session2_->finished(); }
-  std::int64_t steps() const { return steps_.session(); }
-  Status End(const Status& why) {
-    const Status status = present()->End(why);
-    text_.reset();
-    connected2_ = false;
-    return status;
-  }
-
- private:
-  std::unique_ptr<VectorEnv> owned_;  // null: the host's
-  VectorEnv& env_;
-  const EnvServerOptions& options_;
-  StepCount steps_;
-  std::unique_ptr<Session2> session2_;
-  bool connected2_ = false;
-  std::unique_ptr<ServerSession> text_;
-};
-
-/// About what a seat takes beside its worlds: rows and results of a step in their several copies, a request on its way.
-std::size_t SeatBytes(const EnvSpec& spec) {
-  constexpr std::size_t kResults = 8, kRequests = 4;  // copies
-  const protocol2::Blocks blocks(spec);
-  return kResults * blocks.largest_result + kRequests * blocks.step_bytes + blocks.options + protocol2::kLargestJson;
-}
 
 /// Text protocol 1 has no place for a token.
 Status TextFits(const EnvSpec& spec, const EnvServerOptions& options) {
@@ -443,24 +371,6 @@ class EnvServerOfEither final : public EnvServer {
   void DismissText(Undecided& one) const {
     const std::string why = text_fits_.ok() ? "it was told to" : text_fits_.message();
     Dismiss(one, "error: this engine speaks protocol 2 only: " + why + "\n");
-  }
-
-  static void Dismiss(Undecided& one, std::string_view line) {
-    (void)one.transport->Write(std::as_bytes(std::span(line)), 0.0);
-    one.transport->Close();
-  }
-
-  /// With an ERROR, unless it left by itself or never said which protocol it speaks.
-  static void TurnAway(Undecided& one, const Status& why) {
-    if (why.code() != StatusCode::kProtocol) return one.transport->Close();
-    Log(LogLevel::kWarning, one.transport->peer() + " was turned away: " + why.message());
-    const bool later = protocol2::FaultName(why) == "CAPACITY";
-    const std::string json = protocol2::EncodeError(
-        {std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, later ? 1.0 : 0.0, -1});
-    std::string frame(protocol2::kHeaderBytes, '\0');
-    protocol2::WriteHeader({FrameType::kError, false, static_cast<std::uint32_t>(json.size()), 0, 0, 0},
-                           reinterpret_cast<std::byte*>(frame.data()));
-    Dismiss(one, frame + json);
   }
 
   std::unique_ptr<Listener> listener_;

@@ -1,0 +1,130 @@
+#pragma once
+// The trainer's end of protocol 2: one request, one answer; between them pings and pauses. A connection that breaks is
+// taken up again where there is a way to connect anew: the same request is sent once more and carried out once.
+// Private to core/server.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "consac/base/hooks.h"
+#include "consac/protocol/protocol2.h"
+#include "consac/protocol/result_check.h"
+#include "consac/server/env_client.h"
+#include "server/shared_channel.h"
+
+namespace consac {
+
+/// How long an answer is waited for yet. Time does not count while the engine is paused; nothing else that it says
+/// meanwhile, a PING least of all, gives it more.
+class Patience {
+ public:
+  explicit Patience(double deadline_s) : deadline_s_(deadline_s), end_(Now() + deadline_s) {}
+  void Pause() {
+    if (!paused_) left_ = end_ - Now();
+    paused_ = true;
+  }
+  void Resume() {
+    if (paused_) end_ = Now() + left_;
+    paused_ = false;
+  }
+  double deadline_s() const { return deadline_s_; }
+  double left() const { return paused_ ? deadline_s_ : end_ - Now(); }
+
+ private:
+  double deadline_s_, end_, left_ = 0.0;
+  bool paused_ = false;
+};
+
+/// A session with an engine of protocol 2, over a connection that it has been given.
+class Client2 final : public EnvClient {
+ public:
+  Client2(std::unique_ptr<Transport> transport, const EnvClientOptions& options)
+      : transport_(std::move(transport)), options_(options) {}
+
+  Status Begin();
+
+  const EnvSpec& spec() const override { return spec_; }
+  const SessionRequest& request() const override { return request_ask_; }
+
+  Status Reset(std::uint64_t seed, std::span<Batch> batches) override;
+  Status Step(std::span<Batch> batches, MoreSteps) override;
+  std::span<const std::uint8_t> present(std::size_t b) const override;
+  double engine_seconds() const override { return engine_seconds_; }
+
+  void KeepAlive() override;
+  void Close() override;
+  std::string description() const override;
+
+ private:
+  using Blocks = protocol2::Blocks;
+  using Frame = protocol2::Frame;
+  using FrameType = protocol2::FrameType;
+  static constexpr double kRetryPause = 0.2;  // s between attempts to connect anew
+
+  // ---- connecting
+
+  Status AskForSpec(bool share);
+
+  /// A STEP moves all environments, which a run counts one by one, and each of their agents.
+  const char* WhoseStep() const;
+  Status SayHello();
+  Status HelloFailed(const Status& why) const;
+  Status Unexpected(const Frame& frame, const char* expected) const;
+
+  // ---- frames out
+
+  /// Room for a request's payload behind its header; zeroed.
+  std::byte* BeginMessage(std::size_t payload_bytes);
+  Status SendControl(FrameType type, const std::string& json);
+
+  /// Sends what BeginMessage prepared and waits for its answer, over a new connection if the first breaks.
+  Result<Frame> Perform(FrameType type);
+
+  /// The request through shared memory; kUnavailable when the connection beside it ended.
+  Result<Frame> PerformShared(std::uint64_t request);
+  Status Silent(const Patience& patience) const;
+
+  enum class Said : std::uint8_t { kNotYet, kAlready };
+
+  Status ConnectAnew(const Status& why, double start, Said said);
+  Result<Frame> Request(FrameType type, const std::string& json);
+  Status Exchange(FrameType type, std::span<Batch> batches);
+  void ReadPresence(const std::byte* payload);
+
+  /// An engine that steps on and on with nobody in it has forgotten to say who takes part.
+  Status CheckAnyone();
+
+  // ---- frames in
+
+  /// The answer to `request`; what comes between is dealt with. Time does not count while the engine is paused.
+  Result<Frame> ReadAnswer(std::uint64_t request, double deadline_s);
+
+  static bool IsKnown(FrameType type) { return type >= FrameType::kHello && type <= FrameType::kFrame; }
+
+  Result<bool> IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience);
+  Status Farewell(const Frame& frame);
+
+  /// Keeps when the engine wants to be tried again, and says it.
+  std::string Later(double retry_after_s) const;
+  Status Refusal(const Frame& frame);
+
+  std::unique_ptr<Transport> transport_;
+  const EnvClientOptions options_;
+  protocol2::FrameReader reader_;
+  protocol2::Welcome welcome_;
+  EnvSpec spec_;
+  SessionRequest request_ask_;
+  Blocks blocks_;
+  protocol2::ResultCheck check_;
+  std::optional<SharedChannel> shared_;
+  std::vector<std::byte> message_;  // the request under way
+  std::uint64_t request_ = 0;
+  std::int64_t steps_ = 0;
+  std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
+  double engine_seconds_ = 0.0, alive_at_ = 0.0, deserted_at_ = -1.0;
+  bool agents_leave_ = false, open_ = false, refused_ = false;
+};
+
+}  // namespace consac

@@ -1,0 +1,49 @@
+#pragma once
+// Who has connected to an engine and has not been given a place, and how it is sent away. Private to core/server.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "consac/base/hooks.h"
+#include "consac/protocol/protocol2.h"
+#include "consac/transport/transport.h"
+
+namespace consac {
+
+inline constexpr std::string_view kBusyLine =
+    "busy: another trainer is connected to this engine; try again when it has left\n";
+inline constexpr std::string_view kNoMemoryLine =
+    "busy: this engine has no memory for a further trainer; try again later\n";
+
+/// A connection that has not said enough yet.
+struct Undecided {
+  std::unique_ptr<Transport> transport;
+  double since = 0.0;
+  protocol2::FrameReader reader;
+  std::optional<protocol2::Hello> hello = std::nullopt;  // that was good
+  std::uint64_t request = 0;                             // its
+  bool looked_for_room = false;  // every session there is was asked whether its trainer has left
+};
+
+/// A line, and the end.
+inline void Dismiss(Undecided& one, std::string_view line) {
+  (void)one.transport->Write(std::as_bytes(std::span(line)), 0.0);
+  one.transport->Close();
+}
+
+/// With an ERROR, unless it left by itself or never said which protocol it speaks.
+inline void TurnAway(Undecided& one, const Status& why) {
+  if (why.code() != StatusCode::kProtocol) return one.transport->Close();
+  Log(LogLevel::kWarning, one.transport->peer() + " was turned away: " + why.message());
+  const bool later = protocol2::FaultName(why) == "CAPACITY";
+  const std::string json = protocol2::EncodeError(
+      {std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, later ? 1.0 : 0.0, -1});
+  std::string frame(protocol2::kHeaderBytes, '\0');
+  protocol2::WriteHeader({protocol2::FrameType::kError, false, static_cast<std::uint32_t>(json.size()), 0, 0, 0},
+                         reinterpret_cast<std::byte*>(frame.data()));
+  Dismiss(one, frame + json);
+}
+
+}  // namespace consac
