@@ -87,7 +87,7 @@ class PpoUpdate {
   double FlopsPerSample() const {
     double flops = 0.0;
     for (const nn::Block& block : network.spec().blocks) {
-      flops += (block.input == "obs" ? 4.0 : 6.0) * static_cast<double>(block.in_size * block.out_size);
+      flops += (block.inputs[0] == "obs" ? 4.0 : 6.0) * static_cast<double>(block.in_size * block.out_size);
     }
     return flops;
   }

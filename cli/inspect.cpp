@@ -29,8 +29,10 @@ void PrintPolicy(const Policy& policy) {
       data.normaliser.active() ? "running mean and deviation" : "none", data.parameters.size() + data.log_std.size());
   Print("network\n");
   for (const nn::Block& block : data.network.blocks) {
+    std::string inputs;
+    for (const std::string& input : block.inputs) inputs += (inputs.empty() ? "" : ", ") + input;
     Print("  {:<12} {} {} -> {} {} (reads {})\n", block.name, block.op, block.in_size, block.out_size,
-          nn::NameOf(block.activation), block.input);
+          nn::NameOf(block.activation), inputs);
   }
   const Result<nlohmann::json> training = ReadJson<nlohmann::json>(data.training_json);
   PrintLines("training     " + (training.ok() ? JsonText(*training, 2) : training.status().message()));

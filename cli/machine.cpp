@@ -113,7 +113,7 @@ double MeasureDenseFlops(double seconds) {
   constexpr int kBurst = 500;
   nn::NetworkSpec spec;
   spec.inputs = {{"x", kSize}};
-  spec.blocks = {{.input = "x", .output = "y", .name = "layer", .in_size = kSize, .out_size = kSize}};
+  spec.blocks = {{.inputs = {"x"}, .output = "y", .name = "layer", .in_size = kSize, .out_size = kSize}};
   spec.outputs = {"y"};
   const Result<nn::Network> network = nn::Network::Create(spec);
   nn::Evaluator evaluator(*network, kSize);

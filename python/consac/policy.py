@@ -5,48 +5,20 @@ spec/model_file.md is the law; model_file.py reads the bytes.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from gymnasium import spaces
 
 from consac.layout import Layout, Leaf, numbers_in, space_from_json
-from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model, whole
+from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model
 from consac.names import check_name, quote
+from consac.network import ACTIVATIONS, LARGEST_LAYER, OPS, Network, sigmoid
 
-LARGEST_LAYER = 1 << 20  # as in the C++ reader
 MASKED = -1e8  # the logit of a choice that is not legal
-HEADS = {"categorical", "gaussian", "bernoulli"}
-OPS = {"dense"}
-
-
-ACTIVATIONS = {
-    "linear": lambda x: x,
-    "tanh": np.tanh,
-    "relu": lambda x: np.maximum(x, 0),
-    "sigmoid": lambda x: _sigmoid(x),
-    "elu": lambda x: np.where(x > 0, x, np.expm1(np.minimum(x, 0))),
-    "leaky_relu": lambda x: np.where(x > 0, x, 0.01 * x),
-    "silu": lambda x: x * _sigmoid(x),
-    "softplus": lambda x: np.maximum(x, 0) + np.log1p(np.exp(-np.abs(x))),
-}
-
-
-def _sigmoid(x):
-    small = np.exp(-np.abs(x))
-    return np.where(x >= 0, 1, small) / (1 + small)
-
-
-@dataclass
-class Dense:
-    """One block: `target` = act(weights `source` + bias)."""
-
-    source: str
-    target: str
-    weights: np.ndarray  # [out, in]
-    bias: np.ndarray  # [out]
-    activation: str
+# Each kind of head, and the spaces of the leaves that it can be of; the first that fits is a leaf's own where the model names none.
+HEADS = {"categorical": (spaces.Discrete, spaces.MultiDiscrete), "gaussian": (spaces.Box,), "bernoulli": (spaces.MultiBinary,), "q_values": (spaces.Discrete,)}
+FEATURES = OPS.keys() | HEADS.keys() | {"shared_parameters"}
 
 
 class Policy:
@@ -63,8 +35,10 @@ class Policy:
         self._observation, self._action = Layout.of(self.observation_space), Layout.of(self.action_space)
         self.features = sum(_features(leaf) for leaf in self._observation.leaves)
         self._heads = [_features(leaf) for leaf in self._action.leaves]
-        self._check_heads(interface.get("heads"))
-        self._input, self._blocks, self._output = self._graph(self.spec.get("graph"))
+        self.heads = self._read_heads(interface.get("heads"))
+        self._network = Network(self.spec.get("graph"), self.features, self._floats)
+        if self._network.size != sum(self._heads):
+            raise ModelDamaged(f"the model's first output has {self._network.size} numbers, its heads need {sum(self._heads)}")
         deviations = sum(size for leaf, size in zip(self._action.leaves, self._heads) if isinstance(leaf.space, spaces.Box))
         self._log_std = self._floats("pi/log_std", (deviations,)) if deviations else np.zeros(0, np.float32)
         self._normaliser = self._read_normaliser(interface.get("normalise"))
@@ -77,20 +51,20 @@ class Policy:
     # -- use
 
     def logits(self, observation, mask=None) -> np.ndarray:
-        """What the network says, leaf by leaf: logits, for a box means. [head] for one observation, [rows, head] for many."""
+        """What the network says, leaf by leaf: logits, values of choices, for a box means. [head] for one observation, [rows, head] for many."""
         features, single = self._flatten(observation)
         head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))
         return head[0] if single else head
 
     def act(self, observation, deterministic: bool = True, mask=None, rng: np.random.Generator | None = None):
-        """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic."""
+        """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic. Of values of choices the best is taken."""
         if not isinstance(deterministic, (bool, np.bool_)):
             raise TypeError(f"deterministic is True or False, not a {type(deterministic).__name__}; a mask is given as mask=...")
         features, single = self._flatten(observation)
         head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))
         rng = None if deterministic else self._rng if rng is None else rng
         parts, at, deviation = [], 0, 0
-        for leaf, size in zip(self._action.leaves, self._heads):
+        for leaf, kind, size in zip(self._action.leaves, self.heads, self._heads):
             part, space = head[:, at:at + size], leaf.space
             at += size
             if isinstance(space, spaces.Box):
@@ -100,10 +74,10 @@ class Policy:
                 deviation += size
                 value = np.clip(value.reshape(len(part), *leaf.shape), space.low, space.high)
             elif isinstance(space, spaces.MultiBinary):
-                likely = _sigmoid(part.astype(np.float64))
+                likely = sigmoid(part.astype(np.float64))
                 value = (likely > 0.5 if rng is None else rng.random(part.shape) < likely).reshape(len(part), *leaf.shape)
             elif isinstance(space, spaces.Discrete):
-                value = _choose(part, rng) + space.start
+                value = _choose(part, None if kind == "q_values" else rng) + space.start
             else:
                 ends = np.cumsum(np.ravel(space.nvec))
                 value = np.stack([_choose(part[:, end - n:end], rng) for end, n in zip(ends, np.ravel(space.nvec))], 1).reshape(len(part), *leaf.shape)
@@ -152,11 +126,7 @@ class Policy:
         if self._normaliser is not None:
             mean, scale, clip = self._normaliser
             features = np.clip((features - mean) * scale, -clip, clip)
-        named = {self._input: features.astype(np.float64)}
-        with np.errstate(over="ignore", invalid="ignore"):
-            for block in self._blocks:
-                named[block.target] = ACTIVATIONS[block.activation](named[block.source] @ block.weights.T + block.bias)
-        return named[self._output]
+        return self._network(features)
 
     def _mask_rows(self, mask, rows: int) -> np.ndarray | None:
         if mask is None:
@@ -209,37 +179,16 @@ class Policy:
             raise ModelDamaged(f"the model's tensor {name!r} has NaN or infinity; do not use it")
         return tensor
 
-    def _check_heads(self, heads) -> None:
-        kinds = {spaces.Box: "gaussian", spaces.MultiBinary: "bernoulli", spaces.Discrete: "categorical", spaces.MultiDiscrete: "categorical"}
-        expected = [("/".join(map(str, leaf.path)), kinds[type(leaf.space)]) for leaf in self._action.leaves]
-        found = [(head.get("leaf"), head.get("type")) for head in heads if isinstance(head, dict)] if isinstance(heads, list) else []
-        if found != expected:
-            raise ModelDamaged(f"the model's heads are {found}, its action space needs {expected}")
-
-    def _graph(self, graph) -> tuple[str, list[Dense], str]:
-        inputs, blocks, outputs = (graph.get(key) for key in ("inputs", "blocks", "outputs")) if isinstance(graph, dict) else (None, None, None)
-        well_formed = isinstance(inputs, list) and isinstance(blocks, list) and isinstance(outputs, list) and outputs and all(isinstance(piece, dict) for piece in inputs + blocks)
-        if not well_formed or len(inputs) != 1 or inputs[0].get("size") != self.features or not isinstance(inputs[0].get("name"), str):
-            raise ModelDamaged(f"the model's graph must have blocks, outputs and one input of {self.features} features")
-        sizes, dense = {inputs[0]["name"]: self.features}, []
-        for entry in blocks:
-            source, target, name, activation = (entry.get(key) for key in ("in", "out", "name", "act"))
-            if not all(isinstance(text, str) for text in (source, target, name, entry.get("op"), activation)) or entry["op"] not in OPS or activation not in ACTIVATIONS:
-                raise ModelDamaged(f"the model's block {name!r} has op {entry.get('op')!r} and activation {activation!r}; known are {sorted(OPS)} and {sorted(ACTIVATIONS)}")
-            in_size, out_size = entry.get("in_size"), entry.get("out_size")
-            if sizes.get(source) != in_size or target in sizes or not whole(out_size) or not 1 <= out_size <= LARGEST_LAYER:
-                raise ModelDamaged(f"the model's block {name!r} goes from {source!r} ({in_size}) to {target!r} ({out_size}), which does not fit the blocks before it")
-            sizes[target] = out_size
-            weights, bias = self._floats(f"{name}/w", (out_size, in_size)), self._floats(f"{name}/b", (out_size,))
-            dense.append(Dense(source, target, weights.astype(np.float64), bias.astype(np.float64), activation))
-        if not all(isinstance(output, str) and output in sizes for output in outputs) or sizes[outputs[0]] != sum(self._heads):
-            raise ModelDamaged(f"the model's outputs {outputs} must be blocks' outs, and the first must have {sum(self._heads)} numbers")
-        needed, used = {outputs[0]}, []
-        for block in reversed(dense):
-            if block.target in needed:
-                needed.add(block.source)
-                used.append(block)
-        return inputs[0]["name"], used[::-1], outputs[0]
+    def _read_heads(self, heads) -> list[str]:
+        """The kind of each leaf's head."""
+        names = ["/".join(map(str, leaf.path)) for leaf in self._action.leaves]
+        if heads is None:
+            return [next(kind for kind, fitting in HEADS.items() if isinstance(leaf.space, fitting)) for leaf in self._action.leaves]
+        kinds = [head.get("type") for head in heads if isinstance(head, dict)] if isinstance(heads, list) else []
+        fits = len(kinds) == len(names) == len(heads) and all(head.get("leaf") == name for head, name in zip(heads, names))
+        if not fits or not all(kind in HEADS and isinstance(leaf.space, HEADS[kind]) for kind, leaf in zip(kinds, self._action.leaves)):
+            raise ModelDamaged(f"the model's heads are {heads}, which do not fit its action space {self.action_space}")
+        return kinds
 
     def _read_normaliser(self, normalise):
         if normalise is None:
@@ -274,7 +223,7 @@ def _check_kind(spec: dict) -> dict:
     if not isinstance(required, list):
         raise ModelDamaged("the model's `requires` is no list")
     for feature in required:
-        if not isinstance(feature, str) or feature not in OPS | HEADS:
+        if not isinstance(feature, str) or feature not in FEATURES:
             raise ModelTooNew(f"the model requires {feature!r}, which this program does not know; use a newer consac")
     if not isinstance(spec.get("interface"), dict):
         raise ModelDamaged("the model's specification has no interface")

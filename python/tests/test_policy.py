@@ -187,6 +187,59 @@ def test_many_are_as_one(name):
         assert np.allclose(spaces.flatten(policy.action_space, policy.act(single)), spaces.flatten(policy.action_space, action), atol=1e-6)
 
 
+def duelling(seed=1):
+    """A duelling network of values whose two towers share a layer's parameters."""
+    rng, observation, action = np.random.default_rng(seed), spaces.Box(-1, 1, (3,), np.float32), spaces.Discrete(4, start=7)
+    shapes = {"advantage/0": (5, 3), "advantage": (4, 5), "value": (1, 5)}
+    tensors = {f"{name}/w": rng.normal(size=shape).astype(np.float32) for name, shape in shapes.items()}
+    tensors |= {f"{name}/b": rng.normal(size=shape[0]).astype(np.float32) for name, shape in shapes.items()}
+    blocks = [{"op": "dense", "in": "obs", "out": "advantage/0", "name": "advantage/0", "in_size": 3, "out_size": 5, "act": "relu"},
+              {"op": "dense", "in": "obs", "out": "value/0", "name": "value/0", "in_size": 3, "out_size": 5, "act": "tanh", "shares": "advantage/0"},
+              {"op": "dense", "in": "advantage/0", "out": "advantage", "name": "advantage", "in_size": 5, "out_size": 4, "act": "linear"},
+              {"op": "dense", "in": "value/0", "out": "value", "name": "value", "in_size": 5, "out_size": 1, "act": "linear", "of_tomorrow": {"deep": [1]}},
+              {"op": "duelling", "in": ["value", "advantage"], "out": "q", "name": "q", "in_size": 5, "out_size": 4, "act": "linear"}]
+    asked = rng.normal(size=(4, 3)).astype(np.float32)
+    layer = asked.astype(np.float64) @ tensors["advantage/0/w"].T + tensors["advantage/0/b"]
+    advantages, value = np.maximum(layer, 0) @ tensors["advantage/w"].T + tensors["advantage/b"], np.tanh(layer) @ tensors["value/w"].T + tensors["value/b"]
+    tensors["test/0/in"], tensors["test/0/out"] = asked, (value + advantages - advantages.mean(1)[:, None]).astype(np.float32)
+    spec = {"kind": "policy", "requires": ["dense", "duelling", "q_values", "shared_parameters"], "producer": {"name": "test", "version": "1"},
+            "interface": {"behaviour": "default", "observation": listed(observation), "action": listed(action), "heads": [{"leaf": "", "type": "q_values"}]},
+            "graph": {"inputs": [{"name": "obs", "size": 3}], "blocks": blocks, "outputs": ["q"]}, "selftest": [{"in": "test/0/in", "out": "test/0/out", "tol": 1e-5}]}
+    return spec, tensors
+
+
+def test_values_take_the_best_legal_choice():
+    policy = Policy(read_model(model_bytes(*duelling())))
+    for observation in np.random.default_rng(2).normal(size=(50, 3)).astype(np.float32):
+        values = policy.logits(observation)
+        assert policy.act(observation) == policy.act(observation, deterministic=False) == 7 + values.argmax()
+        mask = np.arange(4) != values.argmax()
+        assert policy.act(observation, mask=mask.astype(np.int8)) == 7 + np.argsort(values)[-2]
+
+
+@needs_program
+def test_cpp_takes_values_too(tmp_path):
+    path = tmp_path / "model.consac"
+    path.write_bytes(model_bytes(*duelling()))
+    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
+
+
+def test_heads_that_do_not_fit_are_refused_and_old_files_need_none():
+    for change in ({"type": "q_value"}, {"type": "gaussian"}, {"leaf": "wheel"}):
+        spec, tensors = duelling()
+        spec["interface"]["heads"][0] |= change
+        with pytest.raises(ModelDamaged, match="heads"):
+            Policy(read_model(model_bytes(spec, tensors)))
+    spec, tensors = make(**MODELS["nested"])
+    del spec["interface"]["heads"]
+    assert Policy(read_model(model_bytes(spec, tensors))).heads == ["categorical", "categorical", "bernoulli", "gaussian"]
+    spec, tensors = duelling()
+    spec["graph"]["blocks"][1]["shares"] = "value"
+    with pytest.raises(ModelDamaged, match="share"):
+        Policy(read_model(model_bytes(spec, tensors)))
+
+
 def test_drawn_actions_follow_the_distribution():
     policy = policy_of(action=spaces.Dict({"c": spaces.Discrete(3, start=5), "g": spaces.Box(-100, 100, (1,), np.float32), "m": spaces.MultiBinary(1)}))
     observation = np.array([0.1, -0.2, 0.3], np.float32)

@@ -1,29 +1,27 @@
-#include "nn/dense.h"
+// The dense block: y = activation(x W^T + b), whatever the shape of x.
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <limits>
 
-#include "consac/base/text.h"
+#include "nn/blocks.h"
 
 namespace consac::nn {
 namespace {
 
 constexpr std::int64_t kWidestLayer = 1 << 20;
 
-Status ValidateDense(const Block& block) {
-  for (const std::int64_t size : {block.in_size, block.out_size}) {
-    if (size < 1 || size > kWidestLayer) {
-      return Status(StatusCode::kInvalidArgument, "block " + Quote(block.name) + ": a dense layer of " +
-                                                      std::to_string(block.in_size) + " to " +
-                                                      std::to_string(block.out_size) +
-                                                      " features; widths go from 1 to " + std::to_string(kWidestLayer));
-    }
+Result<Shape> InferDense(const Block& block, std::span<const Shape> inputs) {
+  CONSAC_RETURN_IF_ERROR(CheckInputCount(block, inputs, 1));
+  for (const std::int64_t size : {SizeOf(inputs[0]), block.out_size}) {
+    if (size >= 1 && size <= kWidestLayer) continue;
+    return BlockFault(block, "a dense layer of " + std::to_string(SizeOf(inputs[0])) + " to " +
+                                 std::to_string(block.out_size) + " features; widths go from 1 to " +
+                                 std::to_string(kWidestLayer));
   }
-  return {};
+  return Shape{block.out_size};
 }
 
-std::vector<Parameter> DenseParameters(const Block& block) {
+std::vector<Parameter> DenseParameters(const PlacedBlock& block) {
   const std::int64_t weights = block.in_size * block.out_size;
   return {{block.name + "/w", {block.out_size, block.in_size}, 0, weights},
           {block.name + "/b", {block.out_size}, weights, block.out_size}};
@@ -32,7 +30,7 @@ std::vector<Parameter> DenseParameters(const Block& block) {
 /// Orthonormal rows or columns, whichever are fewer, times the gain: the Q of a Gaussian matrix, with the signs of R's
 /// diagonal taken out so that every orthogonal matrix is equally likely (Stable Baselines takes U or V of its SVD: the
 /// same distribution). Source: Saxe et al. 2014, arXiv:1312.6120.
-void InitialiseOrthogonal(const Block& block, Rng& rng, float* weight) {
+void InitialiseOrthogonal(const PlacedBlock& block, Rng& rng, float* weight) {
   const Eigen::Index rows = static_cast<Eigen::Index>(block.out_size);
   const Eigen::Index columns = static_cast<Eigen::Index>(block.in_size);
   const Eigen::Index longer = rows > columns ? rows : columns;
@@ -58,7 +56,7 @@ void FillUniform(Rng& rng, double bound, std::int64_t count, float* values) {
   for (std::int64_t i = 0; i < count; ++i) values[i] = static_cast<float>(rng.Between(-bound, bound));
 }
 
-void InitialiseDense(const Block& block, Rng& rng, float* parameters) {
+void InitialiseDense(const PlacedBlock& block, Rng& rng, float* parameters) {
   const std::int64_t weights = block.in_size * block.out_size;
   float* bias = parameters + weights;
   for (std::int64_t i = 0; i < block.out_size; ++i) bias[i] = 0.0f;
@@ -78,22 +76,30 @@ void InitialiseDense(const Block& block, Rng& rng, float* parameters) {
   }
 }
 
-std::int64_t DenseOpPackedSize(const Block& block) {
+std::int64_t DenseOpPackedSize(const PlacedBlock& block) {
   return PackedDenseSize(block.in_size, block.out_size);
 }
 
-void DenseOpPack(const Block& block, const float* parameters, float* packed) {
+void DenseOpPack(const PlacedBlock& block, const float* parameters, float* packed) {
   PackDense(parameters, parameters + block.in_size * block.out_size, block.in_size, block.out_size, packed);
 }
 
-void DenseOpForward(const Block& block, const ForwardCall& call) {
-  DenseForward({block.in_size, block.out_size, block.activation}, call);
+Needs DenseNeeds(const PlacedBlock& block, std::int64_t) {
+  Needs needs;
+  if (NeedsPreActivation(block.activation)) needs.saved = block.out_size;
+  return needs;
+}
+
+void DenseOpForward(const PlacedBlock& block, const BlockCall& call) {
+  DenseForward({block.in_size, block.out_size, block.activation},
+               {call.packed, call.rows, call.inputs[0], call.output, call.saved});
 }
 
 }  // namespace
 
 Op DenseOp() {
-  return {"dense", ValidateDense, DenseParameters, InitialiseDense, DenseOpPackedSize, DenseOpPack, DenseOpForward};
+  return {"dense",           InferDense,  DenseParameters, InitialiseDense,
+          DenseOpPackedSize, DenseOpPack, DenseNeeds,      DenseOpForward};
 }
 
 }  // namespace consac::nn

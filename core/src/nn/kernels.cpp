@@ -3,6 +3,8 @@
 
 #include "consac/nn/kernels.h"
 
+#include <cstring>
+
 // Every processor with SSSE3 that runs a game of today has SSE4 as well.
 #ifndef HWY_DISABLED_TARGETS
 #define HWY_DISABLED_TARGETS HWY_SSSE3
@@ -75,6 +77,7 @@ HWY_EXPORT(TanhRun);
 HWY_EXPORT(ExpRun);
 HWY_EXPORT(SigmoidRun);
 HWY_EXPORT(AddRun);
+HWY_EXPORT(PolyakRun);
 HWY_EXPORT(SquaresRun);
 HWY_EXPORT(AdamRun);
 HWY_EXPORT(RmsPropRun);
@@ -140,6 +143,14 @@ void Sigmoid(std::span<const float> from, std::span<float> to) {
 void AddTo(std::span<const float> from, std::span<float> to) {
   CONSAC_ASSERT(from.size() == to.size());
   HWY_DYNAMIC_DISPATCH(AddRun)(from.data(), to.data(), static_cast<std::int64_t>(to.size()));
+}
+void Polyak(float tau, std::span<const float> from, std::span<float> to) {
+  CONSAC_ASSERT(from.size() == to.size());
+  if (tau == 1.0f) {
+    std::memcpy(to.data(), from.data(), to.size_bytes());
+    return;
+  }
+  HWY_DYNAMIC_DISPATCH(PolyakRun)(tau, from.data(), to.data(), static_cast<std::int64_t>(to.size()));
 }
 double SumOfSquares(std::span<const float> values) {
   return HWY_DYNAMIC_DISPATCH(SquaresRun)(values.data(), static_cast<std::int64_t>(values.size()));

@@ -143,7 +143,7 @@ Port AddTower(NetworkSpec& spec, const std::vector<std::int64_t>& widths, std::s
   for (std::size_t i = 0; i < widths.size(); ++i) {
     Block block = like;
     block.name = std::string(prefix) + "/" + std::to_string(i);
-    block.input = from.name;
+    block.inputs = {from.name};
     block.output = block.name;
     block.in_size = from.size;
     block.out_size = widths[i];
@@ -153,16 +153,21 @@ Port AddTower(NetworkSpec& spec, const std::vector<std::int64_t>& widths, std::s
   return from;
 }
 
-void AddHead(NetworkSpec& spec, const Port& output, const Port& from, Init init, float gain) {
+/// A linear layer to `output`.
+void AddLinear(NetworkSpec& spec, const Port& output, const Port& from, Init init, float gain) {
   Block head;
   head.name = output.name + "/head";
-  head.input = from.name;
+  head.inputs = {from.name};
   head.output = output.name;
   head.in_size = from.size;
   head.out_size = output.size;
   head.init = init;
   head.gain = gain;
   spec.blocks.push_back(std::move(head));
+}
+
+void AddHead(NetworkSpec& spec, const Port& output, const Port& from, Init init, float gain) {
+  AddLinear(spec, output, from, init, gain);
   spec.outputs.push_back(output.name);
 }
 
@@ -194,6 +199,30 @@ NetworkSpec ActorCritic(const ActorCriticOptions& options) {
   AddHead(spec, {"pi", options.action_size}, pi, init, options.orthogonal_init ? options.policy_gain : 1.0f);
   const Port vf = AddTower(spec, options.arch.vf, "vf", shared, hidden);
   AddHead(spec, {"vf", 1}, vf, init, options.orthogonal_init ? options.value_gain : 1.0f);
+  return spec;
+}
+
+NetworkSpec QNetwork(const QNetworkOptions& options) {
+  NetworkSpec spec;
+  const Port observation{"obs", options.observation_size};
+  spec.inputs.push_back(observation);
+  Block hidden;
+  hidden.activation = options.activation;
+  hidden.init = options.init;
+  const Port q{"q", options.action_count};
+  if (!options.duelling) {
+    AddHead(spec, q, AddTower(spec, options.layers, "q", observation, hidden), options.init, 1.0f);
+    return spec;
+  }
+  const Port advantage{"advantage", options.action_count}, value{"value", 1};
+  AddLinear(spec, advantage, AddTower(spec, options.layers, "advantage", observation, hidden), options.init, 1.0f);
+  AddLinear(spec, value, AddTower(spec, options.layers, "value", observation, hidden), options.init, 1.0f);
+  Block duelling;
+  duelling.op = "duelling";
+  duelling.inputs = {value.name, advantage.name};
+  duelling.output = duelling.name = q.name;
+  spec.blocks.push_back(std::move(duelling));
+  spec.outputs.push_back(q.name);
   return spec;
 }
 

@@ -104,6 +104,22 @@ void AddRun(const float* from, float* to, std::int64_t count) {
   for (; i < count; ++i) to[i] += from[i];
 }
 
+void PolyakRun(float tau, const float* from, float* to, std::int64_t count) {
+  const Floats d;
+  const std::int64_t lanes = LaneCount();
+  const FloatVector share = hn::Set(d, tau), rest = hn::Set(d, 1.0f - tau);
+  std::int64_t i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    hn::StoreU(hn::MulAdd(share, hn::LoadU(d, from + i), hn::Mul(rest, hn::LoadU(d, to + i))), d, to + i);
+  }
+  if (i == count) return;
+  FloatVector a, b;
+  LoadPartRow<1>(from + i, count - i, &a);
+  LoadPartRow<1>(to + i, count - i, &b);
+  const FloatVector mixed = hn::MulAdd(share, a, hn::Mul(rest, b));
+  StorePartRow<1>(&mixed, count - i, to + i);
+}
+
 double SquaresRun(const float* values, std::int64_t count) {
   const hn::ScalableTag<double> dd;
   const hn::Rebind<float, decltype(dd)> df;

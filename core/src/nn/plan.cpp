@@ -15,11 +15,9 @@ Plan::Plan(const Network& network) {
     values.push_back({input.size, kNone, kNone});
   }
   input_count = values.size();
-  std::int64_t offset = 0;
-  for (const Block& block : spec.blocks) {
-    PlanStep step{block, FindOp(block.op), value_of(block.input), values.size(), offset, 0};
-    for (const Parameter& parameter : step.op->parameters(block)) step.parameter_count += parameter.count;
-    offset += step.parameter_count;
+  for (const PlacedBlock& block : network.blocks()) {
+    PlanStep step{block, FindOp(block.op), {}, values.size()};
+    for (const std::string& input : block.inputs) step.inputs.push_back(value_of(input));
     places.emplace(block.output, values.size());
     values.push_back({block.out_size, steps.size(), kNone});
     steps.push_back(std::move(step));
@@ -36,7 +34,7 @@ std::vector<std::size_t> Plan::StepsTo(std::size_t index) const {
   std::vector<std::size_t> needed;
   for (std::size_t s = steps.size(); s-- > 0;) {
     if (!wanted[steps[s].output]) continue;
-    wanted[steps[s].input] = true;
+    for (const std::size_t input : steps[s].inputs) wanted[input] = true;
     needed.push_back(s);
   }
   std::reverse(needed.begin(), needed.end());

@@ -1,187 +1,143 @@
 #include "consac/policy/head.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "consac/base/text.h"
 
 namespace consac {
 namespace {
 
-/// A run of logits that is one categorical choice, with its part of the mask.
-struct Choice {
-  const float* logits;       // [n]
-  const std::uint8_t* mask;  // [n] or null
-  std::int64_t n;
-
-  float Logit(std::int64_t i) const { return mask == nullptr || mask[i] != 0 ? logits[i] : kMaskedLogit; }
-  float Largest() const {
-    float largest = Logit(0);
-    for (std::int64_t i = 1; i < n; ++i) largest = std::max(largest, Logit(i));
-    return largest;
-  }
-  std::int64_t Mode() const {
-    std::int64_t best = 0;
-    for (std::int64_t i = 1; i < n; ++i) {
-      if (Logit(i) > Logit(best)) best = i;
-    }
-    return best;
-  }
-  float LogSum(float largest) const {
-    float sum = 0.0f;
-    for (std::int64_t i = 0; i < n; ++i) sum += std::exp(Logit(i) - largest);
-    return std::log(sum);
-  }
-};
-
-// Inverse of the distribution function: one draw a choice, whatever n is.
-std::int64_t SampleChoice(const Choice& choice, Rng& rng) {
-  const float largest = choice.Largest();
-  float sum = 0.0f;
-  for (std::int64_t i = 0; i < choice.n; ++i) sum += std::exp(choice.Logit(i) - largest);
-  float left = rng.Uniform() * sum;
-  std::int64_t last_legal = choice.Mode();
-  for (std::int64_t i = 0; i < choice.n; ++i) {
-    const float weight = std::exp(choice.Logit(i) - largest);
-    if (weight <= 0.0f) continue;
-    last_legal = i;
-    left -= weight;
-    if (left < 0.0f) return i;
-  }
-  return last_legal;
-}
-
-float ChoiceLogProbability(const Choice& choice, std::int64_t index) {
-  const float largest = choice.Largest();
-  return choice.Logit(index) - largest - choice.LogSum(largest);
-}
-
-float ChoiceEntropy(const Choice& choice) {
-  const float largest = choice.Largest();
-  const float log_sum = choice.LogSum(largest);
-  float entropy = 0.0f;
-  for (std::int64_t i = 0; i < choice.n; ++i) {
-    const float log_p = choice.Logit(i) - largest - log_sum;
-    const float p = std::exp(log_p);
-    if (p > 0.0f) entropy -= p * log_p;
-  }
-  return entropy;
-}
-
-/// Calls body(choice, index) for every categorical choice of a discrete leaf.
-template <class Body>
-void ForEachChoice(const Leaf& leaf, const float* head, const std::uint8_t* mask, Body&& body) {
-  if (leaf.space.kind() == SpaceKind::kDiscrete) {
-    body(Choice{head, mask, leaf.space.n()}, std::int64_t{0});
-    return;
-  }
-  if (leaf.space.kind() == SpaceKind::kMultiBinary) return;
-  std::int64_t index = 0;
-  for (const std::int64_t n : leaf.space.nvec()) {
-    body(Choice{head, mask, n}, index++);
-    head += n;
-    if (mask != nullptr) mask += n;
-  }
-}
-
-float Sigmoid(float x) {
-  return 1.0f / (1.0f + std::exp(-x));
-}
-
-float BitLogit(const float* head, const std::uint8_t* mask, std::int64_t i) {
-  return MaskedBitLogit(head[i], mask == nullptr ? nullptr : mask + 2 * i);
-}
-
-/// What one leaf sees of a row.
-struct LeafView {
-  const float* head;
-  const float* log_std;
-  const std::uint8_t* mask;
-  std::int64_t raw_offset;
-};
-
-/// Calls body(leaf, view) for every leaf of a row, with running offsets.
+/// Calls body(leaf, distribution, row, raw_offset) for every leaf of a row with default heads.
 template <class Body>
 void ForEachLeaf(const Layout& action, const float* head, const float* log_std, const std::uint8_t* mask, Body&& body) {
   std::int64_t raw_offset = 0;
   for (const Leaf& leaf : action.leaves) {
-    body(leaf, LeafView{head, log_std, mask == nullptr ? nullptr : mask + leaf.mask_offset, raw_offset});
+    const Distribution& distribution = DefaultDistribution(leaf);
+    body(leaf, distribution, HeadRow{head, log_std, mask == nullptr ? nullptr : mask + leaf.mask_offset}, raw_offset);
     head += leaf.feature_count;
-    if (leaf.space.kind() == SpaceKind::kBox && log_std != nullptr) log_std += leaf.count;
+    if (distribution.has_log_std && log_std != nullptr) log_std += leaf.count;
     raw_offset += leaf.count;
   }
-}
-
-void SelectLeaf(const Leaf& leaf, const LeafView& view, ActionMode mode, Rng& rng, float* raw) {
-  const bool sample = mode == ActionMode::kSample;
-  if (leaf.space.kind() == SpaceKind::kBox) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      raw[i] = view.head[i] + (sample ? std::exp(view.log_std[i]) * rng.Normal() : 0.0f);
-    }
-    return;
-  }
-  if (leaf.space.kind() == SpaceKind::kMultiBinary) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      const float p = Sigmoid(BitLogit(view.head, view.mask, i));
-      raw[i] = (sample ? rng.Uniform() < p : p > 0.5f) ? 1.0f : 0.0f;
-    }
-    return;
-  }
-  ForEachChoice(leaf, view.head, view.mask, [&](const Choice& choice, std::int64_t index) {
-    raw[index] = static_cast<float>(sample ? SampleChoice(choice, rng) : choice.Mode());
-  });
-}
-
-float LeafLogProbability(const Leaf& leaf, const LeafView& view, const float* raw) {
-  float log_p = 0.0f;
-  if (leaf.space.kind() == SpaceKind::kBox) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      const float z = (raw[i] - view.head[i]) * std::exp(-view.log_std[i]);
-      log_p -= 0.5f * z * z + view.log_std[i] + 0.5f * kLogTwoPi;
-    }
-  } else if (leaf.space.kind() == SpaceKind::kMultiBinary) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      const float logit = BitLogit(view.head, view.mask, i);
-      log_p -= raw[i] > 0.5f ? Softplus(-logit) : Softplus(logit);
-    }
-  } else {
-    ForEachChoice(leaf, view.head, view.mask, [&](const Choice& choice, std::int64_t index) {
-      log_p += ChoiceLogProbability(choice, static_cast<std::int64_t>(raw[index]));
-    });
-  }
-  return log_p;
-}
-
-float LeafEntropy(const Leaf& leaf, const LeafView& view) {
-  float entropy = 0.0f;
-  if (leaf.space.kind() == SpaceKind::kBox) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) entropy += view.log_std[i] + 0.5f * (kLogTwoPi + 1.0f);
-  } else if (leaf.space.kind() == SpaceKind::kMultiBinary) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      const float logit = BitLogit(view.head, view.mask, i);
-      const float p = Sigmoid(logit);
-      entropy += p * Softplus(-logit) + (1.0f - p) * Softplus(logit);
-    }
-  } else {
-    ForEachChoice(leaf, view.head, view.mask,
-                  [&](const Choice& choice, std::int64_t) { entropy += ChoiceEntropy(choice); });
-  }
-  return entropy;
 }
 
 const std::uint8_t* MaskRow(const Layout& action, const std::uint8_t* masks, std::int64_t row) {
   return masks == nullptr ? nullptr : masks + row * action.mask_bytes;
 }
 
-}  // namespace
-
-float Softplus(float x) {
-  return std::max(x, 0.0f) + std::log1p(std::exp(-std::fabs(x)));
+void WriteLeaf(const Leaf& leaf, const Distribution& distribution, const float* raw, std::byte* row) {
+  for (std::int64_t i = 0; i < leaf.count; ++i) WriteElement(leaf, row, i, distribution.world_value(leaf, i, raw[i]));
 }
 
-float MaskedBitLogit(float logit, const std::uint8_t* mask) {
-  if (mask == nullptr || (mask[0] != 0 && mask[1] != 0)) return logit;
-  return mask[1] != 0 ? -kMaskedLogit : kMaskedLogit;
+Status NoHead(const Leaf& leaf, const std::string& why) {
+  return {StatusCode::kInvalidArgument,
+          "the action " + leaf.space.ToString() + (leaf.name.empty() ? "" : " at '" + leaf.name + "'") + why};
+}
+
+Status CheckDefaultHead(const Leaf& leaf) {
+  if (DefaultDistribution(leaf).fits(leaf)) return Status::Ok();
+  return NoHead(leaf, " has no action head; a Box action must be one-dimensional and float32");
+}
+
+}  // namespace
+
+std::vector<HeadSpec> DefaultHeads(const Layout& action) {
+  std::vector<HeadSpec> heads;
+  for (const Leaf& leaf : action.leaves) heads.push_back({leaf.name, std::string(DefaultDistribution(leaf).name)});
+  return heads;
+}
+
+Result<ActionHead> ActionHead::Create(const Layout& action, std::span<const HeadSpec> heads) {
+  if (!heads.empty() && heads.size() != action.leaves.size()) {
+    return Status{StatusCode::kInvalidArgument, "the model names " + std::to_string(heads.size()) +
+                                                    " heads, its action space has " +
+                                                    std::to_string(action.leaves.size()) + " leaves"};
+  }
+  ActionHead result;
+  result.row_bytes_ = action.row_bytes;
+  result.mask_bytes_ = action.mask_bytes;
+  for (std::size_t i = 0; i < action.leaves.size(); ++i) {
+    const Leaf& leaf = action.leaves[i];
+    Part part{leaf, &DefaultDistribution(leaf), result.size_, 0, result.log_std_size_, result.raw_size_};
+    if (heads.empty()) {
+      CONSAC_RETURN_IF_ERROR(CheckDefaultHead(leaf));
+    } else {
+      if (heads[i].leaf != leaf.name)
+        return NoHead(leaf, " has no head; the model names one for " + Quote(heads[i].leaf));
+      part.distribution = FindDistribution(heads[i].type);
+      if (part.distribution == nullptr)
+        return NoHead(leaf, ": unknown head " + Quote(heads[i].type) + Suggestion(heads[i].type, DistributionNames()));
+      if (!part.distribution->fits(leaf)) return NoHead(leaf, " cannot have the head " + Quote(heads[i].type));
+    }
+    part.head_size = part.distribution->head_size(leaf);
+    result.size_ += part.head_size;
+    result.log_std_size_ += part.distribution->has_log_std ? leaf.count : 0;
+    result.raw_size_ += leaf.count;
+    result.parts_.push_back(std::move(part));
+  }
+  return result;
+}
+
+std::vector<HeadSpec> ActionHead::specs() const {
+  std::vector<HeadSpec> specs;
+  for (const Part& part : parts_) specs.push_back({part.leaf.name, std::string(part.distribution->name)});
+  return specs;
+}
+
+HeadRow ActionHead::RowOf(const Part& part, std::int64_t row, const float* head, const float* log_std,
+                          const std::uint8_t* masks) const {
+  return {head + row * size_ + part.head_offset, log_std == nullptr ? nullptr : log_std + part.log_std_offset,
+          masks == nullptr ? nullptr : masks + row * mask_bytes_ + part.leaf.mask_offset};
+}
+
+void ActionHead::Select(const float* head, const float* log_std, const std::uint8_t* masks, std::int64_t rows,
+                        ActionMode mode, Rng& rng, float* raw, float* log_probability) const {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    float log_p = 0.0f;
+    for (const Part& part : parts_) {
+      const HeadRow row = RowOf(part, r, head, log_std, masks);
+      float* out = raw + r * raw_size_ + part.raw_offset;
+      part.distribution->select(part.leaf, row, mode, rng, out);
+      if (log_probability != nullptr) log_p += part.distribution->log_probability(part.leaf, row, out);
+    }
+    if (log_probability != nullptr) log_probability[r] = log_p;
+  }
+}
+
+void ActionHead::Write(const float* raw, std::int64_t rows, std::byte* out) const {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    std::byte* row = out + static_cast<std::size_t>(r) * row_bytes_;
+    for (const Part& part : parts_)
+      WriteLeaf(part.leaf, *part.distribution, raw + r * raw_size_ + part.raw_offset, row);
+  }
+}
+
+void ActionHead::LogProbability(const float* head, const float* log_std, const std::uint8_t* masks, const float* raw,
+                                std::int64_t rows, float* out) const {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    out[r] = 0.0f;
+    for (const Part& part : parts_) {
+      out[r] += part.distribution->log_probability(part.leaf, RowOf(part, r, head, log_std, masks),
+                                                   raw + r * raw_size_ + part.raw_offset);
+    }
+  }
+}
+
+void ActionHead::Entropy(const float* head, const float* log_std, const std::uint8_t* masks, std::int64_t rows,
+                         float* out) const {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    out[r] = 0.0f;
+    for (const Part& part : parts_)
+      out[r] += part.distribution->entropy(part.leaf, RowOf(part, r, head, log_std, masks));
+  }
+}
+
+void ActionHead::Kl(const float* from, const float* from_log_std, const float* to, const float* to_log_std,
+                    const std::uint8_t* masks, std::int64_t rows, float* out) const {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    out[r] = 0.0f;
+    for (const Part& part : parts_) {
+      out[r] += part.distribution->kl(part.leaf, RowOf(part, r, from, from_log_std, masks),
+                                      RowOf(part, r, to, to_log_std, masks));
+    }
+  }
 }
 
 std::int64_t HeadSize(const Layout& action) {
@@ -190,7 +146,7 @@ std::int64_t HeadSize(const Layout& action) {
 
 std::int64_t LogStdSize(const Layout& action) {
   std::int64_t size = 0;
-  for (const Leaf& leaf : action.leaves) size += leaf.space.kind() == SpaceKind::kBox ? leaf.count : 0;
+  for (const Leaf& leaf : action.leaves) size += DefaultDistribution(leaf).has_log_std ? leaf.count : 0;
   return size;
 }
 
@@ -201,13 +157,7 @@ std::int64_t RawActionSize(const Layout& action) {
 }
 
 Status CheckHead(const Layout& action) {
-  for (const Leaf& leaf : action.leaves) {
-    if (leaf.space.kind() == SpaceKind::kBox && (leaf.dtype != DType::kF32 || leaf.space.shape().size() != 1)) {
-      return {StatusCode::kInvalidArgument,
-              "the action " + leaf.space.ToString() + (leaf.name.empty() ? "" : " at '" + leaf.name + "'") +
-                  " has no action head; a Box action must be one-dimensional and float32"};
-    }
-  }
+  for (const Leaf& leaf : action.leaves) CONSAC_RETURN_IF_ERROR(CheckDefaultHead(leaf));
   return Status::Ok();
 }
 
@@ -218,28 +168,20 @@ void SelectActions(const Layout& action, const float* head, const float* log_std
     float* raw_row = raw + r * raw_size;
     float log_p = 0.0f;
     ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
-                [&](const Leaf& leaf, const LeafView& view) {
-                  SelectLeaf(leaf, view, mode, rng, raw_row + view.raw_offset);
-                  if (log_probability != nullptr) log_p += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
+                [&](const Leaf& leaf, const Distribution& distribution, const HeadRow& row, std::int64_t at) {
+                  distribution.select(leaf, row, mode, rng, raw_row + at);
+                  if (log_probability != nullptr) log_p += distribution.log_probability(leaf, row, raw_row + at);
                 });
     if (log_probability != nullptr) log_probability[r] = log_p;
   }
 }
 
 void WriteActions(const Layout& action, const float* raw, std::int64_t rows, std::byte* out) {
-  const std::int64_t raw_size = RawActionSize(action);
   for (std::int64_t r = 0; r < rows; ++r) {
-    const float* from = raw + r * raw_size;
     std::byte* row = out + static_cast<std::size_t>(r) * action.row_bytes;
     for (const Leaf& leaf : action.leaves) {
-      const bool box = leaf.space.kind() == SpaceKind::kBox;
-      for (std::int64_t i = 0; i < leaf.count; ++i) {
-        const auto e = static_cast<std::size_t>(i);
-        const double value = box ? std::clamp(static_cast<double>(from[i]), leaf.space.low()[e], leaf.space.high()[e])
-                                 : static_cast<double>(from[i]) + static_cast<double>(leaf.space.start());
-        WriteElement(leaf, row, i, value);
-      }
-      from += leaf.count;
+      WriteLeaf(leaf, DefaultDistribution(leaf), raw, row);
+      raw += leaf.count;
     }
   }
 }
@@ -251,8 +193,8 @@ void LogProbability(const Layout& action, const float* head, const float* log_st
     out[r] = 0.0f;
     const float* raw_row = raw + r * raw_size;
     ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
-                [&](const Leaf& leaf, const LeafView& view) {
-                  out[r] += LeafLogProbability(leaf, view, raw_row + view.raw_offset);
+                [&](const Leaf& leaf, const Distribution& distribution, const HeadRow& row, std::int64_t at) {
+                  out[r] += distribution.log_probability(leaf, row, raw_row + at);
                 });
   }
 }
@@ -263,7 +205,9 @@ void Entropy(const Layout& action, const float* head, const float* log_std, cons
   for (std::int64_t r = 0; r < rows; ++r) {
     out[r] = 0.0f;
     ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
-                [&](const Leaf& leaf, const LeafView& view) { out[r] += LeafEntropy(leaf, view); });
+                [&](const Leaf& leaf, const Distribution& distribution, const HeadRow& row, std::int64_t) {
+                  out[r] += distribution.entropy(leaf, row);
+                });
   }
 }
 

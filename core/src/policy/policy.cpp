@@ -45,21 +45,23 @@ Status CompareSpaces(std::string_view role, const Space& model, const Space& wor
 struct Policy::State {
   PolicyData data;
   Layout observation, action;
+  ActionHead head;
   nn::Network network;
   nn::Evaluator evaluator;
   std::int64_t max_rows = 0, last_rows = 0;
   std::vector<float> features;  // [max_rows, feature_count]
-  std::vector<float> raw;       // [max_rows, RawActionSize]
+  std::vector<float> raw;       // [max_rows, raw actions]
 
-  State(PolicyData policy, nn::Network checked, std::int64_t rows)
+  State(PolicyData policy, ActionHead checked_head, nn::Network checked, std::int64_t rows)
       : data(std::move(policy)),
         observation(Layout::Of(data.observation_space)),
         action(Layout::Of(data.action_space)),
+        head(std::move(checked_head)),
         network(std::move(checked)),
         evaluator(network, std::max(rows, kSelfTestRows)),
         max_rows(std::max(rows, kSelfTestRows)),
         features(static_cast<std::size_t>(max_rows * observation.feature_count)),
-        raw(static_cast<std::size_t>(max_rows * RawActionSize(action))) {
+        raw(static_cast<std::size_t>(max_rows * head.raw_size())) {
     evaluator.Load(data.parameters);
   }
 
@@ -97,7 +99,7 @@ struct Policy::State {
   std::vector<float> Answers(std::span<const float> questions) {
     std::copy(questions.begin(), questions.end(), features.begin());
     const float* answers = Run(static_cast<std::int64_t>(questions.size()) / observation.feature_count);
-    return std::vector<float>(answers, answers + last_rows * HeadSize(action));
+    return std::vector<float>(answers, answers + last_rows * head.size());
   }
 
   Status RunSelfTest(const ModelFile& file, const std::vector<SelfTestPair>& pairs) {
@@ -111,7 +113,7 @@ struct Policy::State {
       const auto rows = static_cast<std::int64_t>(questions.size()) / observation.feature_count;
       const bool whole = rows >= 1 && rows <= max_rows &&
                          static_cast<std::int64_t>(questions.size()) == rows * observation.feature_count &&
-                         static_cast<std::int64_t>(expected.size()) == rows * HeadSize(action);
+                         static_cast<std::int64_t>(expected.size()) == rows * head.size();
       if (!whole) return {StatusCode::kDataLoss, "the model's self-test " + Quote(pair.in) + " has an impossible size"};
       for (const std::span<const float> numbers : {questions, expected}) {
         if (std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::isfinite(number); })) continue;
@@ -142,19 +144,21 @@ Result<Policy> Policy::Create(PolicyData data, std::int64_t max_rows) {
   if (max_rows < 1) return DoesNotFit("a policy needs room for at least 1 row, not " + std::to_string(max_rows));
   Result<nn::Network> network = nn::Network::Create(data.network);
   if (!network.ok()) return network.status();
-  const Layout action = Layout::Of(data.action_space);
-  CONSAC_RETURN_IF_ERROR(CheckHead(action));
+  Result<ActionHead> head = ActionHead::Create(Layout::Of(data.action_space), data.heads);
+  if (!head.ok()) return head.status();
+  data.heads = head->specs();
+  data.network = network->spec();
   const std::int64_t features = data.observation_space.flat_size();
   if (data.network.inputs.size() != 1 || data.network.inputs[0].size != features) {
     return DoesNotFit("the policy's network must have one input of " + std::to_string(features) + " features for " +
                       data.observation_space.ToString());
   }
-  if (data.network.outputs.empty() || network->output_size(0) != HeadSize(action)) {
-    return DoesNotFit("the policy's network must put out " + std::to_string(HeadSize(action)) + " numbers first, for " +
+  if (data.network.outputs.empty() || network->output_size(0) != head->size()) {
+    return DoesNotFit("the policy's network must put out " + std::to_string(head->size()) + " numbers first, for " +
                       data.action_space.ToString());
   }
   if (static_cast<std::int64_t>(data.parameters.size()) != network->parameter_count() ||
-      static_cast<std::int64_t>(data.log_std.size()) != LogStdSize(action)) {
+      static_cast<std::int64_t>(data.log_std.size()) != head->log_std_size()) {
     return DoesNotFit("the policy has " + std::to_string(data.parameters.size()) + " parameters, its network needs " +
                       std::to_string(network->parameter_count()));
   }
@@ -170,7 +174,7 @@ Result<Policy> Policy::Create(PolicyData data, std::int64_t max_rows) {
                       std::to_string(normaliser.scale.size()) + " scales and clip " + NumberText(normaliser.clip) +
                       "; it needs " + std::to_string(features) + " of each and a clip above 0");
   }
-  return Policy(std::make_unique<State>(std::move(data), std::move(*network), max_rows));
+  return Policy(std::make_unique<State>(std::move(data), std::move(*head), std::move(*network), max_rows));
 }
 
 Result<Policy> Policy::Load(const std::string& path, std::int64_t max_rows) {
@@ -218,12 +222,12 @@ void Policy::Act(const std::byte* observations, const std::uint8_t* masks, std::
   rows = std::clamp<std::int64_t>(rows, 0, state_->max_rows);
   EncodeFeatures(state_->observation, observations, rows, state_->features.data());
   const float* head = state_->Run(rows);
-  SelectActions(state_->action, head, state_->data.log_std.data(), masks, rows, mode, rng, state_->raw.data());
-  WriteActions(state_->action, state_->raw.data(), rows, actions);
+  state_->head.Select(head, state_->data.log_std.data(), masks, rows, mode, rng, state_->raw.data());
+  state_->head.Write(state_->raw.data(), rows, actions);
 }
 
 std::span<const float> Policy::head() const {
-  return {state_->evaluator.output(0), static_cast<std::size_t>(state_->last_rows * HeadSize(state_->action))};
+  return {state_->evaluator.output(0), static_cast<std::size_t>(state_->last_rows * state_->head.size())};
 }
 
 ModelFile Policy::ToFile(std::uint64_t seed) const {
@@ -233,7 +237,7 @@ ModelFile Policy::ToFile(std::uint64_t seed) const {
   WritePolicy(state_->data, {{"test/0/in", "test/0/out", kSelfTestTolerance}}, &file);
   file.tensors.insert_or_assign("test/0/in",
                                 Tensor::OfFloats(questions, {kSelfTestRows, state_->observation.feature_count}));
-  file.tensors.insert_or_assign("test/0/out", Tensor::OfFloats(answers, {kSelfTestRows, HeadSize(state_->action)}));
+  file.tensors.insert_or_assign("test/0/out", Tensor::OfFloats(answers, {kSelfTestRows, state_->head.size()}));
   return file;
 }
 

@@ -19,7 +19,9 @@ using SpecJson = nlohmann::json;
 
 // Of both spaces: more than any that is trained here, less than a machine has.
 constexpr std::uint64_t kMostInterfaceBytes = std::uint64_t{256} << 20;
-constexpr std::string_view kHeads[] = {"categorical", "gaussian", "bernoulli"};
+// What a block says itself; everything else in its entry is an attribute.
+constexpr std::string_view kBlockFields[] = {"op", "in", "out", "name", "in_size", "out_size", "act", "shares"};
+constexpr std::string_view kSharedParameters = "shared_parameters";
 
 Status BadSpec(const std::string& what) {
   return {StatusCode::kDataLoss, "the model's specification " + what};
@@ -37,69 +39,119 @@ std::string TextOf(const SpecJson& json, const char* name) {
   return value.is_string() ? value.get<std::string>() : std::string();
 }
 
-std::string_view HeadName(const Leaf& leaf) {
-  switch (leaf.space.kind()) {
-    case SpaceKind::kBox:
-      return "gaussian";
-    case SpaceKind::kMultiBinary:
-      return "bernoulli";
-    default:
-      return "categorical";
-  }
-}
-
-SpecJson HeadsJson(const Layout& action) {
+SpecJson HeadsJson(const std::vector<HeadSpec>& specs) {
   SpecJson heads = SpecJson::array();
-  for (const Leaf& leaf : action.leaves) {
-    SpecJson head = {{"leaf", leaf.name}, {"type", HeadName(leaf)}};
-    if (leaf.space.kind() == SpaceKind::kBox) head["std"] = "pi/log_std";
+  for (const HeadSpec& spec : specs) {
+    SpecJson head = {{"leaf", spec.leaf}, {"type", spec.type}};
+    if (FindDistribution(spec.type)->has_log_std) head["std"] = "pi/log_std";
     heads.push_back(std::move(head));
   }
   return heads;
 }
 
+/// Files that name no heads have the default ones.
+Result<std::vector<HeadSpec>> ReadHeads(const SpecJson& json) {
+  std::vector<HeadSpec> heads;
+  if (json.is_null()) return heads;
+  if (!json.is_array()) return BadSpec("has heads that are no list");
+  for (const SpecJson& head : json) {
+    if (!SpecField(head, "leaf").is_string() || !SpecField(head, "type").is_string())
+      return BadSpec("has a head without leaf and type");
+    heads.push_back({TextOf(head, "leaf"), TextOf(head, "type")});
+  }
+  return heads;
+}
+
+SpecJson BlockJson(const nn::Block& block) {
+  SpecJson json = SpecJson::object();
+  for (const auto& [name, value] : block.attributes.json()) {
+    const Result<SpecJson> read = ReadJson<SpecJson>(value);
+    if (read.ok()) json[name] = *read;
+  }
+  json["op"] = block.op;
+  json["in"] = block.inputs.size() == 1 ? SpecJson(block.inputs[0]) : SpecJson(block.inputs);
+  json["out"] = block.output;
+  json["name"] = block.name;
+  json["in_size"] = block.in_size;
+  json["out_size"] = block.out_size;
+  json["act"] = nn::NameOf(block.activation);
+  if (!block.shares.empty()) json["shares"] = block.shares;
+  return json;
+}
+
 SpecJson GraphJson(const nn::NetworkSpec& network) {
   SpecJson blocks = SpecJson::array();
-  for (const nn::Block& block : network.blocks) {
-    blocks.push_back({{"op", block.op},
-                      {"in", block.input},
-                      {"out", block.output},
-                      {"name", block.name},
-                      {"in_size", block.in_size},
-                      {"out_size", block.out_size},
-                      {"act", nn::NameOf(block.activation)}});
-  }
+  for (const nn::Block& block : network.blocks) blocks.push_back(BlockJson(block));
   SpecJson inputs = SpecJson::array();
-  for (const nn::Port& input : network.inputs) inputs.push_back({{"name", input.name}, {"size", input.size}});
+  for (const nn::Port& input : network.inputs) {
+    SpecJson json = {{"name", input.name}, {"size", input.size}};
+    if (input.shape.size() > 1) json["shape"] = input.shape;
+    inputs.push_back(std::move(json));
+  }
   return {{"inputs", inputs}, {"blocks", blocks}, {"outputs", network.outputs}};
+}
+
+Result<nn::Port> ReadPort(const SpecJson& json) {
+  const SpecJson &size = SpecField(json, "size"), &shape = SpecField(json, "shape");
+  if (!size.is_number_integer()) return BadSpec("has a network input without a size");
+  nn::Port port{TextOf(json, "name"), size.get<std::int64_t>(), {}};
+  for (const SpecJson& dimension : shape) {
+    if (!dimension.is_number_integer()) return BadSpec("has a network input of no usable shape");
+    port.shape.push_back(dimension.get<std::int64_t>());
+  }
+  return port;
+}
+
+/// The names of a block's inputs: one text, or a list of texts.
+Status ReadBlockInputs(const SpecJson& json, nn::Block* block) {
+  if (json.is_string()) {
+    block->inputs = {json.get<std::string>()};
+    return {};
+  }
+  for (const SpecJson& input : json) {
+    if (!input.is_string()) return BadSpec("has a block " + Quote(block->name) + " with an input that is no name");
+    block->inputs.push_back(input.get<std::string>());
+  }
+  return {};
+}
+
+Result<nn::Block> ReadBlock(const SpecJson& entry) {
+  const SpecJson &in_size = SpecField(entry, "in_size"), &out_size = SpecField(entry, "out_size");
+  if (!in_size.is_number_integer() || !out_size.is_number_integer()) return BadSpec("has a block without sizes");
+  nn::Block block;
+  block.op = TextOf(entry, "op");
+  block.output = TextOf(entry, "out");
+  block.name = TextOf(entry, "name");
+  block.shares = TextOf(entry, "shares");
+  CONSAC_RETURN_IF_ERROR(ReadBlockInputs(SpecField(entry, "in"), &block));
+  block.in_size = in_size.get<std::int64_t>();
+  block.out_size = out_size.get<std::int64_t>();
+  constexpr std::int64_t kWidest = 1 << 20;
+  if (block.in_size < 1 || block.out_size < 1 || block.in_size > kWidest || block.out_size > kWidest) {
+    return BadSpec("has a block " + Quote(block.name) + " of impossible size");
+  }
+  const Result<nn::Activation> activation = nn::ParseActivation(TextOf(entry, "act"));
+  if (!activation.ok())
+    return BadSpec("has a block " + Quote(block.name) + " with an " + activation.status().message());
+  block.activation = *activation;
+  for (const auto& [name, value] : entry.items()) {
+    if (std::find(std::begin(kBlockFields), std::end(kBlockFields), name) == std::end(kBlockFields))
+      block.attributes.SetJson(name, JsonText(value));
+  }
+  return block;
 }
 
 Result<nn::NetworkSpec> GraphFromJson(const SpecJson& json) {
   nn::NetworkSpec network;
   for (const SpecJson& input : SpecField(json, "inputs")) {
-    const SpecJson& size = SpecField(input, "size");
-    if (!size.is_number_integer()) return BadSpec("has a network input without a size");
-    network.inputs.push_back({TextOf(input, "name"), size.get<std::int64_t>()});
+    Result<nn::Port> port = ReadPort(input);
+    if (!port.ok()) return port.status();
+    network.inputs.push_back(std::move(*port));
   }
   for (const SpecJson& entry : SpecField(json, "blocks")) {
-    const SpecJson &in_size = SpecField(entry, "in_size"), &out_size = SpecField(entry, "out_size");
-    if (!in_size.is_number_integer() || !out_size.is_number_integer()) return BadSpec("has a block without sizes");
-    nn::Block block;
-    block.op = TextOf(entry, "op");
-    block.input = TextOf(entry, "in");
-    block.output = TextOf(entry, "out");
-    block.name = TextOf(entry, "name");
-    block.in_size = in_size.get<std::int64_t>();
-    block.out_size = out_size.get<std::int64_t>();
-    constexpr std::int64_t kWidest = 1 << 20;
-    if (block.in_size < 1 || block.out_size < 1 || block.in_size > kWidest || block.out_size > kWidest) {
-      return BadSpec("has a block " + Quote(block.name) + " of impossible size");
-    }
-    const Result<nn::Activation> activation = nn::ParseActivation(TextOf(entry, "act"));
-    if (!activation.ok())
-      return BadSpec("has a block " + Quote(block.name) + " with an " + activation.status().message());
-    block.activation = *activation;
-    network.blocks.push_back(std::move(block));
+    Result<nn::Block> block = ReadBlock(entry);
+    if (!block.ok()) return block.status();
+    network.blocks.push_back(std::move(*block));
   }
   for (const SpecJson& output : SpecField(json, "outputs")) {
     if (!output.is_string()) return BadSpec("has a network output that is no name");
@@ -143,8 +195,7 @@ Status ReadSelfTest(const SpecJson& json, std::vector<SelfTestPair>* selftest) {
 Status CheckRequires(const SpecJson& json) {
   for (const SpecJson& feature : json) {
     const std::string name = feature.is_string() ? feature.get<std::string>() : JsonText(feature);
-    const bool known =
-        nn::FindOp(name) != nullptr || std::find(std::begin(kHeads), std::end(kHeads), name) != std::end(kHeads);
+    const bool known = nn::FindOp(name) != nullptr || FindDistribution(name) != nullptr || name == kSharedParameters;
     if (!known) return BadSpec("requires " + Quote(name) + ", which this program does not know; use a newer CONSAC");
   }
   return Status::Ok();
@@ -152,8 +203,11 @@ Status CheckRequires(const SpecJson& json) {
 
 SpecJson RequiredFeatures(const PolicyData& data) {
   std::vector<std::string> features;
-  for (const nn::Block& block : data.network.blocks) features.push_back(block.op);
-  for (const Leaf& leaf : Layout::Of(data.action_space).leaves) features.emplace_back(HeadName(leaf));
+  for (const nn::Block& block : data.network.blocks) {
+    features.push_back(block.op);
+    if (!block.shares.empty()) features.emplace_back(kSharedParameters);
+  }
+  for (const HeadSpec& head : data.heads) features.push_back(head.type);
   std::sort(features.begin(), features.end());
   features.erase(std::unique(features.begin(), features.end()), features.end());
   return features;
@@ -182,7 +236,7 @@ void WritePolicy(const PolicyData& data, const std::vector<SelfTestPair>& selfte
   const std::string canonical = JsonText(interface_json);
   const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(canonical))};
   interface_json["hash"] = Sha256Hex(pieces);
-  interface_json["heads"] = HeadsJson(Layout::Of(data.action_space));
+  interface_json["heads"] = HeadsJson(data.heads);
   if (data.normaliser.active()) {
     const auto size = static_cast<std::int64_t>(data.normaliser.mean.size());
     interface_json["normalise"] = {
@@ -248,7 +302,12 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
     CONSAC_RETURN_IF_ERROR(
         ReadFloats(file, parameter.name, static_cast<std::size_t>(parameter.count), &data.parameters));
   }
-  const auto log_std_size = static_cast<std::size_t>(LogStdSize(Layout::Of(data.action_space)));
+  Result<std::vector<HeadSpec>> heads = ReadHeads(SpecField(interface_json, "heads"));
+  if (!heads.ok()) return heads.status();
+  data.heads = std::move(*heads);
+  const Result<ActionHead> head = ActionHead::Create(Layout::Of(data.action_space), data.heads);
+  if (!head.ok()) return BadSpec("does not fit: " + head.status().message());
+  const auto log_std_size = static_cast<std::size_t>(head->log_std_size());
   if (log_std_size > 0) CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", log_std_size, &data.log_std));
   const auto features = static_cast<std::size_t>(data.observation_space.flat_size());
   CONSAC_RETURN_IF_ERROR(ReadNormaliser(file, SpecField(interface_json, "normalise"), features, &data.normaliser));

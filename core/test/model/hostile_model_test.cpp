@@ -53,7 +53,7 @@ nn::NetworkSpec Chain(std::size_t blocks) {
   nn::NetworkSpec spec;
   spec.inputs = {{"x", 1}};
   for (std::size_t i = 0; i < blocks; ++i) {
-    spec.blocks.push_back({.input = i == 0 ? "x" : "v" + std::to_string(i - 1),
+    spec.blocks.push_back({.inputs = {i == 0 ? "x" : "v" + std::to_string(i - 1)},
                            .output = "v" + std::to_string(i),
                            .name = "layer" + std::to_string(i),
                            .in_size = 1,
@@ -93,8 +93,8 @@ Status LoadedWithLayerOf(std::int64_t width) {
   data.observation_space = *Space::Box(-1, 1, {1});
   data.action_space = *Space::Discrete(2);
   data.network.inputs = {{"obs", 1}};
-  data.network.blocks = {{.input = "obs", .output = "wide", .name = "wide", .in_size = 1, .out_size = width},
-                         {.input = "wide", .output = "pi", .name = "pi", .in_size = width, .out_size = 2}};
+  data.network.blocks = {{.inputs = {"obs"}, .output = "wide", .name = "wide", .in_size = 1, .out_size = width},
+                         {.inputs = {"wide"}, .output = "pi", .name = "pi", .in_size = width, .out_size = 2}};
   data.network.outputs = {"pi"};
   data.parameters.assign(static_cast<std::size_t>(4 * width + 2), 0.0f);
   const Result<Policy> policy = Policy::Create(std::move(data), 1);

@@ -290,5 +290,23 @@ TEST(Machine, NamesItsInstructionSetAndMeasuresIt) {
   EXPECT_FALSE(UseInstructionSet("MMX"));
 }
 
+TEST(Polyak, MixesAndCopies) {
+  for (const std::size_t count : {1u, 7u, 16u, 100u}) {
+    std::vector<float> from(count), to(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      from[i] = static_cast<float>(i) - 3.5f;
+      to[i] = 1.0f / (static_cast<float>(i) + 1.0f);
+    }
+    const std::vector<float> before = to;
+    Polyak(0.005f, from, to);
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_NEAR(to[i], 0.995 * static_cast<double>(before[i]) + 0.005 * static_cast<double>(from[i]), 1e-6);
+    }
+    to[0] = std::numeric_limits<float>::infinity();
+    Polyak(1.0f, from, to);
+    EXPECT_EQ(to, from);
+  }
+}
+
 }  // namespace
 }  // namespace consac::nn

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "consac/nn/activations.h"
 #include "consac/nn/net_arch.h"
 #include "consac/nn/ops.h"
 
@@ -58,7 +59,7 @@ TEST(NetworkCreate, SaysWhatDoesNotFit) {
   spec.blocks[1].in_size = 63;
   EXPECT_THAT(Fault(spec), AllOf(HasSubstr("pi/1"), HasSubstr("63"), HasSubstr("64")));
   spec = SmallActorCritic();
-  spec.blocks[1].input = "pi/7";
+  spec.blocks[1].inputs = {"pi/7"};
   EXPECT_THAT(Fault(spec), AllOf(HasSubstr("pi/7"), HasSubstr("nothing before it writes")));
   spec = SmallActorCritic();
   spec.blocks[1].output = "pi/0";
@@ -96,7 +97,7 @@ TEST(NetworkCreate, RefusesMoreParametersThanAnArenaHolds) {
   spec.inputs = {{"obs", 1 << 20}};
   Block block;
   block.name = block.output = "big";
-  block.input = "obs";
+  block.inputs = {"obs"};
   block.in_size = block.out_size = 1 << 20;
   spec.blocks = {block};
   spec.outputs = {"big"};
@@ -135,7 +136,7 @@ TEST(Initialise, OrthogonalHasGainSquaredAsGram) {
   for (const auto& [out, in] : {std::pair{64, 4}, {64, 64}, {2, 64}, {100, 17}, {1, 1}}) {
     NetworkSpec spec;
     spec.inputs = {{"obs", in}};
-    spec.blocks = {{"dense", "obs", "y", "layer", in, out, Activation::kTanh, Init::kOrthogonal, 1.5f}};
+    spec.blocks = {{"dense", {"obs"}, "y", "layer", in, out, Activation::kTanh, Init::kOrthogonal, 1.5f, {}, {}}};
     spec.outputs = {"y"};
     const Network network = MustCreate(spec);
     std::vector<float> parameters(static_cast<std::size_t>(network.parameter_count()), 9.0f);
@@ -151,7 +152,7 @@ TEST(Initialise, UniformFormsFillTheirRange) {
        {std::pair{Init::kXavierUniform, std::sqrt(6.0 / 164.0)}, {Init::kUniformFanIn, 0.125}}) {
     NetworkSpec spec;
     spec.inputs = {{"obs", 64}};
-    spec.blocks = {{"dense", "obs", "y", "layer", 64, 100, Activation::kTanh, init, 1.0f}};
+    spec.blocks = {{"dense", {"obs"}, "y", "layer", 64, 100, Activation::kTanh, init, 1.0f, {}, {}}};
     spec.outputs = {"y"};
     const Network network = MustCreate(spec);
     std::vector<float> parameters(static_cast<std::size_t>(network.parameter_count()));
@@ -257,6 +258,124 @@ TEST(EvaluatorForward, ActorAloneLeavesTheCriticUntouched) {
   evaluator.ForwardTo(0, {&input, 1}, 1);
   EXPECT_EQ(*evaluator.output(1), critic);
   EXPECT_NE(*evaluator.output(0), actor);
+}
+
+Network DuellingNetwork() {
+  QNetworkOptions options;
+  options.layers = {8};
+  options.duelling = true;
+  options.observation_size = 3;
+  options.action_count = 4;
+  return MustCreate(QNetwork(options));
+}
+
+TEST(Duelling, AddsTheValueToCentredAdvantages) {
+  NetworkSpec spec;
+  spec.inputs = {{"value", 1}, {"advantage", 3}};
+  spec.blocks = {{.op = "duelling", .inputs = {"value", "advantage"}, .output = "q", .name = "q"}};
+  spec.outputs = {"q"};
+  const Network network = MustCreate(spec);
+  EXPECT_EQ(network.parameter_count(), 0);
+  EXPECT_EQ(network.spec().blocks[0].in_size, 4);
+  EXPECT_EQ(network.output_size(0), 3);
+  Evaluator evaluator(network, 2);
+  const float values[] = {10, -1}, advantages[] = {1, 2, 6, 0, 0, 3};
+  const float* inputs[] = {values, advantages};
+  evaluator.Forward(inputs, 2);
+  EXPECT_THAT(std::span(evaluator.output(0), 6), testing::ElementsAre(8, 9, 13, -2, -2, 1));
+}
+
+TEST(Duelling, SaysWhatItCannotRead) {
+  NetworkSpec spec = DuellingNetwork().spec();
+  Block& duelling = spec.blocks.back();
+  duelling.inputs = {"advantage", "value"};
+  EXPECT_THAT(Fault(spec), AllOf(HasSubstr("'q'"), HasSubstr("value, 1 number, not 4")));
+  duelling.inputs = {"value"};
+  duelling.in_size = 0;
+  EXPECT_THAT(Fault(spec), HasSubstr("duelling has 2 inputs, not 1"));
+  duelling.inputs = {"value", "advantage"};
+  duelling.out_size = 3;
+  EXPECT_THAT(Fault(spec), HasSubstr("puts out 4 features, not 3"));
+}
+
+TEST(QNetworks, HaveTheTowersOfTheirGeneration) {
+  std::vector<std::string> names;
+  const Network duelling = DuellingNetwork();
+  for (const Parameter& parameter : duelling.parameters()) names.push_back(parameter.name);
+  EXPECT_THAT(names, testing::ElementsAre("advantage/0/w", "advantage/0/b", "advantage/head/w", "advantage/head/b",
+                                          "value/0/w", "value/0/b", "value/head/w", "value/head/b"));
+  QNetworkOptions options;
+  options.observation_size = 3;
+  options.action_count = 4;
+  const Network plain = MustCreate(QNetwork(options));
+  EXPECT_EQ(plain.parameter_count(), 3 * 64 + 64 + 64 * 64 + 64 + 64 * 4 + 4);
+  EXPECT_EQ(plain.spec().outputs, std::vector<std::string>{"q"});
+}
+
+// Two uses of one layer: the second has no parameters of its own, and gives what the first gives for the same input.
+TEST(SharedParameters, OneLayerIsUsedTwice) {
+  NetworkSpec spec;
+  spec.inputs = {{"a", 3}, {"b", 3}};
+  Block block{.inputs = {"a"}, .output = "x", .name = "x", .out_size = 2, .init = Init::kUniformFanIn};
+  spec.blocks = {block};
+  block.inputs = {"b"};
+  block.output = block.name = "y";
+  block.shares = "x";
+  spec.blocks.push_back(block);
+  spec.outputs = {"x", "y"};
+  const Network network = MustCreate(spec);
+  EXPECT_EQ(network.parameter_count(), 8);
+  std::vector<float> parameters(8);
+  Rng rng(1);
+  network.Initialise(rng, parameters);
+  Evaluator evaluator(network, 1);
+  evaluator.Load(parameters);
+  const float row[] = {1, -2, 3};
+  const float* inputs[] = {row, row};
+  evaluator.Forward(inputs, 1);
+  EXPECT_EQ(std::memcmp(evaluator.output(0), evaluator.output(1), 2 * sizeof(float)), 0);
+  EXPECT_NE(evaluator.output(0)[0], 0.0f);
+  spec.blocks[1].out_size = 3;
+  EXPECT_THAT(Fault(spec), AllOf(HasSubstr("'y'"), HasSubstr("cannot share the parameters of 'x'")));
+  spec.blocks[1].out_size = 2;
+  spec.blocks[1].shares = "y";
+  EXPECT_THAT(Fault(spec), HasSubstr("cannot share"));
+}
+
+TEST(PackedNetworks, SeveralEvaluatorsRunTheSameParameters) {
+  const Network network = MustCreate(SmallActorCritic());
+  std::vector<float> parameters(static_cast<std::size_t>(network.parameter_count()));
+  Rng rng(12);
+  network.Initialise(rng, parameters);
+  const auto packed = std::make_shared<PackedNetwork>(network);
+  Evaluator a(packed, 1), b(packed, 3), own(network, 1);
+  const std::vector<float> ones(5, 1.0f);
+  const float* input = ones.data();
+  for (int round = 0; round < 2; ++round) {
+    packed->Load(parameters);
+    own.Load(parameters);
+    for (Evaluator* evaluator : {&a, &b, &own}) evaluator->Forward({&input, 1}, 1);
+    EXPECT_EQ(std::memcmp(a.output(0), own.output(0), 3 * sizeof(float)), 0);
+    EXPECT_EQ(std::memcmp(b.output(0), own.output(0), 3 * sizeof(float)), 0);
+    for (float& value : parameters) value += 0.5f;
+  }
+}
+
+TEST(Attributes, KeepWhatTheyAreGiven) {
+  Attributes attributes;
+  attributes.SetInteger("stride", 4);
+  attributes.SetNumber("epsilon", 1e-5);
+  attributes.SetText("padding", "same \"edge\"");
+  attributes.SetIntegers("kernel", std::vector<std::int64_t>{8, 8});
+  attributes.SetJson("foreign", R"({"a":[1,null]})");
+  EXPECT_EQ(attributes.Integer("stride"), 4);
+  EXPECT_EQ(attributes.Number("epsilon"), 1e-5);
+  EXPECT_EQ(attributes.Number("stride"), 4.0);
+  EXPECT_EQ(attributes.Text("padding"), "same \"edge\"");
+  EXPECT_EQ(attributes.Integers("kernel"), (std::vector<std::int64_t>{8, 8}));
+  EXPECT_FALSE(attributes.Integer("epsilon").has_value());
+  EXPECT_FALSE(attributes.Integers("foreign").has_value());
+  EXPECT_FALSE(attributes.Text("nothing").has_value());
 }
 
 }  // namespace

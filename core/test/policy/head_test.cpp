@@ -76,6 +76,67 @@ TEST(Head, MaskedActionsAreNeverTakenAndHaveNoEntropy) {
   EXPECT_NEAR(entropy, std::log(2.0), 1e-6);
 }
 
+/// Mean over draws of log p - log q.
+double SampledKl(const ActionHead& head, const float* p, const float* p_std, const float* q, const float* q_std,
+                 const std::uint8_t* mask) {
+  Rng rng(9, 1);
+  std::vector<float> raw(static_cast<std::size_t>(head.raw_size()));
+  double sum = 0.0;
+  constexpr int kDraws = 200000;
+  for (int i = 0; i < kDraws; ++i) {
+    float log_p = 0, log_q = 0;
+    head.Select(p, p_std, mask, 1, ActionMode::kSample, rng, raw.data(), &log_p);
+    head.LogProbability(q, q_std, mask, raw.data(), 1, &log_q);
+    sum += static_cast<double>(log_p) - log_q;
+  }
+  return sum / kDraws;
+}
+
+TEST(Head, KlIsTheMeanDifferenceOfLogProbabilities) {
+  const Space action = *Space::Dict({{"a", *Space::Box(-1, 1, {2})},
+                                     {"b", *Space::MultiDiscrete({3, 2})},
+                                     {"c", *Space::MultiBinary(2)},
+                                     {"d", *Space::Discrete(3)}});
+  const auto head = ActionHead::Create(Layout::Of(action));
+  ASSERT_TRUE(head.ok());
+  ASSERT_EQ(head->size(), 12);
+  const float p[] = {0.1f, -0.4f, 1, 2, 0.5f, 0, 1, 0.3f, -1, 0.2f, 0.1f, 1};
+  const float q[] = {0.3f, -0.2f, 0, 2, 1.5f, 1, 1, 0.9f, 0, 0.5f, 0.9f, 0};
+  const float p_std[] = {0, -0.5f}, q_std[] = {0.3f, -0.2f};
+  const std::uint8_t mask[] = {1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1};
+  float kl = 0;
+  for (const std::uint8_t* legal : {static_cast<const std::uint8_t*>(nullptr), mask}) {
+    head->Kl(p, p_std, q, q_std, legal, 1, &kl);
+    EXPECT_NEAR(kl, SampledKl(*head, p, p_std, q, q_std, legal), 0.01);
+    EXPECT_GT(kl, 0.1f);
+    head->Kl(p, p_std, p, p_std, legal, 1, &kl);
+    EXPECT_NEAR(kl, 0.0f, 1e-6);
+  }
+}
+
+// The named heads of an action and its default ones are one.
+TEST(Head, NamedDefaultsGiveTheSameBits) {
+  const Layout layout = Layout::Of(*Space::Dict({{"a", *Space::Box(-1, 1, {2})}, {"b", *Space::Discrete(3, 5)}}));
+  const auto head = ActionHead::Create(layout, DefaultHeads(layout));
+  ASSERT_TRUE(head.ok());
+  EXPECT_EQ(head->size(), HeadSize(layout));
+  EXPECT_EQ(head->log_std_size(), LogStdSize(layout));
+  const float numbers[] = {0.1f, -0.4f, 1, 2, 0.5f}, log_std[] = {0, -0.5f};
+  float raw[3], again[3], log_p = 0, log_q = 0, entropy = 0, entropy_again = 0;
+  std::vector<std::byte> action(layout.row_bytes), action_again(layout.row_bytes);
+  Rng first(4, 4), second(4, 4);
+  head->Select(numbers, log_std, nullptr, 1, ActionMode::kSample, first, raw, &log_p);
+  SelectActions(layout, numbers, log_std, nullptr, 1, ActionMode::kSample, second, again, &log_q);
+  EXPECT_EQ(std::vector<float>(raw, raw + 3), std::vector<float>(again, again + 3));
+  EXPECT_EQ(log_p, log_q);
+  head->Entropy(numbers, log_std, nullptr, 1, &entropy);
+  Entropy(layout, numbers, log_std, nullptr, 1, &entropy_again);
+  EXPECT_EQ(entropy, entropy_again);
+  head->Write(raw, 1, action.data());
+  WriteActions(layout, raw, 1, action_again.data());
+  EXPECT_EQ(action, action_again);
+}
+
 TEST(Head, WorldActionsAreClippedAndOffset) {
   const Layout box = Layout::Of(*Space::Box({-1, -2}, {1, 2}, {2}));
   const float raw[] = {3, -5};

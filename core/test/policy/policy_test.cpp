@@ -189,5 +189,83 @@ TEST(Policy, WhatDoesNotFitTogetherIsRefused) {
   EXPECT_EQ(Policy::Create(data, 1).status().code(), StatusCode::kInvalidArgument);
 }
 
+PolicyData QPolicy(bool duelling, std::uint64_t seed) {
+  PolicyData data;
+  data.observation_space = *Space::Box(-1, 1, {3});
+  data.action_space = *Space::Discrete(4, 10);
+  nn::QNetworkOptions options;
+  options.layers = {16};
+  options.duelling = duelling;
+  options.observation_size = 3;
+  options.action_count = 4;
+  data.network = nn::QNetwork(options);
+  data.heads = {{"", "q_values"}};
+  const auto network = nn::Network::Create(data.network);
+  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
+  Rng rng(seed, 1);
+  network->Initialise(rng, data.parameters);
+  return data;
+}
+
+// Of values the best legal one is taken, in either mode and without a draw; the file says which head it is.
+TEST(Policy, QValuesTakeTheBestLegalAction) {
+  for (const bool duelling : {false, true}) {
+    auto original = Policy::Create(QPolicy(duelling, 3), 1);
+    ASSERT_TRUE(original.ok()) << original.status().message();
+    auto loaded = Policy::FromBytes(original->ToFile(7).Serialise());
+    ASSERT_TRUE(loaded.ok()) << loaded.status().message();
+    EXPECT_EQ(loaded->data().heads, (std::vector<HeadSpec>{{"", "q_values"}}));
+    EXPECT_EQ(loaded->data().network.blocks.back().inputs, original->data().network.blocks.back().inputs);
+    Rng rng(5, 5);
+    for (int i = 0; i < 50; ++i) {
+      const float row[] = {rng.Normal(), rng.Normal(), rng.Normal()};
+      std::uint8_t mask[] = {1, 1, 1, 1};
+      std::int32_t best = 0, taken = 0;
+      const auto act = [&](Policy& policy, ActionMode mode) {
+        Rng unused(1, 1), same(1, 1);
+        policy.Act(reinterpret_cast<const std::byte*>(row), mask, 1, mode, unused,
+                   reinterpret_cast<std::byte*>(&taken));
+        EXPECT_EQ(unused.Uniform(), same.Uniform());
+        return taken;
+      };
+      best = act(*original, ActionMode::kDeterministic);
+      for (std::size_t a = 0; a < 4; ++a)
+        EXPECT_LE(original->head()[a], original->head()[static_cast<std::size_t>(best - 10)]);
+      EXPECT_EQ(act(*loaded, ActionMode::kSample), best);
+      mask[best - 10] = 0;
+      EXPECT_NE(act(*loaded, ActionMode::kDeterministic), best);
+    }
+  }
+}
+
+TEST(Policy, HeadsThatDoNotFitAreNamed) {
+  PolicyData data = QPolicy(false, 3);
+  data.heads = {{"", "q_value"}};
+  EXPECT_NE(Policy::Create(data, 1).status().message().find("did you mean 'q_values'"), std::string::npos);
+  data.heads = {{"", "gaussian"}};
+  EXPECT_NE(Policy::Create(data, 1).status().message().find("cannot have the head 'gaussian'"), std::string::npos);
+  data.heads = {{"wheel", "q_values"}};
+  EXPECT_NE(Policy::Create(data, 1).status().message().find("'wheel'"), std::string::npos);
+  data.heads = {{"", "q_values"}, {"", "q_values"}};
+  EXPECT_NE(Policy::Create(data, 1).status().message().find("2 heads"), std::string::npos);
+}
+
+// A file keeps what a block has, whether this program knows it or not; one without heads has the default ones.
+TEST(Policy, AttributesSurviveTheFileAndHeadsMayBeMissing) {
+  PolicyData data = SmallPolicy(*Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
+  data.network.blocks[0].attributes.SetJson("of_tomorrow", R"({"deep":[1,2.5,null,"x"]})");
+  const auto original = Policy::Create(data, 1);
+  ModelFile file = original->ToFile(1);
+  const std::string heads = R"("heads":[{"leaf":"","type":"categorical"}],)";
+  const std::size_t at = file.spec_json.find(heads);
+  ASSERT_NE(at, std::string::npos) << file.spec_json;
+  file.spec_json.erase(at, heads.size());
+  const auto loaded = Policy::FromBytes(file.Serialise());
+  ASSERT_TRUE(loaded.ok()) << loaded.status().message();
+  EXPECT_EQ(loaded->data().network.blocks[0].attributes.json().find("of_tomorrow")->second,
+            R"({"deep":[1,2.5,null,"x"]})");
+  EXPECT_EQ(loaded->data().heads, original->data().heads);
+}
+
 }  // namespace
 }  // namespace consac

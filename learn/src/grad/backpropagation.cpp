@@ -95,7 +95,7 @@ void Backpropagation::Run(std::span<const float> parameters, std::int64_t rows, 
                     rows <= state.max_rows;
   CONSAC_ASSERT(fits);
   if (!fits) return;
-  state.schedule.Pack(parameters.data());
+  state.schedule.Pack(parameters.first(static_cast<std::size_t>(state.network_count)));
   const std::int64_t lanes = LaneCountFor(rows);
   executor.ForEach(lanes, [&](std::int64_t lane) { state.RunLane(lane, lanes, rows, loss); });
   if (lanes == 1) return;

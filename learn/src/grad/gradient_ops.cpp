@@ -5,7 +5,7 @@
 namespace consac::learn {
 
 const GradientOp* FindGradientOp(std::string_view name) {
-  static const std::array kGradientOps = {DenseGradientOp()};
+  static const std::array kGradientOps = {DenseGradientOp(), DuellingGradientOp()};
   for (const GradientOp& op : kGradientOps) {
     if (op.name == name) return &op;
   }

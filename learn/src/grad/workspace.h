@@ -6,18 +6,23 @@
 #include <vector>
 
 #include "consac/learn/grad/backpropagation.h"
-#include "consac/nn/aligned.h"
-#include "consac/nn/plan.h"
+#include "consac/nn/activations.h"
 #include "grad/gradient_ops.h"
 
 namespace consac::learn {
 
-/// What the backward pass does with one step, decided once.
+/// What the backward pass does with one input of a step, decided once.
+struct BackwardInput {
+  bool wanted = false;                      ///< something with parameters stands before it
+  nn::Store store = nn::Store::kOverwrite;  ///< the first to reach a value overwrites, the others add
+};
+
+/// What it does with a step.
 struct BackwardStep {
-  const GradientOp* op = nullptr;           ///< how
-  bool reached = false;                     ///< an output depends on it; otherwise its gradient stays 0
-  bool input_wanted = false;                ///< something with parameters stands before it
-  nn::Store input_store = nn::Store::kAdd;  ///< the first to reach a value overwrites, the others add
+  const GradientOp* op = nullptr;     ///< how
+  bool reached = false;               ///< an output depends on it; otherwise its gradient stays 0
+  bool first_use = true;              ///< of its parameters, backward; the later ones add
+  std::vector<BackwardInput> inputs;  ///< one per input
 };
 
 /// A network's parameters packed for both directions, and the order of work.
@@ -26,13 +31,13 @@ class GradientSchedule {
   /// For `network`.
   explicit GradientSchedule(const nn::Network& network);
   /// Packs `parameters` (canonical order).
-  void Pack(const float* parameters);
+  void Pack(std::span<const float> parameters);
 
-  nn::Plan plan;                          ///< forward order
+  nn::PackedNetwork forward;              ///< plan and forward packing
   std::vector<BackwardStep> backward;     ///< [plan.steps]
-  std::vector<std::int64_t> forward_at;   ///< [plan.steps] into packed
+  std::vector<std::size_t> order;         ///< [plan.steps] forward
   std::vector<std::int64_t> backward_at;  ///< [plan.steps] into packed
-  nn::AlignedFloats packed;               ///< both packings
+  nn::AlignedFloats packed;               ///< backward packing
 
  private:
   void PlanBackward();
@@ -49,16 +54,14 @@ class BlockWorkspace {
   std::atomic<bool> taken = false;  ///< some thread is using it
 
  private:
-  nn::Rows Value(std::size_t value) { return {values_[value].data(), strides_[value]}; }
-  nn::Rows Gradient(std::size_t value) { return {gradients_[value].data(), strides_[value]}; }
-  nn::Rows PreActivation(std::size_t value) { return {pre_[value].data(), strides_[value]}; }
-  void Forward(std::int64_t rows);
+  nn::Rows Gradient(std::size_t value);
   void Backward(std::int64_t rows, float* gradient, nn::Store store);
 
   const GradientSchedule& schedule_;
-  std::vector<std::int64_t> strides_;                        // [values]
-  std::vector<nn::AlignedFloats> values_, gradients_, pre_;  // [values] each [kBlockRows, stride]
-  std::vector<float*> inputs_, output_gradients_;            // what the loss sees
+  nn::Activations activations_;
+  std::vector<nn::AlignedFloats> gradients_;       // [values] each [kBlockRows, stride]
+  std::vector<GradientInput> step_inputs_;         // of one step
+  std::vector<float*> inputs_, output_gradients_;  // what the loss sees
   std::vector<const float*> outputs_;
 };
 

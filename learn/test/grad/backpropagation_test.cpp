@@ -147,7 +147,7 @@ nn::Block Dense(std::string name, std::string from, std::int64_t in, std::int64_
   nn::Block block;
   block.output = name;
   block.name = std::move(name);
-  block.input = std::move(from);
+  block.inputs = {std::move(from)};
   block.in_size = in;
   block.out_size = out;
   block.activation = activation;
@@ -160,6 +160,31 @@ TEST(Gradient, OfAnOutputThatOthersReadAndOfTwoInputs) {
   spec.blocks = {Dense("a", "obs", 6, 9, nn::Activation::kSilu), Dense("b", "a", 9, 5, nn::Activation::kTanh),
                  Dense("c", "a", 9, 4, nn::Activation::kElu), Dense("g", "goal", 3, 2, nn::Activation::kSigmoid)};
   spec.outputs = {"a", "b", "c", "g"};
+  ExpectGradient(MustCreate(spec), 9, 200);
+}
+
+TEST(Gradient, OfADuellingNetwork) {
+  nn::QNetworkOptions options;
+  options.layers = {7};
+  options.duelling = true;
+  options.activation = nn::Activation::kTanh;
+  options.observation_size = 3;
+  for (const std::int64_t actions : {1, 2, 5}) {
+    options.action_count = actions;
+    ExpectGradient(MustCreate(nn::QNetwork(options)), 70, 200);
+  }
+}
+
+// Both uses of a layer add to one gradient, whichever is reached first, and whether or not the other is reached at all.
+TEST(Gradient, OfParametersUsedTwice) {
+  nn::NetworkSpec spec;
+  spec.inputs = {{"obs", 4}, {"goal", 4}};
+  spec.blocks = {Dense("a", "obs", 4, 4, nn::Activation::kTanh), Dense("b", "goal", 4, 4, nn::Activation::kTanh),
+                 Dense("c", "a", 4, 4, nn::Activation::kTanh), Dense("d", "b", 4, 2, nn::Activation::kTanh)};
+  spec.blocks[1].shares = spec.blocks[2].shares = "a";
+  spec.outputs = {"c", "d"};
+  ExpectGradient(MustCreate(spec), 130, 200);
+  spec.outputs = {"d"};
   ExpectGradient(MustCreate(spec), 9, 200);
 }
 

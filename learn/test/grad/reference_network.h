@@ -16,9 +16,17 @@ inline std::vector<std::vector<double>> ReferenceForward(const nn::Network& netw
                                                          const std::vector<std::vector<double>>& inputs) {
   std::map<std::string, std::vector<double>> values;
   for (std::size_t i = 0; i < inputs.size(); ++i) values[network.spec().inputs[i].name] = inputs[i];
-  std::size_t at = 0;
-  for (const nn::Block& block : network.spec().blocks) {
-    const std::vector<double>& x = values[block.input];
+  for (const nn::PlacedBlock& block : network.blocks()) {
+    const auto at = static_cast<std::size_t>(block.parameter_offset);
+    const std::vector<double>& x = values[block.inputs[0]];
+    if (block.op == "duelling") {
+      std::vector<double> q = values[block.inputs[1]];
+      double mean = 0.0;
+      for (const double a : q) mean += a / static_cast<double>(q.size());
+      for (double& a : q) a += x[0] - mean;
+      values[block.output] = q;
+      continue;
+    }
     const auto in = static_cast<std::size_t>(block.in_size);
     const auto out = static_cast<std::size_t>(block.out_size);
     std::vector<double> y(out);
@@ -28,7 +36,6 @@ inline std::vector<std::vector<double>> ReferenceForward(const nn::Network& netw
       y[o] = nn::ReferenceActivation(block.activation, sum);
     }
     values[block.output] = y;
-    at += in * out + out;
   }
   std::vector<std::vector<double>> outputs;
   for (const std::string& name : network.spec().outputs) outputs.push_back(values[name]);

@@ -108,6 +108,8 @@ void Sigmoid(std::span<const float> from, std::span<float> to);
 
 /// to[i] += from[i].
 void AddTo(std::span<const float> from, std::span<float> to);
+/// to[i] = (1 - tau) to[i] + tau from[i]: a target network follows the one that learns. 1 copies it, bit for bit.
+void Polyak(float tau, std::span<const float> from, std::span<float> to);
 /// Sum of squares in float64, in an order that depends on the length alone.
 double SumOfSquares(std::span<const float> values);
 

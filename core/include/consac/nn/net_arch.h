@@ -39,4 +39,19 @@ struct ActorCriticOptions {
 /// One input "obs", outputs "pi" [action_size] and "vf" [1]; blocks "shared/i", "pi/i", "vf/i", "pi/head", "vf/head".
 NetworkSpec ActorCritic(const ActorCriticOptions& options);
 
+/// What a network of action values is built from. Defaults: Stable Baselines3's DQN; Stable Baselines 2 has `duelling`
+/// and Init::kXavierUniform.
+struct QNetworkOptions {
+  std::vector<std::int64_t> layers = {64, 64};  ///< widths of the hidden layers
+  Activation activation = Activation::kRelu;    ///< of hidden layers
+  Init init = Init::kUniformFanIn;              ///< of all weights
+  bool duelling = false;                        ///< separate towers for the state's value and the advantages
+  std::int64_t observation_size = 0;            ///< network inputs
+  std::int64_t action_count = 0;                ///< choices
+};
+
+/// One input "obs", one output "q" [action_count]; blocks "q/i", "q/head", or "advantage/i", "value/i", their heads and
+/// the duelling block "q". It goes with the head "q_values".
+NetworkSpec QNetwork(const QNetworkOptions& options);
+
 }  // namespace consac::nn

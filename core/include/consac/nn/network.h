@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 
 #include "consac/base/rng.h"
 #include "consac/base/status.h"
+#include "consac/nn/attributes.h"
 
 namespace consac::nn {
 
@@ -26,24 +28,33 @@ Result<Activation> ParseActivation(std::string_view name);
 /// How a block's weight starts.
 enum class Init : std::uint8_t { kOrthogonal, kXavierUniform, kUniformFanIn, kZeros };
 
-/// One block of a network. `op` names a row of the table in nn/ops.cpp; so far "dense".
+/// Sizes of one row of a value, row-major: {64} features, {height, width, channels} of an image.
+using Shape = std::vector<std::int64_t>;
+/// Numbers in a row of that shape; 1 for an empty one.
+std::int64_t SizeOf(const Shape& shape);
+
+/// One block of a network. `op` names a row of the table in nn/ops.cpp, which says how many inputs it has and what its
+/// attributes mean. A size of 0 is filled in by Network::Create.
 struct Block {
-  std::string op = "dense";   ///< which operation
-  std::string input;          ///< value it reads
-  std::string output;         ///< value it writes
-  std::string name;           ///< parameter prefix in the model file: "pi/0" -> "pi/0/w", "pi/0/b"
-  std::int64_t in_size = 0;   ///< features of the input
-  std::int64_t out_size = 0;  ///< features of the output
+  std::string op = "dense";         ///< which operation
+  std::vector<std::string> inputs;  ///< values it reads, in the op's order
+  std::string output;               ///< value it writes
+  std::string name;                 ///< parameter prefix in the model file: "pi/0" -> "pi/0/w", "pi/0/b"
+  std::int64_t in_size = 0;         ///< features of the inputs together
+  std::int64_t out_size = 0;        ///< features of the output; a dense block must say it
   Activation activation = Activation::kLinear;
   Init init = Init::kOrthogonal;  ///< of the weight; biases start at 0 (kUniformFanIn: as PyTorch)
   float gain = 1.0f;              ///< factor of the initial weight
+  Attributes attributes = {};     ///< what else the op wants to know; the model file keeps all of it
+  std::string shares = {};        ///< the block before it whose parameters it uses; empty: it has its own
   friend bool operator==(const Block&, const Block&) = default;
 };
 
-/// A named value of known width.
+/// A named value of known size.
 struct Port {
   std::string name;       ///< value name
   std::int64_t size = 0;  ///< features
+  Shape shape = {};       ///< of a row; empty: {size}
   friend bool operator==(const Port&, const Port&) = default;
 };
 
@@ -55,6 +66,14 @@ struct NetworkSpec {
   friend bool operator==(const NetworkSpec&, const NetworkSpec&) = default;
 };
 
+/// A block with what its place in the network adds.
+struct PlacedBlock : Block {
+  std::vector<Shape> in_shapes;       ///< of its inputs
+  Shape out_shape;                    ///< of its output
+  std::int64_t parameter_offset = 0;  ///< first of its parameters in the arena
+  std::int64_t parameter_count = 0;   ///< how many
+};
+
 /// A parameter tensor inside the arena.
 struct Parameter {
   std::string name;                 ///< "pi/0/w"
@@ -63,14 +82,19 @@ struct Parameter {
   std::int64_t count = 0;           ///< elements
 };
 
+struct Op;
+class PackedNetwork;
+
 /// A checked NetworkSpec that can be run. Immutable and shareable between threads; memory is the Evaluator's.
 class Network {
  public:
-  /// Checks names, widths and order; the error names the block.
+  /// Checks names, shapes and order, and fills in what follows from them; the error names the block.
   static Result<Network> Create(NetworkSpec spec);
 
-  /// The description.
+  /// The description, every size filled in.
   const NetworkSpec& spec() const { return spec_; }
+  /// The blocks with their shapes and parameters, in execution order.
+  std::span<const PlacedBlock> blocks() const { return blocks_; }
   /// Floats in the arena.
   std::int64_t parameter_count() const { return parameter_count_; }
   /// Tensors in arena order.
@@ -82,22 +106,31 @@ class Network {
   void Initialise(Rng& rng, std::span<float> parameters) const;
 
  private:
+  using Places = std::map<std::string_view, std::size_t>;
+  Status PlaceParameters(PlacedBlock& block, const Op& op, const Places& places);
+  Status CheckParameterNames() const;
+
   NetworkSpec spec_;
+  std::vector<PlacedBlock> blocks_;
   std::vector<Parameter> parameters_;
+  std::vector<std::int64_t> output_sizes_;
   std::int64_t parameter_count_ = 0;
 };
 
-/// A network with its parameters packed for the kernels: what acts. Forward never allocates or locks.
-/// One per thread that acts (it holds the activations); the packed parameters are copied by Load.
+/// A network with its parameters packed for the kernels: what acts. Forward never allocates or locks. One per thread
+/// that acts, since it holds the activations; several may share one packing.
 class Evaluator {
  public:
   /// Room for `max_rows` rows. Copies what it needs of `network`.
   Evaluator(const Network& network, std::int64_t max_rows);
+  /// Runs with the parameters that `packed` holds: those of another evaluator, a target network, a frozen player.
+  Evaluator(std::shared_ptr<const PackedNetwork> packed, std::int64_t max_rows);
   ~Evaluator();
   Evaluator(Evaluator&&) noexcept;
   Evaluator& operator=(Evaluator&&) noexcept;
 
-  /// Packs `parameters` ([parameter_count], canonical order). Cost: one pass over them.
+  /// Packs `parameters` ([parameter_count], canonical order). Cost: one pass over them. Only where the packing is its
+  /// own; otherwise who owns it loads it.
   void Load(std::span<const float> parameters);
   /// Runs `rows` <= max_rows rows. inputs[i] is [rows, inputs[i].size] row-major. The results stay readable by
   /// output() until the next call. Row r's result does not depend on the other rows, bit for bit.

@@ -1,5 +1,5 @@
 #pragma once
-// A NetworkSpec with its names resolved to numbers: what runs it, forward (Evaluator) or backward (learn/grad).
+// A NetworkSpec with its names resolved to numbers: what runs it, forward (Activations) or backward (learn/grad).
 
 #include <cstddef>
 #include <cstdint>
@@ -21,12 +21,10 @@ struct PlanValue {
 
 /// A block to run.
 struct PlanStep {
-  Block block;                        ///< its description
-  const Op* op = nullptr;             ///< its row in the table
-  std::size_t input = 0;              ///< value it reads
-  std::size_t output = 0;             ///< value it writes
-  std::int64_t parameter_offset = 0;  ///< first of its parameters in the arena
-  std::int64_t parameter_count = 0;   ///< how many
+  PlacedBlock block;                ///< its description
+  const Op* op = nullptr;           ///< its row in the table
+  std::vector<std::size_t> inputs;  ///< values it reads
+  std::size_t output = 0;           ///< value it writes
 };
 
 /// The resolved network. Values: first the inputs, then one per block.

@@ -1,49 +1,99 @@
 #pragma once
-// From network outputs to actions: one distribution per leaf of the action space. Used to act (here) and, for
-// log-probabilities, entropies and their gradients, by learn/grad. No allocation.
-// Discrete: categorical logits [n]. MultiDiscrete: concatenated logits [sum(nvec)]. MultiBinary: Bernoulli logits [n].
-// Box: diagonal Gaussian, mean [count] from the network and a free log standard deviation [count] per action space.
+// From network outputs to actions: one distribution (policy/distribution.h) per leaf of the action space. Used to act
+// (here) and, for log-probabilities, entropies and their gradients, by learn/grad. No allocation per action.
+// By default: Discrete categorical logits [n], MultiDiscrete concatenated logits [sum(nvec)], MultiBinary Bernoulli
+// logits [n], Box diagonal Gaussian, mean [count] from the network and a free log standard deviation [count].
 
 #include <cstdint>
 #include <span>
+#include <string>
+#include <vector>
 
-#include "consac/base/rng.h"
-#include "consac/space/layout.h"
+#include "consac/policy/distribution.h"
 
 namespace consac {
 
-/// Numbers that the network must put out for `action`.
+/// Which distribution a leaf of the action has, as the model file names it.
+struct HeadSpec {
+  std::string leaf;  ///< path of the leaf, "" when the action is one leaf
+  std::string type;  ///< a name of the table: "categorical", "q_values"
+  friend bool operator==(const HeadSpec&, const HeadSpec&) = default;
+};
+
+/// The heads that an action has where nothing else is said.
+std::vector<HeadSpec> DefaultHeads(const Layout& action);
+
+/// An action's leaves with their distributions: what acts, and what a learner differentiates.
+class ActionHead {
+ public:
+  /// One leaf's part.
+  struct Part {
+    Leaf leaf;                                   ///< of the action
+    const Distribution* distribution = nullptr;  ///< how it follows from the network
+    std::int64_t head_offset = 0;                ///< its first number among the network's
+    std::int64_t head_size = 0;                  ///< how many
+    std::int64_t log_std_offset = 0;  ///< its first free log standard deviation; as many as elements, or none
+    std::int64_t raw_offset = 0;      ///< its first element of a raw action
+  };
+
+  /// One head per leaf in the leaves' order; without heads, the defaults. The error names the leaf and what it may be.
+  static Result<ActionHead> Create(const Layout& action, std::span<const HeadSpec> heads = {});
+
+  /// Numbers that the network must put out.
+  std::int64_t size() const { return size_; }
+  /// Free log standard deviations.
+  std::int64_t log_std_size() const { return log_std_size_; }
+  /// Elements of one action as the learner keeps it ("raw"): Box elements as they were drawn, indices from 0 of
+  /// discrete leaves.
+  std::int64_t raw_size() const { return raw_size_; }
+  /// Leaf by leaf.
+  std::span<const Part> parts() const { return parts_; }
+  /// Names, for the model.
+  std::vector<HeadSpec> specs() const;
+
+  /// Draws (or takes the mode of) `rows` actions. head [rows, size], log_std [log_std_size], masks [rows, mask_bytes]
+  /// or null, raw [rows, raw_size] out, log_probability [rows] out or null. Uses `rng` only for kSample, in row order.
+  void Select(const float* head, const float* log_std, const std::uint8_t* masks, std::int64_t rows, ActionMode mode,
+              Rng& rng, float* raw, float* log_probability = nullptr) const;
+  /// Turns raw actions into what the world takes: adds Discrete's start, brings Box into its bounds. out
+  /// [rows, row_bytes].
+  void Write(const float* raw, std::int64_t rows, std::byte* out) const;
+  /// log p(raw | head) per row, [rows]; legal masks as in Select.
+  void LogProbability(const float* head, const float* log_std, const std::uint8_t* masks, const float* raw,
+                      std::int64_t rows, float* out) const;
+  /// Entropy per row, [rows].
+  void Entropy(const float* head, const float* log_std, const std::uint8_t* masks, std::int64_t rows, float* out) const;
+  /// KL(from || to) per row, [rows]; heads [rows, size], both under the same masks.
+  void Kl(const float* from, const float* from_log_std, const float* to, const float* to_log_std,
+          const std::uint8_t* masks, std::int64_t rows, float* out) const;
+
+ private:
+  HeadRow RowOf(const Part& part, std::int64_t row, const float* head, const float* log_std,
+                const std::uint8_t* masks) const;
+
+  std::vector<Part> parts_;
+  std::size_t row_bytes_ = 0;
+  std::int64_t size_ = 0, log_std_size_ = 0, raw_size_ = 0, mask_bytes_ = 0;
+};
+
+/// Numbers that the network must put out for `action` with default heads.
 std::int64_t HeadSize(const Layout& action);
-/// Free log-std parameters for `action`: elements of its Box leaves.
+/// Free log-std parameters for `action` with default heads: elements of its Box leaves.
 std::int64_t LogStdSize(const Layout& action);
-/// Elements of one action as the learner keeps it ("raw"): Box elements *unclipped*, indices for discrete leaves.
+/// Elements of one raw action.
 std::int64_t RawActionSize(const Layout& action);
-/// Ok when a head exists for every leaf (Box leaves must be float32 and one-dimensional).
+/// Ok when a default head exists for every leaf (Box leaves must be float32 and one-dimensional).
 Status CheckHead(const Layout& action);
 
-/// The logit of what a mask forbids; a forced bit has minus or plus this.
-inline constexpr float kMaskedLogit = -1e8f;
-/// log(2 pi), of the normal distribution's density.
-inline constexpr float kLogTwoPi = 1.8378770664093453f;
-/// log(1 + exp(x)) without overflow.
-float Softplus(float x);
-/// The logit of a bit given its two mask bytes (0 legal, 1 legal) or null.
-float MaskedBitLogit(float logit, const std::uint8_t* mask);
-
-/// How an action is drawn from its distribution.
-enum class ActionMode : std::uint8_t { kSample, kDeterministic };
-
-/// Draws (or takes the mode of) `rows` actions. head [rows, HeadSize], log_std [LogStdSize], masks [rows, mask_bytes]
-/// or null, raw [rows, RawActionSize] out, log_probability [rows] out or null. Uses `rng` only for kSample, in row
-/// order.
+/// ActionHead::Select with default heads.
 void SelectActions(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
                    std::int64_t rows, ActionMode mode, Rng& rng, float* raw, float* log_probability = nullptr);
-/// Turns raw actions into what the world takes: adds Discrete's start, clips Box to its bounds. out [rows, row_bytes].
+/// ActionHead::Write with default heads.
 void WriteActions(const Layout& action, const float* raw, std::int64_t rows, std::byte* out);
-/// log p(raw | head) per row, [rows]; legal masks as in SelectActions.
+/// ActionHead::LogProbability with default heads.
 void LogProbability(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
                     const float* raw, std::int64_t rows, float* out);
-/// Entropy per row, [rows].
+/// ActionHead::Entropy with default heads.
 void Entropy(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
              std::int64_t rows, float* out);
 

@@ -21,9 +21,10 @@ struct PolicyData {
   std::string behaviour = "default";  ///< which behaviour it was learned for
   Space observation_space;            ///< what it sees
   Space action_space;                 ///< what it does
-  nn::NetworkSpec network;            ///< one input "obs"; first output "pi" feeds the head
+  nn::NetworkSpec network;            ///< one input "obs"; the first output ("pi", "q") feeds the heads
+  std::vector<HeadSpec> heads;        ///< of the action's leaves, in their order; empty: the defaults
   std::vector<float> parameters;      ///< [network parameters] canonical order
-  std::vector<float> log_std;         ///< [LogStdSize]; empty without Box actions
+  std::vector<float> log_std;         ///< [ActionHead::log_std_size]; empty where no head has any
   ObservationNormaliser normaliser;   ///< frozen statistics, or inactive
   std::string training_json = "{}";   ///< algorithm, hyperparameters, steps, seed, world: for people
 };
@@ -61,7 +62,7 @@ class Policy {
   /// actions [rows, row_bytes] out. `rng` is drawn from only in kSample.
   void Act(const std::byte* observations, const std::uint8_t* masks, std::int64_t rows, ActionMode mode, Rng& rng,
            std::byte* actions);
-  /// The head's numbers of the last Act, [rows, HeadSize]; for tests and inspection.
+  /// The head's numbers of the last Act, [rows, ActionHead::size]; for tests and inspection.
   std::span<const float> head() const;
 
   /// The `.consac` form, with self-test pairs computed now from `seed`.

@@ -1,0 +1,121 @@
+"""The network of a `.consac` model with numpy, in float64: blocks over named values, one class per kind of block.
+
+spec/model_file.md is the law. policy.py is what users want; this is what runs inside.
+"""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from consac.model_file import ModelDamaged, whole
+
+LARGEST_LAYER = 1 << 20  # features of a value, as in the C++ reader
+
+
+def sigmoid(x):
+    small = np.exp(-np.abs(x))
+    return np.where(x >= 0, 1, small) / (1 + small)
+
+
+ACTIVATIONS = {
+    "linear": lambda x: x,
+    "tanh": np.tanh,
+    "relu": lambda x: np.maximum(x, 0),
+    "sigmoid": sigmoid,
+    "elu": lambda x: np.where(x > 0, x, np.expm1(np.minimum(x, 0))),
+    "leaky_relu": lambda x: np.where(x > 0, x, 0.01 * x),
+    "silu": lambda x: x * sigmoid(x),
+    "softplus": lambda x: np.maximum(x, 0) + np.log1p(np.exp(-np.abs(x))),
+}
+
+
+class Dense:
+    """act(W x + b)."""
+
+    inputs = 1
+
+    def __init__(self, entry, shapes, floats):
+        self.shape = (whole_size(entry, "out_size"),)
+        self.weights = floats("w", (*self.shape, math.prod(shapes[0])))
+        self.bias = floats("b", self.shape)
+
+    def __call__(self, x):
+        return x @ self.weights.T + self.bias
+
+
+class Duelling:
+    """V + A - mean A, of the inputs V and A."""
+
+    inputs = 2
+
+    def __init__(self, entry, shapes, floats):
+        if math.prod(shapes[0]) != 1:
+            raise ModelDamaged(f"the model's block {entry['name']!r} duels with {math.prod(shapes[0])} values of a state; there is 1")
+        self.shape = (math.prod(shapes[1]),)
+
+    def __call__(self, value, advantages):
+        return value + advantages - advantages.mean(1, keepdims=True)
+
+
+OPS = {"dense": Dense, "duelling": Duelling}
+ACTIVATED = {"dense"}  # the others must be linear
+
+
+def whole_size(entry: dict, name: str) -> int:
+    value = entry.get(name)
+    if not whole(value) or not 1 <= value <= LARGEST_LAYER:
+        raise ModelDamaged(f"the model's block {entry.get('name')!r} has {name} {value!r}; it goes from 1 to {LARGEST_LAYER}")
+    return value
+
+
+class Network:
+    """The blocks that the first output needs. `floats(name, shape)` gives a tensor of the file or raises."""
+
+    def __init__(self, graph, features: int, floats):
+        inputs, blocks, outputs = (graph.get(key) for key in ("inputs", "blocks", "outputs")) if isinstance(graph, dict) else (None, None, None)
+        well_formed = isinstance(inputs, list) and isinstance(blocks, list) and isinstance(outputs, list) and outputs and all(isinstance(piece, dict) for piece in inputs + blocks)
+        if not well_formed or len(inputs) != 1 or inputs[0].get("size") != features or not isinstance(inputs[0].get("name"), str):
+            raise ModelDamaged(f"the model's graph must have blocks, outputs and one input of {features} features")
+        self.input = inputs[0]["name"]
+        self._shapes, self._owners, steps = {self.input: (features,)}, {}, []
+        for entry in blocks:
+            steps.append(self._block(entry, floats))
+        if not all(isinstance(output, str) and output in self._shapes for output in outputs):
+            raise ModelDamaged(f"the model's outputs {outputs} must be blocks' outs")
+        self.output, self.size = outputs[0], math.prod(self._shapes[outputs[0]])
+        needed, used = {self.output}, []
+        for step in reversed(steps):
+            if step[0] in needed:
+                needed.update(step[1])
+                used.append(step)
+        self._steps = used[::-1]
+
+    def _block(self, entry: dict, floats):
+        target, name, op, activation = (entry.get(key) for key in ("out", "name", "op", "act"))
+        sources = [entry["in"]] if isinstance(entry.get("in"), str) else entry.get("in")
+        texts = isinstance(sources, list) and all(isinstance(text, str) for text in (*sources, target, name, op, activation))
+        if not texts or op not in OPS or activation not in ACTIVATIONS or activation != "linear" and op not in ACTIVATED:
+            raise ModelDamaged(f"the model's block {name!r} has op {op!r} and activation {activation!r}; known are {sorted(OPS)} and {sorted(ACTIVATIONS)}")
+        shapes = [self._shapes.get(source) for source in sources]
+        kind = OPS[op]
+        if None in shapes or kind.inputs not in (0, len(shapes)) or not shapes or entry.get("in_size") != sum(map(math.prod, shapes)) or target in self._shapes:
+            raise ModelDamaged(f"the model's block {name!r} goes from {sources} ({entry.get('in_size')}) to {target!r} ({entry.get('out_size')}), which does not fit the blocks before it")
+        owner = entry.get("shares", name)
+        if owner != name and self._owners.get(owner) != op:
+            raise ModelDamaged(f"the model's block {name!r} cannot share the parameters of {owner!r}")
+        if owner == name:
+            self._owners[name] = op
+        block = kind(entry, shapes, lambda part, shape: floats(f"{owner}/{part}", shape).astype(np.float64))
+        if entry.get("out_size") != math.prod(block.shape):
+            raise ModelDamaged(f"the model's block {name!r} puts out {math.prod(block.shape)} features, not {entry.get('out_size')}")
+        self._shapes[target] = block.shape
+        return target, sources, block, ACTIVATIONS[activation]
+
+    def __call__(self, features: np.ndarray) -> np.ndarray:
+        """[rows, features] to [rows, size]."""
+        named = {self.input: features.astype(np.float64)}
+        with np.errstate(over="ignore", invalid="ignore"):
+            for target, sources, block, activation in self._steps:
+                named[target] = activation(block(*(named[source] for source in sources)))
+        return named[self.output]
