@@ -75,8 +75,14 @@ class Running:
         environment = dict(os.environ, HOME=str(arena.home.parent), ASAN_OPTIONS="abort_on_error=1:allocator_may_return_null=1",
                            UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1",
                            TSAN_OPTIONS=f"suppressions={Path(__file__).with_name('tsan_suppressions.txt')}")
+
+        def begin():
+            for heard in (signal.SIGINT, signal.SIGHUP):  # which a shell lets its background jobs ignore, and theirs
+                signal.signal(heard, signal.SIG_DFL)
+            if prepare is not None:
+                prepare()
         self.process = subprocess.Popen(arguments, cwd=arena.home, stdin=stdin, stdout=self._log, stderr=subprocess.STDOUT,
-                                        env=environment, preexec_fn=prepare)
+                                        env=environment, preexec_fn=begin)
         self._arguments, self._arena = arguments, arena
 
     def output(self) -> bytes:
