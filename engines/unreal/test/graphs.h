@@ -138,8 +138,8 @@ class RoadGraph {
   bool done_ = false;
 };
 
-/// An actor on the road as an agent component, with the events that a person would bind. What they work on lives as long
-/// as they do, as a Blueprint's variables do: the actor may outlive this.
+/// An actor on the road as an agent component, with the events that a person would bind. What they work on lives as
+/// long as they do, as a Blueprint's variables do: the actor may outlive this.
 class RoadAgent {
   struct Walk {
     explicit Walk(std::uint64_t seed) : rng(seed, 0) {}
