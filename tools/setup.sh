@@ -3,7 +3,8 @@
 #   tools/setup.sh build   compiler and libraries: enough for `make run`
 #   tools/setup.sh test    also what the tests need (clang, GoogleTest, node and Mono, a Python environment in .venv)
 #   tools/setup.sh unreal  what is staged into the Unreal plugin: libraries' headers, one library's source
-#   tools/setup.sh unreal-compilers  also compilers as Unreal's: clang 16 with libc++ 16, and zig for glibc 2.17 and macOS (in .venv)
+#   tools/setup.sh unreal-compilers  also compilers as Unreal's: clang 16 with libc++ 16, and zig: for glibc 2.17 and macOS in
+#                          .venv, an older one with clang 18 in .venv-unreal-5.5
 #   tools/setup.sh windows-program  what the program for Windows is built with here (a cross-compiler, sources of libraries)
 #   tools/setup.sh windows also what its tests need (Wine, GoogleTest, the Python environment in .venv)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
@@ -96,7 +97,7 @@ case $stage in
          sources highway; python_environment tools/requirements-test.txt ;;
   unreal) install_packages "${build_packages[@]}" python3; sources highway ;;
   unreal-compilers) install_packages "${build_packages[@]}" "${unreal_compiler_packages[@]}"; sources highway
-         python_environment tools/requirements-unreal.txt ;;
+         python_environment tools/requirements-unreal.txt; python_environment tools/requirements-unreal-5.5.txt .venv-unreal-5.5 ;;
   windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_sources[@]}" ;;
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_program_packages[@]}" "${windows_packages[@]}"
            sources "${windows_sources[@]}"; python_environment tools/requirements-test.txt ;;

@@ -4,14 +4,17 @@
 #   tools/unreal_compilers.sh linux   clang 16 and libc++ 16 on the headers of glibc 2.17, which is what Unreal 5.3 and 5.4
 #                                     bring: all that is staged, and the plugin, its samples and its tests against the shim;
 #                                     linked with nothing that this glibc has not
+#   tools/unreal_compilers.sh linux18 clang and libc++ 18 on glibc 2.28, which is what Unreal 5.5 and 5.6 bring: all that is staged
+#   tools/unreal_compilers.sh windows  clang 16 in Microsoft's dialect of C++, libc++ 16 on the headers of Windows 10's C library: all that
+#                                     is staged, and the plugin, its samples and its tests against the shim. Not run.
 #   tools/unreal_compilers.sh macos   clang and libc++ of zig for Apple's ARM64: all that is staged. Not run.
-#   tools/unreal_compilers.sh         both
+#   tools/unreal_compilers.sh         all of them
 # zig's compiled libraries are kept in the user's cache, or where ZIG_GLOBAL_CACHE_DIR says.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh unreal-compilers
 what=("$@")
-[ ${#what[@]} -gt 0 ] || what=(linux macos)
+[ ${#what[@]} -gt 0 ] || what=(linux linux18 windows macos)
 build=$PWD/build/unreal-compilers
 staged=$build/plugin/Source
 zig=$(.venv/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
@@ -23,7 +26,7 @@ mkdir -p "$build"
 python3 tools/stage_unreal.py --into "$build/plugin"
 python3 engines/unreal/shim/generate.py engines/unreal/Consac "$build/generated"
 
-common=(-std=c++20 -fno-exceptions -fno-rtti -ffp-contract=off -fPIC -fvisibility=hidden -O0)
+common=(-std=c++20 -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -O0)
 # What Unreal's build tool turns into errors for clang, and what its newer compilers find by themselves.
 warnings=(-Wall -Wextra -Wshadow -Wundef -Wdeprecated -Wdeprecated-declarations -Wdelete-non-virtual-dtor -Wenum-conversion
   -Wno-unused-command-line-argument -Werror)
@@ -42,26 +45,47 @@ compile() {
     eval "$COMMAND" -c \"\$1\" -o \"\$object\" || { echo "unreal_compilers: $1 does not compile"; exit 1; }' - {}
 }
 
-linux() {
-  local glibc=(--target=x86_64-unknown-linux-gnu -nostdlibinc -D__GLIBC_MINOR__=17 -isystem /usr/lib/llvm-16/include/c++/v1
-    -isystem "$libc/x86-linux-gnu" -isystem "$libc/generic-glibc" -isystem "$libc/x86-linux-any" -isystem "$libc/any-linux-any")
-  local clang=($ccache clang++-16 "${glibc[@]}" "${common[@]}" "${warnings[@]}")
-  local plugin=engines/unreal/Consac/Source
-  compile "$build/linux" "${clang[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "$staged"/Consac/Private/Staged/*.cpp
-  echo "unreal_compilers: clang 16, libc++ 16, glibc 2.17: what is staged compiles"
-  local folders=() module
+# everything FOLDER WHAT COMPILER...: what is staged, and the plugin against the shim, but for the stand-in's own Linux.
+everything() {
+  local folder=$1 said=$2 plugin=engines/unreal/Consac/Source folders=() module
+  shift 2
+  compile "$build/$folder" "$@" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "$staged"/Consac/Private/Staged/*.cpp
+  echo "unreal_compilers: $said: what is staged compiles"
   for module in Consac ConsacSamples ConsacTests; do folders+=(-I"$plugin/$module/Public" -I"$plugin/$module/Private"); done
-  compile "$build/linux-plugin" "${clang[@]}" -Wsuggest-override -Iengines/unreal/shim/include -I"$build/generated" "${folders[@]}" "${parts[@]}" -- \
-    "$plugin"/Consac*/Private/*.cpp "$build/generated/generated.cpp" engines/unreal/shim/src/*.cpp
-  echo "unreal_compilers: clang 16, libc++ 16, glibc 2.17: the plugin, its samples and its tests compile against the shim"
+  compile "$build/$folder-plugin" "$@" -Wsuggest-override -Iengines/unreal/shim/include -I"$build/generated" "${folders[@]}" "${parts[@]}" -- \
+    "$plugin"/Consac*/Private/*.cpp "$build/generated/generated.cpp" engines/unreal/shim/src/{runtime,text}.cpp
+  echo "unreal_compilers: $said: the plugin, its samples and its tests compile against the shim"
+}
+
+linux() {
+  local glibc=(--target=x86_64-unknown-linux-gnu -fPIC -nostdlibinc -D__GLIBC_MINOR__=17 -isystem /usr/lib/llvm-16/include/c++/v1
+    -isystem "$libc/x86-linux-gnu" -isystem "$libc/generic-glibc" -isystem "$libc/x86-linux-any" -isystem "$libc/any-linux-any")
+  everything linux "clang 16, libc++ 16, glibc 2.17" $ccache clang++-16 "${glibc[@]}" "${common[@]}" "${warnings[@]}"
   # An engine's editor loads a module with its own copies of nothing: whatever is missing in this glibc is missing here.
   "$zig" c++ -target x86_64-linux-gnu.2.17 -shared -Wl,-z,defs -o "$build/linux/libconsac.so" "$build"/linux/*.o
   echo "unreal_compilers: it links with glibc 2.17"
 }
 
+linux18() {
+  local zig18
+  zig18=$(.venv-unreal-5.5/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
+  compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- \
+    "$staged"/Consac/Private/Staged/*.cpp
+  echo "unreal_compilers: clang 18, libc++ 18, glibc 2.28: what is staged compiles"
+}
+
+# Not over Microsoft's own library, though it is public: it includes headers of the compiler (vcruntime.h and others) that come
+# with Visual Studio alone, and may not be passed on. So branches for _MSC_VER are not compiled here; those for _WIN32 are.
+windows() {
+  local ucrt=(--target=x86_64-w64-windows-gnu -fms-extensions -fms-compatibility -fms-compatibility-version=19.34 -fgnuc-version=4.2.1
+    -nostdlibinc -isystem /usr/lib/llvm-16/include/c++/v1 -isystem "$libc/any-windows-any" -D_UCRT -DUNICODE -D_UNICODE)
+  everything windows "clang 16 in Microsoft's dialect, libc++ 16, Windows' C library" \
+    $ccache clang++-16 "${ucrt[@]}" "${common[@]}" "${warnings[@]}"
+}
+
 macos() {
   local target=aarch64-macos
-  compile "$build/$target" "$zig" c++ -target "$target" "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- \
+  compile "$build/$target" "$zig" c++ -target "$target" -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- \
     "$staged"/Consac/Private/Staged/*.cpp
   "$zig" c++ -target "$target" -shared -o "$build/$target/libconsac.dylib" "$build/$target"/*.o
   echo "unreal_compilers: what is staged compiles and links for $target; nothing of it was run"
@@ -69,7 +93,7 @@ macos() {
 
 for one in "${what[@]}"; do
   case $one in
-    linux|macos) "$one" ;;
-    *) echo "unreal_compilers: unknown '$one': linux, macos, or nothing for both"; exit 2 ;;
+    linux|linux18|windows|macos) "$one" ;;
+    *) echo "unreal_compilers: unknown '$one': linux, linux18, windows, macos, or nothing for all"; exit 2 ;;
   esac
 done
