@@ -2,7 +2,7 @@
 """Packs the Unreal plugin: one zip of sources for each engine version, ready to be put into a project's Plugins folder.
 
   tools/package_unreal.py [--out build/unreal] [--linux build/release/cli/consac]
-                          [--windows build/windows-program/cli/consac.exe] [--engines 5.3 5.4 5.5 5.6]
+                          [--windows build/windows-program/cli/consac.exe] [--no-programs] [--engines 5.3 5.4 5.5 5.6]
 
 In each zip: the plugin with core and learn staged into it, the graphs, the documents, all licences, the programs that are
 built, and MANIFEST.sha256. The same inputs give the same bytes.
@@ -116,6 +116,7 @@ def main() -> int:
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/unreal", help="where the zips go")
     for system, place in (("linux", LINUX), ("windows", WINDOWS)):
         parser.add_argument(f"--{system}", dest=place, type=pathlib.Path, help=f"the program; {BUILT[place]} where that is built")
+    parser.add_argument("--no-programs", action="store_true", help="without them, for a shop that takes no executables")
     parser.add_argument("--licences", type=pathlib.Path, default=ROOT / LICENCES, help="of what is linked into the program for Windows")
     parser.add_argument("--engines", nargs="+", default=list(ENGINES), help="engine versions")
     parser.add_argument("--system", type=pathlib.Path, default=pathlib.Path("/usr/include"), help="where the libraries' headers are")
@@ -125,9 +126,9 @@ def main() -> int:
         asked = getattr(options, place)
         if asked is not None and not asked.is_file():
             parser.error(f"no program '{asked}'; build it, or leave it out")
-        if asked or (ROOT / built).is_file():
+        if not options.no_programs and (asked or (ROOT / built).is_file()):
             found[place] = asked or ROOT / built
-    absent = "".join(f", without {place} (not built)" for place in BUILT if place not in found)
+    absent = "".join(f", without {place}" for place in BUILT if place not in found)
     try:
         programs = linux_program(found[LINUX]) if LINUX in found else {}
         if WINDOWS in found:

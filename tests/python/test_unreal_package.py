@@ -31,6 +31,14 @@ def folder(tmp_path_factory):
     return out
 
 
+def test_a_shop_may_want_it_without_programs(tmp_path):
+    subprocess.run([sys.executable, str(ROOT / "tools/package_unreal.py"), "--out", str(tmp_path), "--linux", shutil.which("true"),
+                    "--no-programs", "--engines", "5.6"], check=True, capture_output=True)
+    with zipfile.ZipFile(tmp_path / f"Consac-{version_of(ROOT)}-UE5.6.zip") as archive:
+        assert not [name for name in archive.namelist() if "/Programs/" in name or name.endswith(".exe")]
+        assert b"Programs" not in archive.read("Consac/Config/FilterPlugin.ini")
+
+
 @pytest.fixture(scope="module", params=ENGINES)
 def package(request, folder):
     """(engine, path in the plugin -> bytes) of one zip."""
