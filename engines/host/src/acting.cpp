@@ -44,9 +44,9 @@ class ActingDriver final : public Driver {
     return progress;
   }
 
-  Status SaveModel(std::size_t b, const std::string& path) override {
-    if (b >= policies_.size()) return Driver::SaveModel(b, path);
-    return policies_[b].ToFile().Save(path);
+  Result<ModelFile> Model(std::size_t b) const override {
+    if (b >= policies_.size()) return Driver::Model(b);
+    return policies_[b].ToFile();
   }
 
  private:

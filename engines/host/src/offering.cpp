@@ -27,6 +27,7 @@ void WatchBounds(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place,
   const double high = leaf.space.high()[static_cast<std::size_t>(i)];
   if (value >= static_cast<float>(low) && value <= static_cast<float>(high)) return;
   herd.outside[l] = 1;
+  herd.usual[l].Widen();
   Log(LogLevel::kWarning, Sight(behaviour, place, leaf, i, NumberText(value)) + ", beyond its bounds " +
                               NumberText(low) + " to " + NumberText(high) +
                               "; it is offered as it is; widen the bounds, or keep within them");
@@ -37,7 +38,7 @@ Status MendRow(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, s
   Status status;
   for (std::size_t l = 0; l < behaviour.observation_layout.leaves.size(); ++l) {
     const Leaf& leaf = behaviour.observation_layout.leaves[l];
-    if (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64) continue;
+    if ((leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64) || herd.usual[l].Holds(leaf, row)) continue;
     for (std::int64_t i = 0; i < leaf.count; ++i) {
       const auto value = static_cast<float>(ReadElement(leaf, row, i));
       if (std::isfinite(value)) {

@@ -78,8 +78,13 @@ class ServingDriver final : public Driver {
 
 }  // namespace
 
-Status Driver::SaveModel(std::size_t, const std::string&) {
-  return {StatusCode::kFailedPrecondition, "there is no model here to save; training inside or acting has one"};
+Result<ModelFile> Driver::Model(std::size_t) const {
+  return Status{StatusCode::kFailedPrecondition, "there is no model here to save; training inside or acting has one"};
+}
+
+Status Driver::SaveModel(std::size_t b, const std::string& path) const {
+  const Result<ModelFile> model = Model(b);
+  return model.ok() ? model->Save(path) : model.status();
 }
 
 Result<std::unique_ptr<Driver>> Serve(TickWorld& world, const ServeOptions& options) {

@@ -2,6 +2,8 @@
 #include "consac/host/tick_world.h"
 
 #include <algorithm>
+#include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "consac/base/names.h"
@@ -82,7 +84,32 @@ Herd::Herd(const BehaviourSpec& behaviour)
       done(places.size() * action_bytes),
       masks(places.size() * mask_bytes, 1),
       choices(mask_bytes > 0 ? MaskedChoices(behaviour.action_layout) : std::vector<std::int64_t>()),
+      usual(behaviour.observation_layout.leaves.begin(), behaviour.observation_layout.leaves.end()),
       outside(behaviour.observation_layout.leaves.size()) {}
+
+Usual::Usual(const Leaf& leaf) {
+  for (std::int64_t i = 0; leaf.dtype == DType::kF32 && i < leaf.count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    low.push_back(std::max(static_cast<float>(leaf.space.low()[at]), std::numeric_limits<float>::lowest()));
+    high.push_back(std::min(static_cast<float>(leaf.space.high()[at]), std::numeric_limits<float>::max()));
+  }
+}
+
+bool Usual::Holds(const Leaf& leaf, const std::byte* row) const {
+  if (leaf.dtype != DType::kF32) return false;
+  int beyond = 0;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    float value;
+    std::memcpy(&value, row + leaf.offset + i * sizeof(value), sizeof(value));
+    beyond += static_cast<int>(!(value >= low[i])) + static_cast<int>(!(value <= high[i]));
+  }
+  return beyond == 0;
+}
+
+void Usual::Widen() {
+  std::fill(low.begin(), low.end(), std::numeric_limits<float>::lowest());
+  std::fill(high.begin(), high.end(), std::numeric_limits<float>::max());
+}
 
 Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
   auto state = std::make_unique<State>();

@@ -24,6 +24,16 @@ struct Place {
   std::optional<std::uint64_t> seed;
 };
 
+/// Between which the numbers of a float32 leaf need no second look: its bounds, as far as they are finite.
+struct Usual {
+  explicit Usual(const Leaf& leaf);
+  /// Whether all of a row's are. Without a branch for each: most numbers of most ticks are as they should be.
+  bool Holds(const Leaf& leaf, const std::byte* row) const;
+  /// From now on any finite number will do.
+  void Widen();
+  std::vector<float> low, high;  // [leaf.count]; empty for another type
+};
+
 /// The agents of one behaviour; rows by place.
 struct Herd {
   explicit Herd(const BehaviourSpec& behaviour);
@@ -35,6 +45,7 @@ struct Herd {
   std::vector<std::byte> seen, last, done;
   std::vector<std::uint8_t> masks;
   std::vector<std::int64_t> choices;  // mask bytes of each choice; empty where nothing is masked
+  std::vector<Usual> usual;           // [observation leaves]
   std::vector<std::uint8_t> outside;  // [observation leaves] a number beyond the bounds was told of
 };
 

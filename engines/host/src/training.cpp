@@ -83,11 +83,12 @@ class TrainingDriver final : public Driver {
 
   bool learned(std::size_t b) const override { return b < pupils_.size() && pupils_[b].has_learned; }
 
-  Status SaveModel(std::size_t b, const std::string& path) override {
-    if (b >= pupils_.size()) return Driver::SaveModel(b, path);
-    if (phase_ == Phase::kLearning || failed_) return pupils_[b].policy->ToFile().Save(path);
+  Result<ModelFile> Model(std::size_t b) const override {
+    if (b >= pupils_.size()) return Driver::Model(b);
+    if (phase_ == Phase::kLearning || failed_) return pupils_[b].policy->ToFile();
     Result<Policy> now = Policy::Create(pupils_[b].learner->Snapshot(), 1);
-    return now.ok() ? now->ToFile().Save(path) : now.status();
+    if (!now.ok()) return now.status();
+    return now->ToFile();
   }
 
  private:

@@ -209,8 +209,15 @@ TEST(TickWorld, ANumberBeyondItsBoundsIsToldOfOnce) {
     w.See(1, 7.5f);
     EXPECT_TRUE(w.world->Offer().ok());
   }
-  SetHooks({});
   EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 7.5f);
+  for (const float wild : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    w.world->Step(w.batches);
+    w.See(1, wild);
+    EXPECT_EQ(w.world->Offer().code(), StatusCode::kNonFinite)
+        << "widened bounds let nothing through that is no number";
+    EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.0f);
+  }
+  SetHooks({});
   ASSERT_EQ(told.size(), 1u);
   EXPECT_THAT(told[0], HasSubstr("agent 1 of 'walker' sees 7.5 in number 0 of 'place', beyond its bounds -1 to 1"));
 }

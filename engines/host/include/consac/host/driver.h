@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "consac/host/tick_world.h"
+#include "consac/model/model_file.h"
 #include "consac/policy/head.h"
 #include "consac/server/env_server.h"
 
@@ -45,8 +46,11 @@ class Driver {
   /// Whether the model of behaviour `b` has learned anything here: it has been through a round of learning that went
   /// well.
   virtual bool learned(std::size_t b) const { return (void)b, false; }
-  /// Writes the model of behaviour `b` as it is now; kFailedPrecondition for a driver that has none.
-  virtual Status SaveModel(std::size_t b, const std::string& path);
+  /// The model of behaviour `b` as it is now, of which any thread may make a file; kFailedPrecondition for a driver
+  /// that has none.
+  virtual Result<ModelFile> Model(std::size_t b) const;
+  /// Writes it, sync of the disk included.
+  Status SaveModel(std::size_t b, const std::string& path) const;
   /// The host cannot go on: ends what is under way for good. A trainer elsewhere is told why.
   virtual void Refuse(const std::string& why) { (void)why; }
   /// The port that is open; 0 for a driver without one.
