@@ -47,6 +47,12 @@ std::string WriteModel() {
   return path;
 }
 
+std::vector<float> SineTable() {
+  std::vector<float> table(6283);
+  for (std::size_t k = 0; k < table.size(); ++k) table[k] = std::sin(0.001f * static_cast<float>(k));
+  return table;
+}
+
 void AddAgents(Shim::Game& game, int count) {
   for (int k = 0; k < count; ++k) {
     game.SpawnWith<ABenchActor>([&game](ABenchActor& actor) {
@@ -62,10 +68,13 @@ void AddAgents(Shim::Game& game, int count) {
       agent->Actions.Add(done);
       agent->MaxEpisodeSteps = 100;
       agent->OnObserve.ShimBind(nullptr, [](UConsacAgentComponent* which) {
-        static float phase = 0.0f;
-        phase += 0.001f;
+        // What a game sees is its own affair: numbers from a table, in an array that is made at once.
+        static const std::vector<float> kTable = SineTable();
+        static std::size_t phase = 0;
+        ++phase;
         TArray<float> numbers;
-        for (int n = 0; n < kNumbers; ++n) numbers.Add(std::sin(phase + static_cast<float>(n)));
+        numbers.Reserve(kNumbers);
+        for (std::size_t n = 0; n < kNumbers; ++n) numbers.Add(kTable[(phase + 1000 * n) % kTable.size()]);
         which->SetObservationNumbers(kSeen, numbers);
       });
       agent->OnAction.ShimBind(nullptr, [](UConsacAgentComponent* which) {

@@ -1,8 +1,13 @@
 // How the plugin lives in a hostile engine: Hot Reload, garbage collection, packaged games, several worlds and net
 // modes in one process, travel, streaming, settings that are somebody else's.
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <future>
+#include <limits>
 #include <memory>
 
 #include "Components/SceneCaptureComponent2D.h"
@@ -172,9 +177,20 @@ TEST(Lifetime, AnObjectOfAGameIsNotTakenForGarbageWhileItIsHeld) {
   Shim::Held held;
   UConsacSocket* socket = UConsacBlueprintLibrary::CreateConsacSocket(actor, TEXT("127.0.0.1"), 0);
   held.Hold(socket);
-  EXPECT_NE(socket->GetWorld() == nullptr && socket->ShimOuter() == nullptr, true) << "it belongs to its game";
+  const std::shared_ptr<UObject*> token = Shim::TokenOf(socket);
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  socket->OpenSocket(result, error);
+  ASSERT_EQ(result, EConsacResult::Success) << Text(error);
+  const int32 port = socket->GetOpenPort();
   Shim::Collect();
-  EXPECT_FALSE(socket->IsOpen());
+  ASSERT_NE(*token, nullptr);
+  EXPECT_EQ(socket->ShimOuter(), game.world().GetGameInstance()) << "it belongs to its game";
+  EXPECT_EQ(socket->GetOpenPort(), port);
+  held.Hold(nullptr);
+  Shim::Collect();
+  EXPECT_EQ(*token, nullptr) << "what nobody keeps goes";
+  EXPECT_FALSE(ConnectTcp({"127.0.0.1", port}, 0.2).ok()) << "and its port with it";
 }
 
 TEST(Lifetime, APortThatAnotherGameHasIsTriedAgain) {
@@ -236,10 +252,55 @@ TEST(Lifetime, AStopHoldsTheGameNoLongerThanItSays) {
   FConsacFarewell farewell;
   farewell.Driver = std::make_unique<FSlow>(go);
   const auto begun = std::chrono::steady_clock::now();
-  EXPECT_EQ(ConsacPlugin::SeeOut(std::move(farewell), 0.05), "");
+  ConsacPlugin::FLeaving& leaving = ConsacPlugin::SendOut(std::move(farewell));
+  EXPECT_FALSE(ConsacPlugin::IsOut(leaving, 0.05));
+  EXPECT_EQ(ConsacPlugin::Leave(leaving), "");
   EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(10));
   go->set_value();
   ConsacPlugin::AwaitFarewells();
+}
+
+TEST(Lifetime, NoTickWaitsForTheModelsOfATrainingThatIsComplete) {
+  const ScratchFolder scratch("unreal_slow_disk");
+  // A file that whoever opens it waits for: its other end opens once the game has ticked on, or after so long anyway.
+  const std::string slow = scratch.path() + "/default.consac.tmp-" + std::to_string(getpid());
+  ASSERT_EQ(mkfifo(slow.c_str(), 0600), 0);
+  std::promise<void> go;
+  std::thread disk([&slow, may = go.get_future()] {
+    may.wait_for(std::chrono::seconds(20));
+    std::ifstream(slow).ignore(std::numeric_limits<std::streamsize>::max());
+  });
+  {
+    Shim::Game game;
+    RoadAgent agent(game, 1);
+    int completed = 0, told = 0;
+    AConsacTrainer* trainer = game.SpawnWith<AConsacTrainer>([&](AConsacTrainer& made) {
+      made.Mode = EConsacMode::Train;
+      made.LogSeconds = 0.0f;
+      made.TotalSteps = 200;
+      made.WhileLearning = EConsacWhileLearning::Wait;
+      made.SaveFolder = Text(scratch.path());
+    });
+    trainer->OnTrainingCompleted.ShimBind(nullptr, [&completed] { ++completed; });
+    trainer->OnTrainerError.ShimBind(nullptr, [&told](const FString&) { ++told; });
+    const auto at_end = [&] { return Text(trainer->GetTrainerProgress().State).find("trained") == 0; };
+    double longest = 0.0;
+    const auto tick = [&] {
+      const auto begun = std::chrono::steady_clock::now();
+      game.Tick();
+      longest = std::max(longest, std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+    };
+    ASSERT_TRUE(TickUntil(60.0, tick, at_end)) << Text(trainer->GetTrainerProgress().State);
+    for (int k = 0; k < 10; ++k) tick();
+    EXPECT_LT(longest, 10.0) << "a tick waited for the disk";
+    EXPECT_EQ(completed, 0) << "whoever hears of the end may load the model";
+    go.set_value();
+    EXPECT_TRUE(TickUntil(60.0, tick, [&] { return completed > 0; }));
+    for (int k = 0; k < 10; ++k) tick();
+    EXPECT_EQ(completed, 1);
+    EXPECT_EQ(told, 1) << "nothing can be synced there";
+  }
+  disk.join();
 }
 
 TEST(Lifetime, FramesWaitForNothingWhileItTrainsAndAllIsPutBack) {
@@ -293,7 +354,7 @@ TEST(Lifetime, FramesWaitForNothingWhileItTrainsAndAllIsPutBack) {
   for (const Brake& brake : brakes) variable(brake)->ShimForget();
 }
 
-TEST(Lifetime, AllPicturesAreDrawnBeforeTheFirstIsRead) {
+TEST(Lifetime, TheGameWaitsOnceForThePicturesOfADecision) {
   Shim::Game game;
   std::vector<std::unique_ptr<RoadAgent>> agents;
   for (int k = 0; k < 3; ++k) {
@@ -304,9 +365,17 @@ TEST(Lifetime, AllPicturesAreDrawnBeforeTheFirstIsRead) {
   Trainer(game, EConsacMode::ByHand);
   USceneCaptureComponent2D::shim_asked_.clear();
   game.Tick();
-  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRR");
+  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRRW");
   game.Tick();
-  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRRCCCRRR");
+  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRRWCCCRRRW");
+  // A game that draws nothing asks for nothing, and sees black.
+  FApp::ShimSetRenders(false);
+  auto* camera = agents[0]->actor->FindComponentByClass<UConsacCameraSensorComponent>();
+  const TArray<float> seen = camera->GetSensorValues();
+  FApp::ShimSetRenders(true);
+  ASSERT_EQ(seen.Num(), 16);
+  for (const float number : seen) EXPECT_EQ(number, 0.0f);
+  EXPECT_EQ(USceneCaptureComponent2D::shim_asked_, "CCCRRRWCCCRRRWC");
   for (const auto& agent : agents)
     for (UActorComponent* component : agent->actor->shim_components_)
       if (component->ShimClass()->ShimIsA(USceneCaptureComponent2D::StaticClass())) {

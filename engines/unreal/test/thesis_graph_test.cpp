@@ -65,7 +65,7 @@ void ExpectSameActions(UConsacModel& model, const std::string& path) {
 }
 
 TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
-  const ScratchFolder scratch("unreal_thesis");
+  const ScratchFolder scratch("unreal thesis");
   Shim::Game game;
   RoadGraph graph(game);
   // As it is drawn: On Training Completed -> Close Training.

@@ -13,11 +13,13 @@
 #include "HAL/PlatformProcess.h"
 #include "Interfaces/IPluginManager.h"
 #include "Kismet/KismetRenderingLibrary.h"
+#include "Misc/App.h"
 #include "Misc/AutomationTest.h"
 #include "Misc/Parse.h"
 #include "Misc/Paths.h"
 #include "Modules/ModuleManager.h"
 #include "PhysicsEngine/PhysicsSettings.h"
+#include "RenderingThread.h"
 #include "Shim/Runtime.h"
 #include "Stats/Stats.h"
 #include "UObject/UObjectGlobals.h"
@@ -60,7 +62,8 @@ UPhysicsSettings* UPhysicsSettings::Get() {
 
 FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* parameters, bool, bool, bool, uint32*, int32,
                                          const TCHAR*, void*, void*) {
-  // Arguments in quotes or parted by spaces, as the engine takes its one line apart.
+  // Arguments in quotes or parted by spaces. How the engine takes its one line apart is its own affair on each system:
+  // this one takes quotes off no word that does not need them.
   std::vector<std::string> words{Shim::Narrow(url)};
   std::string word;
   bool quoted = false, any = false;
@@ -69,7 +72,8 @@ FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* paramete
       quoted = !quoted;
       any = true;
     } else if (c == ' ' && !quoted) {
-      if (any || !word.empty()) words.push_back(word);
+      if (any && word.find_first_of(" \t") == std::string::npos) word = '"' + word + '"';
+      if (!word.empty()) words.push_back(word);
       word.clear();
       any = false;
     } else {
@@ -167,17 +171,30 @@ UTextureRenderTarget2D* UKismetRenderingLibrary::CreateRenderTarget2D(UObject* c
                                                                       ETextureRenderTargetFormat format) {
   check(context != nullptr && format == RTF_RGBA8);
   UTextureRenderTarget2D* target = NewObject<UTextureRenderTarget2D>(context);
-  target->shim_width_ = width;
-  target->shim_height_ = height;
+  target->SizeX = width;
+  target->SizeY = height;
   return target;
 }
 
-bool UKismetRenderingLibrary::ReadRenderTarget(UObject* context, UTextureRenderTarget2D* target,
-                                               TArray<FColor>& samples) {
-  check(context != nullptr && target != nullptr);
+static std::vector<std::function<void(FRHICommandListImmediate&)>> render_commands;
+
+void Shim::EnqueueRender(std::function<void(FRHICommandListImmediate&)> command) {
+  check(FApp::CanEverRender());
+  render_commands.push_back(std::move(command));
+}
+
+void FlushRenderingCommands() {
+  FRHICommandListImmediate commands;
+  for (const auto& command : std::exchange(render_commands, {})) command(commands);
+  USceneCaptureComponent2D::shim_asked_ += 'W';
+}
+
+void FRHICommandListImmediate::ReadSurfaceData(FRHITexture* texture, FIntRect part, TArray<FColor>& colours,
+                                               FReadSurfaceDataFlags) {
+  const UTextureRenderTarget2D& target = *texture->shim_target_;
+  check(part.shim_width_ == target.SizeX && part.shim_height_ == target.SizeY);
   USceneCaptureComponent2D::shim_asked_ += 'R';
-  samples = target->shim_pixels_;
-  return !samples.IsEmpty();
+  colours = target.shim_pixels_;
 }
 
 void USceneCaptureComponent2D::CaptureScene() {
@@ -185,8 +202,8 @@ void USceneCaptureComponent2D::CaptureScene() {
   UTextureRenderTarget2D& target = *TextureTarget;
   shim_asked_ += 'C';
   target.shim_pixels_.Reset();
-  for (int32 row = 0; row < target.shim_height_; ++row) {
-    for (int32 column = 0; column < target.shim_width_; ++column) {
+  for (int32 row = 0; row < target.SizeY; ++row) {
+    for (int32 column = 0; column < target.SizeX; ++column) {
       FColor colour;
       colour.R = static_cast<uint8>(column);
       colour.G = static_cast<uint8>(row);

@@ -12,7 +12,7 @@ public class Consac : ModuleRules
 		FPSemantics = FPSemanticsMode.Precise;
 		CppStandard = CppStandardVersion.Cpp20;
 		PublicDependencyModuleNames.AddRange(new string[] { "Core", "CoreUObject", "Engine" });
-		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "Projects" });
+		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "Projects", "RenderCore", "RHI" });
 		if (Target.bBuildEditor)
 		{
 			PrivateDependencyModuleNames.Add("UnrealEd"); // so that the editor does not sleep in the background

@@ -1,11 +1,14 @@
 #pragma once
+#include "TextureResource.h"
 #include "UObject/Object.h"
 
 enum ETextureRenderTargetFormat { RTF_RGBA16f, RTF_RGBA8 };
 
 class UTextureRenderTarget2D : public UObject {
   SHIM_CLASS(UTextureRenderTarget2D, UObject)
+  FTextureRenderTargetResource* GameThread_GetRenderTargetResource() { return &shim_resource_; }
+  int32 SizeX = 0, SizeY = 0;
   /// For the shim: what was drawn.
-  int32 shim_width_ = 0, shim_height_ = 0;
   TArray<FColor> shim_pixels_;
+  FTextureRenderTargetResource shim_resource_{this};
 };

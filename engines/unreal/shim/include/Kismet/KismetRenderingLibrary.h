@@ -6,5 +6,4 @@ class UKismetRenderingLibrary : public UBlueprintFunctionLibrary {
   SHIM_CLASS(UKismetRenderingLibrary, UBlueprintFunctionLibrary)
   static UTextureRenderTarget2D* CreateRenderTarget2D(UObject* context, int32 width, int32 height,
                                                       ETextureRenderTargetFormat format);
-  static bool ReadRenderTarget(UObject* context, UTextureRenderTarget2D* target, TArray<FColor>& samples);
 };

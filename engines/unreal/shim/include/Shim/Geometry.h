@@ -53,3 +53,10 @@ struct FColor {
   FColor() : B(0xCD), G(0xCD), R(0xCD) {}
 };
 struct FLinearColor {};
+
+/// Points of a picture, the last ones left out.
+struct FIntRect {
+  FIntRect() = default;  // leaves garbage in the engine's; here none is read
+  FIntRect(int32 x0, int32 y0, int32 x1, int32 y1) : shim_width_(x1 - x0), shim_height_(y1 - y0) {}
+  int32 shim_width_ = 0, shim_height_ = 0;
+};

@@ -3,8 +3,30 @@
 
 #include "Components/SceneCaptureComponent2D.h"
 #include "Engine/TextureRenderTarget2D.h"
+#include "ConsacCoreInclude.h"
 #include "Kismet/KismetRenderingLibrary.h"
+#include "Misc/App.h"
+#include "RHICommandList.h"
+#include "RenderingThread.h"
+#include "TextureResource.h"
 #include "UObject/UObjectGlobals.h"
+#include "UObject/WeakObjectPtrTemplates.h"
+
+namespace ConsacPlugin
+{
+
+// Cameras with a picture that is drawn and not read yet. Game thread.
+static std::vector<TWeakObjectPtr<UConsacCameraSensorComponent>> Drawn;
+
+// A picture on its way from the graphics card.
+struct FReading
+{
+	FTextureRenderTargetResource* From = nullptr;
+	FIntRect Part;
+	TArray<FColor> Colours;
+};
+
+}
 
 UConsacCameraSensorComponent::UConsacCameraSensorComponent()
 {
@@ -41,7 +63,53 @@ void UConsacCameraSensorComponent::Prepare()
 	if (IsValid(Capture.Get()) && IsValid(Target.Get()))
 	{
 		Capture->CaptureScene();
+		if (!bDrawn)
+		{
+			ConsacPlugin::Drawn.push_back(this);
+		}
 		bDrawn = true;
+		bRead = false;
+	}
+}
+
+// One command reads all pictures, and the game waits for that one.
+void UConsacCameraSensorComponent::ReadAll()
+{
+	std::vector<UConsacCameraSensorComponent*> Cameras;
+	std::vector<ConsacPlugin::FReading> Readings;
+	for (const TWeakObjectPtr<UConsacCameraSensorComponent>& Asked : std::exchange(ConsacPlugin::Drawn, {}))
+	{
+		UConsacCameraSensorComponent* Camera = Asked.Get();
+		if (!IsValid(Camera))
+		{
+			continue;
+		}
+		Camera->bDrawn = false;
+		Camera->bRead = true;
+		Camera->Colours.Reset();
+		// A game without a picture (-nullrhi) has none to read.
+		FTextureRenderTargetResource* From = FApp::CanEverRender() && IsValid(Camera->Target.Get()) ? Camera->Target->GameThread_GetRenderTargetResource() : nullptr;
+		if (From != nullptr)
+		{
+			Cameras.push_back(Camera);
+			Readings.push_back({ From, FIntRect(0, 0, Camera->Target->SizeX, Camera->Target->SizeY), TArray<FColor>() });
+		}
+	}
+	if (Readings.empty())
+	{
+		return;
+	}
+	ENQUEUE_RENDER_COMMAND(ConsacReadCameras)([&Readings](FRHICommandListImmediate& Commands)
+	{
+		for (ConsacPlugin::FReading& Reading : Readings)
+		{
+			Commands.ReadSurfaceData(Reading.From->GetRenderTargetTexture(), Reading.Part, Reading.Colours, FReadSurfaceDataFlags());
+		}
+	});
+	FlushRenderingCommands(); // what is above lives until the command is done
+	for (std::size_t Index = 0; Index < Readings.size(); ++Index)
+	{
+		Cameras[Index]->Colours = MoveTemp(Readings[Index].Colours);
 	}
 }
 
@@ -49,17 +117,17 @@ void UConsacCameraSensorComponent::Sense(TArray<float>& Values)
 {
 	const int32 Points = Width * Height;
 	Values.Reset();
-	TArray<FColor> Colours;
-	if (!bDrawn)
+	if (!bDrawn && !bRead)
 	{
 		Prepare();
 	}
-	if (bDrawn && IsValid(Target.Get()))
+	if (bDrawn)
 	{
-		UKismetRenderingLibrary::ReadRenderTarget(this, Target.Get(), Colours);
+		ReadAll();
 	}
-	bDrawn = false;
-	if (Colours.Num() != Points)
+	const bool bSeen = bRead && Colours.Num() == Points;
+	bRead = false;
+	if (!bSeen)
 	{
 		// A game without a picture (-nullrhi) sees black.
 		Values.SetNum(Points * (bGray ? 1 : 3));

@@ -14,13 +14,26 @@ std::string FConsacFarewell::Do()
 	std::string Fault;
 	if (Driver && !ModelFolder.empty())
 	{
-		Fault = ConsacPlugin::KeepModels(*Driver, Behaviours, ModelFolder, ".stopped.consac");
+		Fault = ConsacPlugin::CollectModels(*Driver, Behaviours, ModelFolder, ".stopped.consac", Models);
+	}
+	for (const auto& [File, Model] : Models)
+	{
+		const consac::Status Status = Model.Save(File);
+		if (!Status.ok())
+		{
+			Fault = Status.message();
+		}
+		else
+		{
+			UE_LOG(LogConsac, Display, TEXT("what was learned is in %s"), *ConsacPlugin::FromUtf8(File));
+		}
 	}
 	for (std::size_t B = 0; B < Recorders.size(); ++B)
 	{
 		const consac::Status Status = RecordFolder.empty() ? consac::Status::Ok() : Recorders[B]->Save(RecordFolder + "/" + consac::FileNameOf(Behaviours[B], ".safetensors"));
 		Fault = Status.ok() ? Fault : Status.message();
 	}
+	Models.clear();
 	Driver.reset();
 	Recorders.clear();
 	World.reset();
@@ -30,7 +43,7 @@ std::string FConsacFarewell::Do()
 namespace ConsacPlugin
 {
 
-std::string KeepModels(consac::host::Driver& Driver, const std::vector<std::string>& Behaviours, const std::string& Folder, const char* Ending)
+std::string CollectModels(const consac::host::Driver& Driver, const std::vector<std::string>& Behaviours, const std::string& Folder, const char* Ending, FConsacModels& Models)
 {
 	std::string Fault;
 	for (std::size_t B = 0; B < Behaviours.size(); ++B)
@@ -39,21 +52,17 @@ std::string KeepModels(consac::host::Driver& Driver, const std::vector<std::stri
 		{
 			continue;
 		}
-		const std::string File = Folder + "/" + consac::FileNameOf(Behaviours[B], Ending);
-		const consac::Status Status = Driver.SaveModel(B, File);
-		if (!Status.ok())
+		consac::Result<consac::ModelFile> Model = Driver.Model(B);
+		if (!Model.ok())
 		{
-			Fault = Status.message();
+			Fault = Model.status().message();
+			continue;
 		}
-		else
-		{
-			UE_LOG(LogConsac, Display, TEXT("what was learned is in %s"), *FromUtf8(File));
-		}
+		Models.emplace_back(Folder + "/" + consac::FileNameOf(Behaviours[B], Ending), std::move(*Model));
 	}
 	return Fault;
 }
 
-// One that is on its way.
 struct FLeaving
 {
 	std::mutex Mutex;
@@ -61,7 +70,7 @@ struct FLeaving
 	FConsacFarewell Training;
 	std::string Fault;
 	bool bOut = false;      // it is done
-	bool bAlone = false;    // nobody waits for it any more
+	bool bAlone = false;    // nobody asks for it any more
 	std::thread Thread;
 
 	~FLeaving()
@@ -93,20 +102,29 @@ static void Forget(bool bAll)
 	std::erase_if(Leaving, [bAll](const std::unique_ptr<FLeaving>& One)
 	{
 		const std::lock_guard<std::mutex> Lock(One->Mutex);
-		return bAll || One->bOut;
+		return bAll || (One->bOut && One->bAlone);
 	});
 }
 
-std::string SeeOut(FConsacFarewell Training, double MostSeconds)
+FLeaving& SendOut(FConsacFarewell Training)
 {
 	Forget(false);
-	std::unique_ptr<FLeaving> Made = std::make_unique<FLeaving>();
-	FLeaving& One = *Made;
+	Leaving.push_back(std::make_unique<FLeaving>());
+	FLeaving& One = *Leaving.back();
 	One.Training = std::move(Training);
 	One.Thread = std::thread(&FLeaving::Run, &One);
-	Leaving.push_back(std::move(Made));
+	return One;
+}
+
+bool IsOut(FLeaving& One, double MostSeconds)
+{
 	std::unique_lock<std::mutex> Lock(One.Mutex);
-	One.Changed.wait_for(Lock, std::chrono::duration<double>(MostSeconds), [&One] { return One.bOut; });
+	return One.Changed.wait_for(Lock, std::chrono::duration<double>(MostSeconds), [&One] { return One.bOut; });
+}
+
+std::string Leave(FLeaving& One)
+{
+	const std::lock_guard<std::mutex> Lock(One.Mutex);
 	One.bAlone = true;
 	return One.Fault;
 }

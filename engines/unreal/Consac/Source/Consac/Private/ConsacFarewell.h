@@ -1,9 +1,12 @@
 // Copyright CONSAC authors. MIT License.
-// The end of a training that may take long: a learner finishes its piece of work, files are written.
+// What a training leaves to do that may take long: a learner finishes its piece of work, files are written.
 #pragma once
 
 #include "CoreMinimal.h"
 #include "ConsacCoreInclude.h"
+
+/** Models to be written, each with its path. */
+using FConsacModels = std::vector<std::pair<std::string, consac::ModelFile>>;
 
 /** What is left of a training once its agents are free. Whoever holds it is the only one who does. */
 struct FConsacFarewell
@@ -13,7 +16,8 @@ struct FConsacFarewell
 	std::vector<std::unique_ptr<consac::host::Recorder>> Recorders;
 	std::unique_ptr<consac::host::Driver> Driver;
 	std::vector<std::string> Behaviours; // their names
-	std::string ModelFolder;             // where what was learned is kept; empty: nowhere
+	FConsacModels Models;
+	std::string ModelFolder;             // where what the driver has learned is kept; empty: nowhere
 	std::string RecordFolder;            // where the recorders save; empty: nowhere
 
 	/** Saves and ends it. What went wrong, or nothing. */
@@ -23,12 +27,23 @@ struct FConsacFarewell
 namespace ConsacPlugin
 {
 
-/** The models of behaviours that have learned something, as BEHAVIOUR and `Ending`. What went wrong, or nothing. */
-std::string KeepModels(consac::host::Driver& Driver, const std::vector<std::string>& Behaviours, const std::string& Folder, const char* Ending);
+/** Adds the models of behaviours that have learned something, as BEHAVIOUR and `Ending`. What went wrong, or nothing. To be
+ *  called by whoever has the driver. */
+std::string CollectModels(const consac::host::Driver& Driver, const std::vector<std::string>& Behaviours, const std::string& Folder, const char* Ending, FConsacModels& Models);
 
-/** Sees a training out on a thread of its own, and waits for that at most so long. What went wrong, as far as it is known by
- *  then; what goes wrong later is a line in the log. Game thread. */
-std::string SeeOut(FConsacFarewell Training, double MostSeconds);
+// All of the following are the game thread's.
+
+/** A training that is being seen out, on a thread of its own. */
+struct FLeaving;
+
+/** Sees a training out. Its own until Leave. */
+FLeaving& SendOut(FConsacFarewell Training);
+
+/** Whether it is done; waits for that at most so long. */
+bool IsOut(FLeaving& One, double MostSeconds);
+
+/** Nobody asks for it any more. What went wrong, as far as it is known by now; what goes wrong later is a line in the log. */
+std::string Leave(FLeaving& One);
 
 /** Waits for all that are still on their way: the plugin is about to be unloaded. */
 void AwaitFarewells();

@@ -108,6 +108,7 @@ consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents,
 		FKind& Shared = Kinds[At];
 		++Shared.Offering.agents;
 		Ticks = Agent->DecisionPeriod > Ticks ? Agent->DecisionPeriod : Ticks;
+		bSenses = bSenses || !Agent->Sensors.IsEmpty();
 	}
 	consac::host::TickWorldOptions Options;
 	Options.agents_leave = bRoom;

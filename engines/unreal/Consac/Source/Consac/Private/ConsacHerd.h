@@ -94,6 +94,7 @@ private:
 	std::vector<std::unique_ptr<consac::host::Recorder>> Recorders;
 	TArray<float> Sensed;
 	int32 Ticks = 1;
+	bool bSenses = false;  // somebody has sensors
 	bool bRoom = false;
 	bool bActing = false;
 	bool bJudged = false;  // which episodes end with this step is settled

@@ -19,7 +19,8 @@ void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
 
 void FConsacHerd::Prepare(consac::host::AgentId Id)
 {
-	const UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get();
+	// A sensor of a latecomer among agents without any is no entry of theirs.
+	const UConsacAgentComponent* Agent = bSenses ? Places[static_cast<std::size_t>(Id)].Agent.Get() : nullptr;
 	// By number: what a sensor does may take another one away, or its agent.
 	for (int32 Index = 0; IsValid(Agent) && Index < Agent->Sensors.Num(); ++Index)
 	{
@@ -176,7 +177,7 @@ void FConsacHerd::Turn(consac::host::AgentId Id)
 consac::Status FConsacHerd::Settle()
 {
 	// All together, so that nobody's last observation shows another one at its new start.
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; bSenses && Id < TheWorld->places(); ++Id)
 	{
 		Prepare(Id);
 	}
@@ -189,7 +190,7 @@ consac::Status FConsacHerd::Settle()
 	{
 		Turn(Id);
 	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; bSenses && Id < TheWorld->places(); ++Id)
 	{
 		if (Places[static_cast<std::size_t>(Id)].bBegins)
 		{
@@ -198,15 +199,11 @@ consac::Status FConsacHerd::Settle()
 	}
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
-		if (Places[static_cast<std::size_t>(Id)].bBegins)
+		if (std::exchange(Places[static_cast<std::size_t>(Id)].bBegins, false))
 		{
 			Observe(Id);
 		}
 		Publish(Id);
-	}
-	for (FPlace& Taken : Places)
-	{
-		Taken.bBegins = false;
 	}
 	return Offer();
 }

@@ -73,9 +73,11 @@ void AConsacTrainer::StopTraining()
 		State->bStopWanted = true;
 		return;
 	}
+	const double Until = consac::Now() + ConsacPlugin::SecondsOf(MaxWaitSeconds);
+	TellCompleted(Until - consac::Now());
 	const std::string Kept = State->Driver && !State->bCompleted ? ConsacPlugin::FolderOf(SaveFolder) : std::string();
 	const std::string Records = State->Driver ? ConsacPlugin::FolderOf(RecordFolder) : std::string();
-	const std::string Fault = State->End(Kept, Records, ConsacPlugin::SecondsOf(MaxWaitSeconds));
+	const std::string Fault = State->End(Kept, Records, Until - consac::Now());
 	if (!Fault.empty())
 	{
 		Report(ConsacPlugin::FromUtf8(Fault)); // last: whoever hears it may call anything
@@ -197,6 +199,7 @@ void AConsacTrainer::Advance()
 {
 	// Events of agents may call Stop Training or End Play: what they work on stays until this has come to its end.
 	State->bBusy = true;
+	TellCompleted(0.0);
 	for (const TWeakObjectPtr<UConsacAgentComponent>& Newcomer : ConsacPlugin::Taken(State->Newcomers))
 	{
 		UConsacAgentComponent* Agent = Newcomer.Get();
@@ -264,9 +267,25 @@ bool AConsacTrainer::DoStep()
 
 void AConsacTrainer::Complete()
 {
-	State->bCompleted = true;
+	State->bCompleted = State->bUntold = true;
 	const std::string Folder = ConsacPlugin::FolderOf(SaveFolder);
-	const std::string Fault = Folder.empty() ? Folder : ConsacPlugin::KeepModels(*State->Driver, State->Herd->Behaviours(), Folder, ".consac");
+	const std::string Fault = Folder.empty() ? Folder : State->Keep(Folder);
+	if (!Fault.empty())
+	{
+		Report(ConsacPlugin::FromUtf8(Fault));
+	}
+	TellCompleted(0.0);
+}
+
+// Once the models are written, which no tick waits for: whoever hears of it may load them.
+void AConsacTrainer::TellCompleted(double MostSeconds)
+{
+	if (!State->bUntold || !State->HasKept(MostSeconds))
+	{
+		return;
+	}
+	State->bUntold = false;
+	const std::string Fault = State->LeaveKeeping();
 	if (!Fault.empty())
 	{
 		Report(ConsacPlugin::FromUtf8(Fault));

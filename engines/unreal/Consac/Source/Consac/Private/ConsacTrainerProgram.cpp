@@ -33,7 +33,8 @@ static FString PackedProgram()
 #endif
 }
 
-// An argument in quotes; false when it cannot be one.
+// An argument, in quotes where a blank needs them: on Linux the engine takes its one line apart by itself, and nothing is written
+// about quotes that need not be. False when it cannot be one.
 static bool Quoted(const FString& Argument, std::string& Line)
 {
 	const std::string Text = ToUtf8(Argument);
@@ -41,7 +42,8 @@ static bool Quoted(const FString& Argument, std::string& Line)
 	{
 		return false;
 	}
-	Line += (Line.empty() ? "\"" : " \"") + Text + "\"";
+	const char* Quote = Text.empty() || Text.find_first_of(" \t") != std::string::npos ? "\"" : "";
+	Line += (Line.empty() ? "" : " ") + (Quote + Text) + Quote;
 	return true;
 }
 

@@ -63,6 +63,25 @@ consac::Status FConsacTrainerState::Poll(double WaitSeconds)
 	return Status;
 }
 
+std::string FConsacTrainerState::Keep(const std::string& Folder)
+{
+	FConsacFarewell Writing;
+	const std::string Fault = ConsacPlugin::CollectModels(*Driver, Herd->Behaviours(), Folder, ".consac", Writing.Models);
+	Keeping = Writing.Models.empty() ? nullptr : &ConsacPlugin::SendOut(std::move(Writing));
+	return Fault;
+}
+
+bool FConsacTrainerState::HasKept(double MostSeconds)
+{
+	return Keeping == nullptr || ConsacPlugin::IsOut(*Keeping, MostSeconds);
+}
+
+std::string FConsacTrainerState::LeaveKeeping()
+{
+	ConsacPlugin::FLeaving* const One = std::exchange(Keeping, nullptr);
+	return One != nullptr ? ConsacPlugin::Leave(*One) : std::string();
+}
+
 void FConsacTrainerState::SetSpeed(bool bFast)
 {
 	if (!bFast)
@@ -91,6 +110,14 @@ std::string FConsacTrainerState::End(const std::string& ModelFolder, const std::
 	Steps.reset();
 	Speed.reset();
 	Newcomers.clear();
-	bMet = bStopWanted = bPaused = false;
-	return bSomething ? ConsacPlugin::SeeOut(std::move(Training), MostSeconds) : std::string();
+	bMet = bStopWanted = bPaused = bUntold = false;
+	const std::string Fault = LeaveKeeping();
+	if (!bSomething)
+	{
+		return Fault;
+	}
+	ConsacPlugin::FLeaving& Leaving = ConsacPlugin::SendOut(std::move(Training));
+	ConsacPlugin::IsOut(Leaving, MostSeconds);
+	const std::string Found = ConsacPlugin::Leave(Leaving);
+	return Found.empty() ? Fault : Found;
 }

@@ -12,6 +12,11 @@
 class AConsacTrainer;
 class UConsacAgentComponent;
 
+namespace ConsacPlugin
+{
+struct FLeaving;
+}
+
 struct FConsacTrainerState
 {
 	// In this order: the driver goes before the world that it drives.
@@ -24,6 +29,8 @@ struct FConsacTrainerState
 	bool bStarted = false;       // Start Training was tried
 	bool bMet = false;           // somebody decides: a trainer is connected, a learner or a model has begun
 	bool bCompleted = false;
+	bool bUntold = false;        // of that, since its models are not written yet
+	ConsacPlugin::FLeaving* Keeping = nullptr; // who writes them
 	bool bBusy = false;          // agents' events are under way
 	bool bStopWanted = false;    // one of them has called Stop Training
 	bool bPaused = false;        // the driver was told so
@@ -37,6 +44,12 @@ struct FConsacTrainerState
 	consac::Status Begin(AConsacTrainer& Trainer);
 	/** Polls the driver, for at most so long, and notes what came of it. */
 	consac::Status Poll(double WaitSeconds);
+	/** Begins to write what was learned into a folder. What went wrong, or nothing. */
+	std::string Keep(const std::string& Folder);
+	/** Whether that is done; waits for it at most so long. */
+	bool HasKept(double MostSeconds);
+	/** Asks no more for it. What went wrong with it so far, or nothing. */
+	std::string LeaveKeeping();
 	/** Frames wait for nothing while it trains. */
 	void SetSpeed(bool bFast);
 	/** Ends it: agents are free and settings are back at once, what takes longer than `MostSeconds` goes on by itself. What went

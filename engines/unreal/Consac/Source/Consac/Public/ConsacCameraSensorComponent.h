@@ -9,8 +9,8 @@
 class USceneCaptureComponent2D;
 class UTextureRenderTarget2D;
 
-/** A picture, as whole numbers from 0 to 255. Costly: every picture is read back from the
- *  graphics card, though no picture is drawn but those that are asked for, and all of them before the first is read. */
+/** A picture, as whole numbers from 0 to 255. Costly: it is read back from the graphics card. No picture is drawn but those that are
+ *  asked for, and the game waits for the card once for all cameras of a decision. */
 UCLASS(ClassGroup=(Consac), meta=(BlueprintSpawnableComponent, DisplayName="Consac Camera Sensor"))
 class CONSAC_API UConsacCameraSensorComponent : public UConsacSensorComponent
 {
@@ -43,5 +43,9 @@ private:
 	UPROPERTY()
 	TObjectPtr<UTextureRenderTarget2D> Target;
 
-	bool bDrawn = false; // and not read yet
+	static void ReadAll();
+
+	TArray<FColor> Colours; // as read last
+	bool bDrawn = false;    // and not read yet
+	bool bRead = false;     // and not sensed yet
 };

@@ -169,7 +169,7 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Recording")
 	FString RecordFolder;
 
-	/** The training has come to its end. */
+	/** The training has come to its end, and its models are in Save Folder: no tick waits for the disk. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Trainer")
 	FConsacTrainerEvent OnTrainingCompleted;
 
@@ -224,6 +224,7 @@ private:
 	void Advance();
 	bool DoStep();
 	void Complete();
+	void TellCompleted(double MostSeconds);
 	void StartInTurn();
 	void Show();
 
