@@ -88,17 +88,22 @@ double Milliseconds(std::chrono::steady_clock::time_point since) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since).count();
 }
 
-void PrintRow(const char* what, int agents, std::vector<double> polls, std::vector<double> ticks, double target) {
+/// What the medians should stay below, in ms.
+struct Targets {
+  double poll, tick;
+};
+
+void PrintRow(const char* what, int agents, std::vector<double> polls, std::vector<double> ticks, Targets targets) {
   std::sort(polls.begin(), polls.end());
   std::sort(ticks.begin(), ticks.end());
   const auto at = [](const std::vector<double>& values, double share) {
     return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
   };
-  std::printf("| %-34s | %6d | %9.4f | %9.4f | %9.4f | %9.4f | %6.2f |\n", what, agents, at(polls, 0.5),
-              at(polls, 0.99), at(ticks, 0.5), at(ticks, 0.99), target);
+  std::printf("| %-34s | %6d | %9.4f | %9.4f | %11.2f | %9.4f | %9.4f | %11.2f |\n", what, agents, at(polls, 0.5),
+              at(polls, 0.99), targets.poll, at(ticks, 0.5), at(ticks, 0.99), targets.tick);
 }
 
-void Measure(const char* what, EConsacMode mode, int agents, const std::string& model, double target) {
+void Measure(const char* what, EConsacMode mode, int agents, const std::string& model, Targets targets) {
   Shim::Game game;
   AddAgents(game, agents);
   AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
@@ -118,7 +123,7 @@ void Measure(const char* what, EConsacMode mode, int agents, const std::string& 
     // A game draws and moves in between; the learner works meanwhile.
     if (mode == EConsacMode::Train) std::this_thread::sleep_for(std::chrono::microseconds(500));
   }
-  PrintRow(what, agents, polls, ticks, target);
+  PrintRow(what, agents, polls, ticks, targets);
 }
 
 }  // namespace
@@ -126,11 +131,14 @@ void Measure(const char* what, EConsacMode mode, int agents, const std::string& 
 int main() {
   const std::string model = WriteModel();
   std::printf(
-      "| what, ms of the game's thread      | agents | Poll, 50%% | Poll, 99%% | tick, 50%% | tick, 99%% | target |\n");
-  std::printf("|---|---|---|---|---|---|---|\n");
-  for (const int agents : {1, 100, 1000}) Measure("acts by a 64x64 model", EConsacMode::Act, agents, model, 0.2);
+      "| what, ms of the game's thread      | agents | Poll, 50%% | Poll, 99%% | Poll wanted | tick, 50%% | tick, 99%% "
+      "| "
+      "tick wanted |\n");
+  std::printf("|---|---|---|---|---|---|---|---|\n");
+  for (const int agents : {1, 100, 1000})
+    Measure("acts by a 64x64 model", EConsacMode::Act, agents, model, {0.15, 0.3});
   for (const int agents : {1, 16})
-    Measure("learns inside, agents go on (ppo2)", EConsacMode::Train, agents, model, 0.1);
+    Measure("learns inside, agents go on (ppo2)", EConsacMode::Train, agents, model, {0.1, 0.3});
   std::filesystem::remove(model);
   return 0;
 }
