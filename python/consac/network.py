@@ -58,8 +58,98 @@ class Duelling:
         return value + advantages - advantages.mean(1, keepdims=True)
 
 
-OPS = {"dense": Dense, "duelling": Duelling}
-ACTIVATED = {"dense"}  # the others must be linear
+class Convolution:
+    """act(patch . w + b) at every pixel of the result, without padding; the result has channels last."""
+
+    inputs = 1
+
+    def __init__(self, entry, shapes, floats):
+        self.image, self.first = shapes[0], entry.get("layout", "HWC") == "CHW"
+        self.kernel, self.stride, filters = pair(entry, "kernel"), pair(entry, "stride"), whole_size(entry, "filters")
+        if len(self.image) != 3 or entry.get("layout", "HWC") not in ("HWC", "CHW"):
+            raise ModelDamaged(f"the model's block {entry['name']!r} reads an image of shape {list(self.image)} and layout {entry.get('layout')!r}")
+        *size, channels = (*self.image[1:], self.image[0]) if self.first else self.image
+        if size[0] < self.kernel[0] or size[1] < self.kernel[1]:
+            raise ModelDamaged(f"the model's block {entry['name']!r} has a kernel of {self.kernel} for an image of {size} pixels")
+        self.shape = tuple((pixels - kernel) // stride + 1 for pixels, kernel, stride in zip(size, self.kernel, self.stride)) + (filters,)
+        self.weights = floats("w", (filters, *self.kernel, channels)).reshape(filters, -1)
+        self.bias = floats("b", (filters,))
+
+    def __call__(self, x):
+        image = x.reshape(len(x), *self.image)
+        if self.first:
+            image = image.transpose(0, 2, 3, 1)
+        patches = np.lib.stride_tricks.sliding_window_view(image, self.kernel, (1, 2))[:, ::self.stride[0], ::self.stride[1]]
+        patches = patches.transpose(0, 1, 2, 4, 5, 3).reshape(-1, self.weights.shape[1])
+        return (patches @ self.weights.T + self.bias).reshape(len(x), -1)
+
+
+class Flatten:
+    """The same numbers in one row."""
+
+    inputs = 1
+
+    def __init__(self, entry, shapes, floats):
+        self.shape = (math.prod(shapes[0]),)
+
+    def __call__(self, x):
+        return x
+
+
+class Concatenation:
+    """The inputs one behind the other."""
+
+    inputs = 0  # any number
+
+    def __init__(self, entry, shapes, floats):
+        self.shape = (sum(map(math.prod, shapes)),)
+
+    def __call__(self, *inputs):
+        return np.concatenate(inputs, 1)
+
+
+class Slice:
+    """The numbers from `offset` on, given a shape and divided."""
+
+    inputs = 1
+
+    def __init__(self, entry, shapes, floats):
+        shape, self.offset, self.divisor = entry.get("shape"), entry.get("offset", 0), entry.get("divide_by", 1)
+        sizes = isinstance(shape, list) and shape and all(whole(size) and 1 <= size <= LARGEST_LAYER for size in shape)
+        if not sizes or not whole(self.offset) or not 0 <= self.offset <= math.prod(shapes[0]) - math.prod(shape):
+            raise ModelDamaged(f"the model's block {entry['name']!r} slices {shape} from {self.offset!r} on out of {math.prod(shapes[0])} numbers")
+        if type(self.divisor) not in (int, float) or not 0 < self.divisor < math.inf:
+            raise ModelDamaged(f"the model's block {entry['name']!r} divides by {self.divisor!r}")
+        self.shape = tuple(shape)
+
+    def __call__(self, x):
+        return x[:, self.offset:self.offset + math.prod(self.shape)] / self.divisor
+
+
+class LayerNorm:
+    """act(h scale + shift), h the row at mean 0 and deviation 1."""
+
+    inputs = 1
+
+    def __init__(self, entry, shapes, floats):
+        self.epsilon, self.shape, size = entry.get("epsilon", 1e-5), shapes[0], (math.prod(shapes[0]),)
+        if type(self.epsilon) not in (int, float) or not 0 < self.epsilon < math.inf:
+            raise ModelDamaged(f"the model's block {entry['name']!r} has epsilon {self.epsilon!r}; it is above 0")
+        self.scale, self.shift = floats("scale", size), floats("shift", size)
+
+    def __call__(self, x):
+        return (x - x.mean(1, keepdims=True)) / np.sqrt(x.var(1, keepdims=True) + self.epsilon) * self.scale + self.shift
+
+
+OPS = {"dense": Dense, "duelling": Duelling, "convolution": Convolution, "flatten": Flatten, "concatenation": Concatenation, "slice": Slice, "layer_norm": LayerNorm}
+ACTIVATED = {"dense", "convolution", "layer_norm"}  # the others must be linear
+
+
+def pair(entry: dict, name: str) -> tuple[int, int]:
+    value = entry.get(name)
+    if not isinstance(value, list) or len(value) != 2 or not all(whole(size) and 1 <= size <= LARGEST_LAYER for size in value):
+        raise ModelDamaged(f"the model's block {entry.get('name')!r} has {name} {value!r}; it is [height, width], each from 1")
+    return tuple(value)
 
 
 def whole_size(entry: dict, name: str) -> int:

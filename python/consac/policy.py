@@ -17,7 +17,8 @@ from consac.network import ACTIVATIONS, LARGEST_LAYER, OPS, Network, sigmoid
 
 MASKED = -1e8  # the logit of a choice that is not legal
 # Each kind of head, and the spaces of the leaves that it can be of; the first that fits is a leaf's own where the model names none.
-HEADS = {"categorical": (spaces.Discrete, spaces.MultiDiscrete), "gaussian": (spaces.Box,), "bernoulli": (spaces.MultiBinary,), "q_values": (spaces.Discrete,)}
+HEADS = {"categorical": (spaces.Discrete, spaces.MultiDiscrete), "gaussian": (spaces.Box,), "bernoulli": (spaces.MultiBinary,),
+         "q_values": (spaces.Discrete,), "squashed_gaussian": (spaces.Box,), "deterministic": (spaces.Box,)}
 FEATURES = OPS.keys() | HEADS.keys() | {"shared_parameters"}
 
 
@@ -34,12 +35,12 @@ class Policy:
         self.observation_space, self.action_space = (_space(interface, name) for name in ("observation", "action"))
         self._observation, self._action = Layout.of(self.observation_space), Layout.of(self.action_space)
         self.features = sum(_features(leaf) for leaf in self._observation.leaves)
-        self._heads = [_features(leaf) for leaf in self._action.leaves]
         self.heads = self._read_heads(interface.get("heads"))
+        self._heads = [_features(leaf) * (2 if kind == "squashed_gaussian" else 1) for leaf, kind in zip(self._action.leaves, self.heads)]
         self._network = Network(self.spec.get("graph"), self.features, self._floats)
         if self._network.size != sum(self._heads):
             raise ModelDamaged(f"the model's first output has {self._network.size} numbers, its heads need {sum(self._heads)}")
-        deviations = sum(size for leaf, size in zip(self._action.leaves, self._heads) if isinstance(leaf.space, spaces.Box))
+        deviations = sum(size for kind, size in zip(self.heads, self._heads) if kind == "gaussian")
         self._log_std = self._floats("pi/log_std", (deviations,)) if deviations else np.zeros(0, np.float32)
         self._normaliser = self._read_normaliser(interface.get("normalise"))
         self._run_self_test(self.spec.get("selftest"))
@@ -67,7 +68,9 @@ class Policy:
         for leaf, kind, size in zip(self._action.leaves, self.heads, self._heads):
             part, space = head[:, at:at + size], leaf.space
             at += size
-            if isinstance(space, spaces.Box):
+            if kind in ("squashed_gaussian", "deterministic"):
+                value = _stretched(part, kind, space, rng).reshape(len(part), *leaf.shape)
+            elif isinstance(space, spaces.Box):
                 value = part
                 if rng is not None:
                     value = part + np.exp(self._log_std[deviation:deviation + size]) * rng.standard_normal(part.shape)
@@ -186,6 +189,8 @@ class Policy:
             return [next(kind for kind, fitting in HEADS.items() if isinstance(leaf.space, fitting)) for leaf in self._action.leaves]
         kinds = [head.get("type") for head in heads if isinstance(head, dict)] if isinstance(heads, list) else []
         fits = len(kinds) == len(names) == len(heads) and all(head.get("leaf") == name for head, name in zip(heads, names))
+        if fits and any(kind in ("squashed_gaussian", "deterministic") and not leaf.space.is_bounded() for kind, leaf in zip(kinds, self._action.leaves) if isinstance(leaf.space, spaces.Box)):
+            raise ModelDamaged(f"the model's heads {kinds} need bounds of {self.action_space}")
         if not fits or not all(kind in HEADS and isinstance(leaf.space, HEADS[kind]) for kind, leaf in zip(kinds, self._action.leaves)):
             raise ModelDamaged(f"the model's heads are {heads}, which do not fit its action space {self.action_space}")
         return kinds
@@ -261,6 +266,18 @@ def _features(leaf: Leaf) -> int:
     if isinstance(leaf.space, spaces.Discrete):
         return int(leaf.space.n)
     return int(leaf.space.nvec.sum()) if isinstance(leaf.space, spaces.MultiDiscrete) else math.prod(leaf.shape)
+
+
+def _stretched(head: np.ndarray, kind: str, space: spaces.Box, rng: np.random.Generator | None) -> np.ndarray:
+    """Numbers from -1 to 1 of a deterministic or squashed head, stretched to the bounds."""
+    value = head.astype(np.float64)
+    if kind == "squashed_gaussian":
+        value, deviations = np.split(value, 2, 1)
+        if rng is not None:
+            value = value + np.exp(np.clip(deviations, -20, 2)) * rng.standard_normal(value.shape)
+        value = np.tanh(value)
+    low, high = space.low.ravel().astype(np.float64), space.high.ravel().astype(np.float64)
+    return np.clip(low + 0.5 * (value + 1) * (high - low), low, high)
 
 
 def _choose(logits: np.ndarray, rng: np.random.Generator | None) -> np.ndarray:

@@ -208,6 +208,62 @@ def duelling(seed=1):
     return spec, tensors
 
 
+def convolutional(channels_first=False, seed=1):
+    """A small network of every kind of block, over an image beside two numbers; the answers come from loops."""
+    rng = np.random.default_rng(seed)
+    shape = (2, 5, 6) if channels_first else (5, 6, 2)
+    observation = spaces.Dict({"eye": spaces.Box(0, 255, shape, np.uint8), "speed": spaces.Box(-1, 1, (2,), np.float32)})
+    tensors = {"c/w": rng.normal(size=(3, 3, 2, 2)), "c/b": rng.normal(size=3), "n/scale": rng.normal(size=20), "n/shift": rng.normal(size=20), "pi/w": rng.normal(size=(4, 20)), "pi/b": rng.normal(size=4)}
+    tensors = {name: value.astype(np.float32) for name, value in tensors.items()}
+    layout = {"layout": "CHW"} if channels_first else {}
+    blocks = [{"op": "slice", "in": "obs", "out": "eye", "name": "eye", "in_size": 62, "out_size": 60, "act": "linear", "shape": list(shape), "divide_by": 255},
+              {"op": "slice", "in": "obs", "out": "speed", "name": "speed", "in_size": 62, "out_size": 2, "act": "linear", "shape": [2], "offset": 60},
+              {"op": "convolution", "in": "eye", "out": "c", "name": "c", "in_size": 60, "out_size": 18, "act": "relu", "kernel": [3, 2], "stride": [2, 2], "filters": 3} | layout,
+              {"op": "flatten", "in": "c", "out": "f", "name": "f", "in_size": 18, "out_size": 18, "act": "linear"},
+              {"op": "concatenation", "in": ["f", "speed"], "out": "all", "name": "all", "in_size": 20, "out_size": 20, "act": "linear"},
+              {"op": "layer_norm", "in": "all", "out": "n", "name": "n", "in_size": 20, "out_size": 20, "act": "tanh", "epsilon": 0.01},
+              {"op": "dense", "in": "n", "out": "pi", "name": "pi", "in_size": 20, "out_size": 4, "act": "linear"}]
+    asked = np.concatenate([rng.integers(0, 256, (3, 60)), rng.normal(size=(3, 2))], 1).astype(np.float32)
+    answers = []
+    for row in asked.astype(np.float64):
+        image = row[:60].reshape(shape) / 255
+        image = image.transpose(1, 2, 0) if channels_first else image
+        pixels = [max(0.0, (image[2 * y:2 * y + 3, 2 * x:2 * x + 2] * tensors["c/w"][f]).sum() + tensors["c/b"][f]) for y in range(2) for x in range(3) for f in range(3)]
+        everything = np.array([*pixels, *row[60:]])
+        normal = (everything - everything.mean()) / np.sqrt(((everything - everything.mean()) ** 2).mean() + 0.01)
+        answers.append(tensors["pi/w"] @ np.tanh(normal * tensors["n/scale"] + tensors["n/shift"]) + tensors["pi/b"])
+    tensors["test/0/in"], tensors["test/0/out"] = asked, np.array(answers, np.float32)
+    action = spaces.Discrete(4)
+    spec = {"kind": "policy", "requires": sorted({block["op"] for block in blocks} | {"categorical"}), "producer": {"name": "test", "version": "1"},
+            "interface": {"behaviour": "default", "observation": listed(observation), "action": listed(action), "heads": [{"leaf": "", "type": "categorical"}]},
+            "graph": {"inputs": [{"name": "obs", "size": 62}], "blocks": blocks, "outputs": ["pi"]}, "selftest": [{"in": "test/0/in", "out": "test/0/out", "tol": 1e-5}]}
+    return spec, tensors
+
+
+@pytest.mark.parametrize("channels_first", [False, True])
+def test_every_block_is_what_its_loops_say(channels_first):
+    policy = Policy(read_model(model_bytes(*convolutional(channels_first))))
+    assert policy.selftest_error < 1e-5 and policy.action_space.contains(policy.act(policy.observation_space.sample()))
+
+
+@needs_program
+@pytest.mark.parametrize("channels_first", [False, True])
+def test_cpp_takes_every_block_too(tmp_path, channels_first):
+    path = tmp_path / "model.consac"
+    path.write_bytes(model_bytes(*convolutional(channels_first)))
+    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("block,change", [(0, {"offset": 3}), (0, {"shape": []}), (0, {"divide_by": 0}), (1, {"offset": -1}), (2, {"kernel": [6, 2]}), (2, {"stride": [0, 1]}), (2, {"filters": 1.5}),
+                                          (2, {"layout": "HCW"}), (2, {"out_size": 17}), (3, {"act": "tanh"}), (4, {"in": []}), (4, {"in": ["f", "nothing"]}), (5, {"epsilon": 0}), (5, {"in_size": 19})])
+def test_blocks_that_do_not_fit_are_refused(block, change):
+    spec, tensors = convolutional()
+    spec["graph"]["blocks"][block] |= change
+    with pytest.raises(ModelDamaged, match="block"):
+        Policy(read_model(model_bytes(spec, tensors)))
+
+
 def test_values_take_the_best_legal_choice():
     policy = Policy(read_model(model_bytes(*duelling())))
     for observation in np.random.default_rng(2).normal(size=(50, 3)).astype(np.float32):
@@ -223,6 +279,28 @@ def test_cpp_takes_values_too(tmp_path):
     path.write_bytes(model_bytes(*duelling()))
     done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
     assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("kind", ["squashed_gaussian", "deterministic"])
+def test_actions_from_minus_one_to_one_are_stretched_to_their_bounds(kind):
+    action, numbers = spaces.Box(np.array([-2, 0], np.float32), np.array([2, 1], np.float32)), 4 if kind == "squashed_gaussian" else 2
+    spec, tensors = make(action=spaces.Box(-1, 1, (numbers,), np.float32), activations=())
+    spec["interface"] |= {"action": listed(action), "heads": [{"leaf": "", "type": kind}]}
+    spec["requires"] = ["dense", kind]
+    del tensors["pi/log_std"]
+    policy = Policy(read_model(model_bytes(spec, tensors)))
+    observation = np.array([0.1, -0.2, 0.3], np.float32)
+    head = policy.logits(observation).astype(np.float64)
+    expected = np.tanh(head[:2]) if kind == "squashed_gaussian" else np.clip(head, -1, 1)
+    assert np.allclose(policy.act(observation), [2 * expected[0], 0.5 + 0.5 * expected[1]], atol=1e-6)
+    drawn = policy.act(np.repeat(observation[None], 4000, 0), deterministic=False, rng=np.random.default_rng(1))
+    assert ((drawn >= action.low) & (drawn <= action.high)).all()
+    if kind == "squashed_gaussian":
+        inner = np.arctanh(np.clip(drawn[:, 0] / 2, -0.9999999, 0.9999999).astype(np.float64))
+        assert abs(np.median(inner) - head[0]) < 0.1 * np.exp(np.clip(head[2], -20, 2)) + 1e-3
+    spec["interface"]["action"]["high"] = [None, 1]
+    with pytest.raises(ModelDamaged, match="bounds"):
+        Policy(read_model(model_bytes(spec, tensors)))
 
 
 def test_heads_that_do_not_fit_are_refused_and_old_files_need_none():

@@ -48,6 +48,7 @@ Activations::Activations(const Plan& plan, const ActivationsOptions& options) : 
   }
   scratch_ = AlignedFloats(scratch);
   inputs_.resize(most_inputs);
+  state_ = AlignedFloats(options_.group_rows * plan.state_size);
 }
 
 Rows Activations::Value(std::size_t value, std::int64_t first_row) {
@@ -63,7 +64,30 @@ Rows Activations::Saved(std::size_t step) {
 void Activations::Run(const PackedNetwork& packed, std::span<const std::size_t> steps, const ForwardRows& call) {
   for (std::int64_t first = 0; first < call.rows; first += options_.group_rows) {
     const std::int64_t count = std::min(options_.group_rows, call.rows - first);
+    const bool stateful = plan_.state_size > 0;
+    if (stateful) LoadState(call.recurrent, first, count / call.steps);
     for (const std::size_t s : steps) RunStep(s, packed, call, first, count);
+    if (stateful) StoreState(call.recurrent, first, count / call.steps);
+  }
+}
+
+void Activations::LoadState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count) {
+  const std::int64_t size = plan_.state_size;
+  if (recurrent.state == nullptr) {
+    std::fill_n(state_.data(), count * size, 0.0f);
+    return;
+  }
+  for (std::int64_t r = 0; r < count; ++r) {
+    const std::int64_t slot = recurrent.slots == nullptr ? first + r : recurrent.slots[first + r];
+    std::copy_n(recurrent.state + slot * size, size, state_.data() + r * size);
+  }
+}
+
+void Activations::StoreState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count) const {
+  const std::int64_t size = plan_.state_size;
+  for (std::int64_t r = 0; recurrent.state != nullptr && r < count; ++r) {
+    const std::int64_t slot = recurrent.slots == nullptr ? first + r : recurrent.slots[first + r];
+    std::copy_n(state_.data() + r * size, size, recurrent.state + slot * size);
   }
 }
 
@@ -84,6 +108,10 @@ void Activations::RunStep(std::size_t s, const PackedNetwork& packed, const Forw
   work.saved = Saved(s);
   work.scratch = scratch_.data();
   work.steps = call.steps;
+  if (step.state_size > 0) {
+    work.state = {state_.data() + step.state_at, plan_.state_size};
+    work.begins = call.recurrent.begins == nullptr ? nullptr : call.recurrent.begins + first;
+  }
   step.op->forward(step.block, work);
 }
 

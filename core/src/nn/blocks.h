@@ -9,5 +9,18 @@ namespace consac::nn {
 Op DenseOp();
 /// Q = V + A - mean A.
 Op DuellingOp();
+/// y = activation(patches W^T + b) at every pixel.
+Op ConvolutionOp();
+/// The same numbers in one row.
+Op FlattenOp();
+/// The inputs one behind the other.
+Op ConcatenationOp();
+/// A run of numbers, shaped and divided.
+Op SliceOp();
+/// The row brought to mean 0 and deviation 1, then scaled and shifted.
+Op LayerNormOp();
+
+/// Starts the matrix [out, in] and the bias [out] behind it as block.init and block.gain say.
+void InitialiseLinear(const Block& block, std::int64_t in_size, std::int64_t out_size, Rng& rng, float* parameters);
 
 }  // namespace consac::nn

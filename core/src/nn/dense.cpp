@@ -30,9 +30,9 @@ std::vector<Parameter> DenseParameters(const PlacedBlock& block) {
 /// Orthonormal rows or columns, whichever are fewer, times the gain: the Q of a Gaussian matrix, with the signs of R's
 /// diagonal taken out so that every orthogonal matrix is equally likely (Stable Baselines takes U or V of its SVD: the
 /// same distribution). Source: Saxe et al. 2014, arXiv:1312.6120.
-void InitialiseOrthogonal(const PlacedBlock& block, Rng& rng, float* weight) {
-  const Eigen::Index rows = static_cast<Eigen::Index>(block.out_size);
-  const Eigen::Index columns = static_cast<Eigen::Index>(block.in_size);
+void InitialiseOrthogonal(float gain, std::int64_t in_size, std::int64_t out_size, Rng& rng, float* weight) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(out_size);
+  const Eigen::Index columns = static_cast<Eigen::Index>(in_size);
   const Eigen::Index longer = rows > columns ? rows : columns;
   const Eigen::Index shorter = rows > columns ? columns : rows;
   Eigen::MatrixXd gauss(longer, shorter);
@@ -47,7 +47,7 @@ void InitialiseOrthogonal(const PlacedBlock& block, Rng& rng, float* weight) {
   for (Eigen::Index r = 0; r < rows; ++r) {
     for (Eigen::Index c = 0; c < columns; ++c) {
       const double value = rows > columns ? q(r, c) : q(c, r);
-      weight[r * columns + c] = static_cast<float>(static_cast<double>(block.gain) * value);
+      weight[r * columns + c] = static_cast<float>(static_cast<double>(gain) * value);
     }
   }
 }
@@ -57,23 +57,7 @@ void FillUniform(Rng& rng, double bound, std::int64_t count, float* values) {
 }
 
 void InitialiseDense(const PlacedBlock& block, Rng& rng, float* parameters) {
-  const std::int64_t weights = block.in_size * block.out_size;
-  float* bias = parameters + weights;
-  for (std::int64_t i = 0; i < block.out_size; ++i) bias[i] = 0.0f;
-  switch (block.init) {
-    case Init::kOrthogonal:
-      return InitialiseOrthogonal(block, rng, parameters);
-    case Init::kXavierUniform:  // Glorot and Bengio 2010
-      return FillUniform(rng, block.gain * std::sqrt(6.0 / static_cast<double>(block.in_size + block.out_size)),
-                         weights, parameters);
-    case Init::kUniformFanIn: {  // PyTorch's Linear: weights and biases alike
-      const double bound = 1.0 / std::sqrt(static_cast<double>(block.in_size));
-      FillUniform(rng, block.gain * bound, weights, parameters);
-      return FillUniform(rng, bound, block.out_size, bias);
-    }
-    case Init::kZeros:
-      for (std::int64_t i = 0; i < weights; ++i) parameters[i] = 0.0f;
-  }
+  InitialiseLinear(block, block.in_size, block.out_size, rng, parameters);
 }
 
 std::int64_t DenseOpPackedSize(const PlacedBlock& block) {
@@ -97,9 +81,38 @@ void DenseOpForward(const PlacedBlock& block, const BlockCall& call) {
 
 }  // namespace
 
+void InitialiseLinear(const Block& block, std::int64_t in_size, std::int64_t out_size, Rng& rng, float* parameters) {
+  const std::int64_t weights = in_size * out_size;
+  float* bias = parameters + weights;
+  for (std::int64_t i = 0; i < out_size; ++i) bias[i] = 0.0f;
+  switch (block.init) {
+    case Init::kOrthogonal:
+      return InitialiseOrthogonal(block.gain, in_size, out_size, rng, parameters);
+    case Init::kXavierUniform:  // Glorot and Bengio 2010
+      return FillUniform(rng, block.gain * std::sqrt(6.0 / static_cast<double>(in_size + out_size)), weights,
+                         parameters);
+    case Init::kUniformFanIn: {  // PyTorch's Linear: weights and biases alike
+      const double bound = 1.0 / std::sqrt(static_cast<double>(in_size));
+      FillUniform(rng, block.gain * bound, weights, parameters);
+      return FillUniform(rng, bound, out_size, bias);
+    }
+    case Init::kZeros:
+      for (std::int64_t i = 0; i < weights; ++i) parameters[i] = 0.0f;
+  }
+}
+
 Op DenseOp() {
-  return {"dense",           InferDense,  DenseParameters, InitialiseDense,
-          DenseOpPackedSize, DenseOpPack, DenseNeeds,      DenseOpForward};
+  Op op;
+  op.name = "dense";
+  op.activates = true;
+  op.infer = InferDense;
+  op.parameters = DenseParameters;
+  op.initialise = InitialiseDense;
+  op.packed_size = DenseOpPackedSize;
+  op.pack = DenseOpPack;
+  op.needs = DenseNeeds;
+  op.forward = DenseOpForward;
+  return op;
 }
 
 }  // namespace consac::nn

@@ -18,10 +18,11 @@ struct Evaluator::State {
     for (std::size_t i = 0; i < plan.outputs.size(); ++i) steps_to.push_back(plan.StepsTo(i));
   }
 
-  void Run(std::span<const std::size_t> steps, std::span<const float* const> inputs, std::int64_t rows) {
+  void Run(std::span<const std::size_t> steps, std::span<const float* const> inputs, std::int64_t rows,
+           const RecurrentRows& recurrent) {
     const bool fits = rows <= max_rows && inputs.size() == packed->plan().input_count;
     CONSAC_ASSERT(fits);
-    if (fits) activations.Run(*packed, steps, {.inputs = inputs, .rows = rows});
+    if (fits) activations.Run(*packed, steps, {.inputs = inputs, .rows = rows, .recurrent = recurrent});
   }
 
   std::shared_ptr<PackedNetwork> own;  // null: the packing is somebody else's
@@ -47,16 +48,21 @@ void Evaluator::Load(std::span<const float> parameters) {
   if (state_->own != nullptr) state_->own->Load(parameters);
 }
 
-void Evaluator::Forward(std::span<const float* const> inputs, std::int64_t rows) {
-  state_->Run(state_->all_steps, inputs, rows);
+void Evaluator::Forward(std::span<const float* const> inputs, std::int64_t rows, const RecurrentRows& recurrent) {
+  state_->Run(state_->all_steps, inputs, rows, recurrent);
 }
 
-void Evaluator::ForwardTo(std::size_t index, std::span<const float* const> inputs, std::int64_t rows) {
-  state_->Run(state_->steps_to[index], inputs, rows);
+void Evaluator::ForwardTo(std::size_t index, std::span<const float* const> inputs, std::int64_t rows,
+                          const RecurrentRows& recurrent) {
+  state_->Run(state_->steps_to[index], inputs, rows, recurrent);
 }
 
 const float* Evaluator::output(std::size_t index) const {
   return state_->activations.Value(state_->packed->plan().outputs[index]).data;
+}
+
+std::int64_t Evaluator::state_size() const {
+  return state_->packed->plan().state_size;
 }
 
 }  // namespace consac::nn

@@ -171,6 +171,56 @@ void AddHead(NetworkSpec& spec, const Port& output, const Port& from, Init init,
   spec.outputs.push_back(output.name);
 }
 
+void AddActorCritic(NetworkSpec& spec, const Port& features, const ActorCriticOptions& options) {
+  const Init init = options.orthogonal_init ? Init::kOrthogonal : Init::kUniformFanIn;
+  Block hidden;
+  hidden.activation = options.activation;
+  hidden.init = init;
+  hidden.gain = options.orthogonal_init ? options.hidden_gain : 1.0f;
+  const Port shared = AddTower(spec, options.arch.shared, "shared", features, hidden);
+  const Port pi = AddTower(spec, options.arch.pi, "pi", shared, hidden);
+  AddHead(spec, {"pi", options.action_size}, pi, init, options.orthogonal_init ? options.policy_gain : 1.0f);
+  const Port vf = AddTower(spec, options.arch.vf, "vf", shared, hidden);
+  AddHead(spec, {"vf", 1}, vf, init, options.orthogonal_init ? options.value_gain : 1.0f);
+}
+
+/// A tower whose layers are normalised before their activation.
+Port AddNormedTower(NetworkSpec& spec, const QNetworkOptions& options, std::string_view prefix, Port from,
+                    const Block& hidden) {
+  if (!options.layer_norm) return AddTower(spec, options.layers, prefix, from, hidden);
+  Block linear = hidden;
+  linear.activation = Activation::kLinear;
+  for (std::size_t i = 0; i < options.layers.size(); ++i) {
+    linear.name = linear.output = std::string(prefix) + "/" + std::to_string(i);
+    linear.inputs = {from.name};
+    linear.in_size = from.size;
+    linear.out_size = options.layers[i];
+    spec.blocks.push_back(linear);
+    Block norm{.op = "layer_norm", .inputs = {linear.output}, .output = linear.output + "/norm", .name = ""};
+    norm.name = norm.output;
+    norm.activation = hidden.activation;
+    from = {norm.output, options.layers[i]};
+    spec.blocks.push_back(std::move(norm));
+  }
+  return from;
+}
+
+void AddQNetwork(NetworkSpec& spec, const Port& features, const QNetworkOptions& options) {
+  Block hidden;
+  hidden.activation = options.activation;
+  hidden.init = options.init;
+  const Port q{"q", options.action_count};
+  if (!options.duelling) {
+    AddHead(spec, q, AddNormedTower(spec, options, "q", features, hidden), options.init, 1.0f);
+    return;
+  }
+  const Port advantage{"advantage", options.action_count}, value{"value", 1};
+  AddLinear(spec, advantage, AddNormedTower(spec, options, "advantage", features, hidden), options.init, 1.0f);
+  AddLinear(spec, value, AddNormedTower(spec, options, "value", features, hidden), options.init, 1.0f);
+  spec.blocks.push_back({.op = "duelling", .inputs = {value.name, advantage.name}, .output = q.name, .name = q.name});
+  spec.outputs.push_back(q.name);
+}
+
 }  // namespace
 
 Result<NetArch> ParseNetArch(std::string_view text) {
@@ -187,42 +237,33 @@ std::string ToString(const NetArch& arch) {
 
 NetworkSpec ActorCritic(const ActorCriticOptions& options) {
   NetworkSpec spec;
-  const Port observation{"obs", options.observation_size};
-  spec.inputs.push_back(observation);
-  const Init init = options.orthogonal_init ? Init::kOrthogonal : Init::kUniformFanIn;
-  Block hidden;
-  hidden.activation = options.activation;
-  hidden.init = init;
-  hidden.gain = options.orthogonal_init ? options.hidden_gain : 1.0f;
-  const Port shared = AddTower(spec, options.arch.shared, "shared", observation, hidden);
-  const Port pi = AddTower(spec, options.arch.pi, "pi", shared, hidden);
-  AddHead(spec, {"pi", options.action_size}, pi, init, options.orthogonal_init ? options.policy_gain : 1.0f);
-  const Port vf = AddTower(spec, options.arch.vf, "vf", shared, hidden);
-  AddHead(spec, {"vf", 1}, vf, init, options.orthogonal_init ? options.value_gain : 1.0f);
+  spec.inputs.push_back({"obs", options.observation_size});
+  AddActorCritic(spec, spec.inputs[0], options);
+  return spec;
+}
+
+Result<NetworkSpec> ActorCritic(const Layout& observation, const ActorCriticOptions& options,
+                                const FeatureOptions& features) {
+  NetworkSpec spec;
+  const Result<Port> port = AddFeatures(observation, features, &spec);
+  if (!port.ok()) return port.status();
+  AddActorCritic(spec, *port, options);
   return spec;
 }
 
 NetworkSpec QNetwork(const QNetworkOptions& options) {
   NetworkSpec spec;
-  const Port observation{"obs", options.observation_size};
-  spec.inputs.push_back(observation);
-  Block hidden;
-  hidden.activation = options.activation;
-  hidden.init = options.init;
-  const Port q{"q", options.action_count};
-  if (!options.duelling) {
-    AddHead(spec, q, AddTower(spec, options.layers, "q", observation, hidden), options.init, 1.0f);
-    return spec;
-  }
-  const Port advantage{"advantage", options.action_count}, value{"value", 1};
-  AddLinear(spec, advantage, AddTower(spec, options.layers, "advantage", observation, hidden), options.init, 1.0f);
-  AddLinear(spec, value, AddTower(spec, options.layers, "value", observation, hidden), options.init, 1.0f);
-  Block duelling;
-  duelling.op = "duelling";
-  duelling.inputs = {value.name, advantage.name};
-  duelling.output = duelling.name = q.name;
-  spec.blocks.push_back(std::move(duelling));
-  spec.outputs.push_back(q.name);
+  spec.inputs.push_back({"obs", options.observation_size});
+  AddQNetwork(spec, spec.inputs[0], options);
+  return spec;
+}
+
+Result<NetworkSpec> QNetwork(const Layout& observation, const QNetworkOptions& options,
+                             const FeatureOptions& features) {
+  NetworkSpec spec;
+  const Result<Port> port = AddFeatures(observation, features, &spec);
+  if (!port.ok()) return port.status();
+  AddQNetwork(spec, *port, options);
   return spec;
 }
 

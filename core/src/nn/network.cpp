@@ -54,6 +54,8 @@ Status CheckName(const Block& block, const Op* op) {
   if (block.name.empty()) return NetworkFault("the block that writes " + Quote(block.output) + " has no name");
   if (static_cast<std::size_t>(block.activation) > static_cast<std::size_t>(Activation::kSoftplus))
     return NetworkFault("block " + Quote(block.name) + ": no such activation");
+  if (!op->activates && block.activation != Activation::kLinear)
+    return NetworkFault("block " + Quote(block.name) + ": " + block.op + " has no activation; put a layer behind it");
   if (block.output.empty()) return NetworkFault("block " + Quote(block.name) + ": its output has no name");
   return {};
 }
@@ -99,6 +101,7 @@ Status PlaceBlock(PlacedBlock& block, const Op* op, KnownShapes& known) {
                         std::to_string(kWidestValue) + " are possible");
   block.in_size = in_size;
   block.out_size = out_size;
+  if (op->prepare != nullptr) block.details = op->prepare(block);
   if (!known.emplace(block.output, block.out_shape).second)
     return NetworkFault(who + "writes " + Quote(block.output) + " a second time");
   return {};
@@ -147,7 +150,7 @@ Result<Network> Network::Create(NetworkSpec spec) {
   if (Status status = CheckInputs(spec, known); !status.ok()) return status;
   network.blocks_.reserve(spec.blocks.size());
   for (Block& described : spec.blocks) {
-    PlacedBlock& block = network.blocks_.emplace_back(PlacedBlock{described, {}, {}, 0, 0});
+    PlacedBlock& block = network.blocks_.emplace_back(PlacedBlock{described, {}, {}, 0, 0, nullptr});
     const Op* op = FindOp(block.op);
     if (Status status = PlaceBlock(block, op, known); !status.ok()) return status;
     described.in_size = block.in_size;

@@ -10,7 +10,8 @@ namespace {
 
 /// The rows of this library, then what AddOp brought.
 std::vector<const Op*>& OpTable() {
-  static const std::array kOps = {DenseOp(), DuellingOp()};
+  static const std::array kOps = {DenseOp(),         DuellingOp(), ConvolutionOp(), FlattenOp(),
+                                  ConcatenationOp(), SliceOp(),    LayerNormOp()};
   static std::vector<const Op*> table = [] {
     std::vector<const Op*> rows;
     for (const Op& op : kOps) rows.push_back(&op);

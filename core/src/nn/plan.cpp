@@ -16,7 +16,9 @@ Plan::Plan(const Network& network) {
   }
   input_count = values.size();
   for (const PlacedBlock& block : network.blocks()) {
-    PlanStep step{block, FindOp(block.op), {}, values.size()};
+    PlanStep step{block, FindOp(block.op), {}, values.size(), state_size, 0};
+    if (step.op->needs != nullptr) step.state_size = step.op->needs(block, 1).state;
+    state_size += step.state_size;
     for (const std::string& input : block.inputs) step.inputs.push_back(value_of(input));
     places.emplace(block.output, values.size());
     values.push_back({block.out_size, steps.size(), kNone});

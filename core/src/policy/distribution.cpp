@@ -10,8 +10,9 @@ namespace {
 constexpr std::size_t kCategoricalRow = 0, kBernoulliRow = 1, kGaussianRow = 2;
 
 const auto& DistributionTable() {
-  static const std::array kRows = {CategoricalDistribution(), BernoulliDistribution(), GaussianDistribution(),
-                                   QValuesDistribution()};
+  static const std::array kRows = {CategoricalDistribution(),      BernoulliDistribution(),
+                                   GaussianDistribution(),         QValuesDistribution(),
+                                   SquashedGaussianDistribution(), DeterministicDistribution()};
   return kRows;
 }
 

@@ -13,6 +13,10 @@ Distribution BernoulliDistribution();
 Distribution GaussianDistribution();
 /// The value of each choice; the best legal one is taken.
 Distribution QValuesDistribution();
+/// Normal numbers, means and deviations from the network, squashed by tanh and stretched to the bounds.
+Distribution SquashedGaussianDistribution();
+/// A number from -1 to 1 as the network says it, stretched to the bounds.
+Distribution DeterministicDistribution();
 
 /// Whether the leaf is a choice of n or several.
 bool IsChoice(const Leaf& leaf);
@@ -20,5 +24,7 @@ bool IsChoice(const Leaf& leaf);
 std::int64_t BestLegal(const float* values, const std::uint8_t* mask, std::int64_t n);
 /// An index from 0 as the world takes it.
 double ChoiceInWorld(const Leaf& leaf, std::int64_t index, float raw);
+/// A number from -1 to 1 as the world takes it.
+double StretchedToBounds(const Leaf& leaf, std::int64_t index, float raw);
 
 }  // namespace consac

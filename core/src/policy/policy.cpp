@@ -51,6 +51,7 @@ struct Policy::State {
   std::int64_t max_rows = 0, last_rows = 0;
   std::vector<float> features;  // [max_rows, feature_count]
   std::vector<float> raw;       // [max_rows, raw actions]
+  std::vector<float> states;    // [max_rows slots, state_size]
 
   State(PolicyData policy, ActionHead checked_head, nn::Network checked, std::int64_t rows)
       : data(std::move(policy)),
@@ -61,15 +62,16 @@ struct Policy::State {
         evaluator(network, std::max(rows, kSelfTestRows)),
         max_rows(std::max(rows, kSelfTestRows)),
         features(static_cast<std::size_t>(max_rows * observation.feature_count)),
-        raw(static_cast<std::size_t>(max_rows * head.raw_size())) {
+        raw(static_cast<std::size_t>(max_rows * head.raw_size())),
+        states(static_cast<std::size_t>(max_rows * evaluator.state_size())) {
     evaluator.Load(data.parameters);
   }
 
   /// Runs the actor on features that are already in network form (not yet normalised).
-  const float* Run(std::int64_t rows) {
+  const float* Run(std::int64_t rows, const nn::RecurrentRows& recurrent = {}) {
     if (data.normaliser.active()) data.normaliser.Apply(features.data(), rows);
     const float* input = features.data();
-    evaluator.ForwardTo(0, std::span<const float* const>(&input, 1), rows);
+    evaluator.ForwardTo(0, std::span<const float* const>(&input, 1), rows, recurrent);
     last_rows = rows;
     return evaluator.output(0);
   }
@@ -218,12 +220,27 @@ Status Policy::Fits(const BehaviourSpec& behaviour) const {
 
 void Policy::Act(const std::byte* observations, const std::uint8_t* masks, std::int64_t rows, ActionMode mode, Rng& rng,
                  std::byte* actions) {
-  CONSAC_ASSERT(rows >= 0 && rows <= state_->max_rows);
-  rows = std::clamp<std::int64_t>(rows, 0, state_->max_rows);
-  EncodeFeatures(state_->observation, observations, rows, state_->features.data());
-  const float* head = state_->Run(rows);
-  state_->head.Select(head, state_->data.log_std.data(), masks, rows, mode, rng, state_->raw.data());
+  Act({.observations = observations, .masks = masks, .rows = rows}, mode, rng, actions);
+}
+
+void Policy::Act(const ActRows& call, ActionMode mode, Rng& rng, std::byte* actions) {
+  CONSAC_ASSERT(call.rows >= 0 && call.rows <= state_->max_rows);
+  const std::int64_t rows = std::clamp<std::int64_t>(call.rows, 0, state_->max_rows);
+  nn::RecurrentRows recurrent;
+  if (!state_->states.empty()) {
+    const auto outside = [&](std::int32_t slot) { return slot < 0 || slot >= state_->max_rows; };
+    const bool fits = call.slots == nullptr || std::none_of(call.slots, call.slots + rows, outside);
+    CONSAC_ASSERT(fits);
+    if (fits) recurrent = {state_->states.data(), call.slots, call.begins};
+  }
+  EncodeFeatures(state_->observation, call.observations, rows, state_->features.data());
+  const float* head = state_->Run(rows, recurrent);
+  state_->head.Select(head, state_->data.log_std.data(), call.masks, rows, mode, rng, state_->raw.data());
   state_->head.Write(state_->raw.data(), rows, actions);
+}
+
+bool Policy::recurrent() const {
+  return !state_->states.empty();
 }
 
 std::span<const float> Policy::head() const {

@@ -137,6 +137,62 @@ TEST(Head, NamedDefaultsGiveTheSameBits) {
   EXPECT_EQ(action, action_again);
 }
 
+// Of a squashed Gaussian: samples lie in the bounds, entropy and divergence are what sampling says, and the golden
+// vector is Stable Baselines3's SquashedDiagGaussianDistribution worked by hand: N(0.3; 0.1, e^-0.5) less
+// log(1 - tanh(0.3)^2 + 1e-6).
+TEST(Head, SquashedGaussian) {
+  const Layout layout = Layout::Of(*Space::Box({-2, 0}, {2, 1}, {2}));
+  const std::vector<HeadSpec> specs = {{"", "squashed_gaussian"}};
+  const auto head = ActionHead::Create(layout, specs);
+  ASSERT_TRUE(head.ok()) << head.status().message();
+  ASSERT_EQ(head->size(), 4);
+  EXPECT_EQ(head->log_std_size(), 0);
+  const float p[] = {0.1f, -0.4f, -0.5f, 0.25f}, q[] = {0.4f, 0.1f, -0.25f, 0.5f};
+  const float raw[] = {std::tanh(0.3f), std::tanh(-0.4f)};
+  float log_p = 0, entropy = 0, kl = 0;
+  head->LogProbability(p, nullptr, nullptr, raw, 1, &log_p);
+  const auto term = [](double u, double mean, double log_std) {
+    const double z = (u - mean) * std::exp(-log_std);
+    return -0.5 * z * z - log_std - 0.5 * std::log(2 * 3.14159265358979) -
+           std::log(1 - std::tanh(u) * std::tanh(u) + 1e-6);
+  };
+  EXPECT_NEAR(log_p, term(0.3, 0.1, -0.5) + term(-0.4, -0.4, 0.25), 1e-5);
+  head->Entropy(p, nullptr, nullptr, 1, &entropy);
+  head->Kl(p, nullptr, q, nullptr, nullptr, 1, &kl);
+  EXPECT_NEAR(kl, SampledKl(*head, p, nullptr, q, nullptr, nullptr), 0.01);
+  Rng rng(2, 2);
+  double sum = 0;
+  for (int i = 0; i < 100000; ++i) {
+    float drawn[2], action[2];
+    head->Select(p, nullptr, nullptr, 1, ActionMode::kSample, rng, drawn, &log_p);
+    head->Write(drawn, 1, reinterpret_cast<std::byte*>(action));
+    ASSERT_TRUE(action[0] >= -2 && action[0] <= 2 && action[1] >= 0 && action[1] <= 1);
+    sum -= log_p;
+  }
+  EXPECT_NEAR(entropy, sum / 100000, 0.01);
+  float mode[2], action[2];
+  head->Select(p, nullptr, nullptr, 1, ActionMode::kDeterministic, rng, mode);
+  head->Write(mode, 1, reinterpret_cast<std::byte*>(action));
+  EXPECT_NEAR(action[0], 2 * std::tanh(0.1), 1e-6);
+  EXPECT_NEAR(action[1], 0.5 + 0.5 * std::tanh(-0.4), 1e-6);
+}
+
+TEST(Head, DeterministicActionsAreStretchedToTheirBounds) {
+  const Layout layout = Layout::Of(*Space::Box({-2, 0}, {2, 1}, {2}));
+  const std::vector<HeadSpec> specs = {{"", "deterministic"}};
+  const auto head = ActionHead::Create(layout, specs);
+  ASSERT_TRUE(head.ok()) << head.status().message();
+  const float output[] = {-0.5f, 1.5f};
+  float raw[2], action[2];
+  Rng rng(1, 1), same(1, 1);
+  head->Select(output, nullptr, nullptr, 1, ActionMode::kSample, rng, raw);
+  EXPECT_EQ(rng.Uniform(), same.Uniform());
+  head->Write(raw, 1, reinterpret_cast<std::byte*>(action));
+  EXPECT_EQ(action[0], -1.0f);
+  EXPECT_EQ(action[1], 1.0f);
+  EXPECT_FALSE(ActionHead::Create(Layout::Of(*Space::Box(-INFINITY, 1, {2})), specs).ok());
+}
+
 TEST(Head, WorldActionsAreClippedAndOffset) {
   const Layout box = Layout::Of(*Space::Box({-1, -2}, {1, 2}, {2}));
   const float raw[] = {3, -5};

@@ -16,24 +16,29 @@ constexpr std::int64_t kBlocksPerLane = 4;   // about 150 us of work: more than 
 constexpr std::int64_t kMostLanes = 16;      // each has a gradient of its own, to be added at the end
 constexpr std::int64_t kReduceChunk = 4096;  // parameters that one task adds up
 
-std::int64_t BlockCount(std::int64_t rows) {
-  return (rows + kBlockRows - 1) / kBlockRows;
+std::int64_t BlockCount(std::int64_t rows, std::int64_t block_rows) {
+  return (rows + block_rows - 1) / block_rows;
 }
-std::int64_t LaneCountFor(std::int64_t rows) {
-  return std::clamp(BlockCount(rows) / kBlocksPerLane, std::int64_t{1}, kMostLanes);
+std::int64_t LaneCountFor(std::int64_t rows, std::int64_t block_rows) {
+  return std::clamp(BlockCount(rows, block_rows) / kBlocksPerLane, std::int64_t{1}, kMostLanes);
 }
 
 }  // namespace
 
 struct Backpropagation::State {
-  State(const nn::Network& network, std::int64_t extra_count, std::int64_t rows)
-      : schedule(network), network_count(network.parameter_count()), extra(extra_count), max_rows(rows) {
-    const std::int64_t lanes = LaneCountFor(rows);
+  State(const nn::Network& network, const BackpropagationOptions& options)
+      : schedule(network, options),
+        network_count(network.parameter_count()),
+        extra(options.extra),
+        max_rows(options.max_rows) {
+    const std::int64_t lanes = Lanes(max_rows);
     for (std::int64_t lane = 0; lane < lanes; ++lane) {
       gradients.emplace_back(network_count + extra);
       workspaces.push_back(std::make_unique<BlockWorkspace>(schedule));
     }
   }
+
+  std::int64_t Lanes(std::int64_t rows) const { return LaneCountFor(rows, schedule.block_rows); }
 
   /// A workspace that no other thread uses: there are as many as lanes. The first free one, so that a single thread
   /// keeps to one that is warm in its cache.
@@ -47,16 +52,16 @@ struct Backpropagation::State {
     BlockWorkspace& workspace = Take();
     float* gradient = gradients[static_cast<std::size_t>(lane)].data();
     std::memset(gradient + network_count, 0, static_cast<std::size_t>(extra) * sizeof(float));
-    const std::int64_t blocks = BlockCount(rows);
+    const std::int64_t block_rows = schedule.block_rows, blocks = BlockCount(rows, block_rows);
     const std::int64_t first = lane * blocks / lanes;
     const std::int64_t last = (lane + 1) * blocks / lanes;
     for (std::int64_t b = first; b < last; ++b) {
       LossBlock block;
       block.index = b;
-      block.first_row = b * kBlockRows;
-      block.rows = std::min(kBlockRows, rows - block.first_row);
+      block.first_row = b * block_rows;
+      block.rows = std::min(block_rows, rows - block.first_row);
       block.extra_gradient = {gradient + network_count, static_cast<std::size_t>(extra)};
-      workspace.Run(block, loss, gradient, b == first ? nn::Store::kOverwrite : nn::Store::kAdd);
+      workspace.Run(block, loss, along_tangent, gradient, b == first ? nn::Store::kOverwrite : nn::Store::kAdd);
     }
     workspace.taken.store(false, std::memory_order_release);
   }
@@ -74,33 +79,62 @@ struct Backpropagation::State {
   std::int64_t network_count;
   std::int64_t extra;
   std::int64_t max_rows;
+  bool along_tangent = false;                               // of this run
   std::vector<nn::AlignedFloats> gradients;                 // [lanes] each [network_count + extra]
   std::vector<std::unique_ptr<BlockWorkspace>> workspaces;  // [lanes]
 };
 
 Backpropagation::Backpropagation(const nn::Network& network, std::int64_t extra, std::int64_t max_rows)
-    : state_(std::make_unique<State>(network, extra, max_rows)) {}
+    : Backpropagation(network, BackpropagationOptions{.extra = extra, .max_rows = max_rows}) {}
+Backpropagation::Backpropagation(const nn::Network& network, const BackpropagationOptions& options)
+    : state_(std::make_unique<State>(network, options)) {
+  CONSAC_ASSERT(!options.tangents || HasTangent(network));
+}
 Backpropagation::~Backpropagation() = default;
+Backpropagation::Backpropagation(Backpropagation&&) noexcept = default;
 
 std::int64_t Backpropagation::GradientCopies(std::int64_t max_rows) {
-  return LaneCountFor(max_rows);
+  return LaneCountFor(max_rows, kBlockRows);
 }
 
-Backpropagation::Backpropagation(Backpropagation&&) noexcept = default;
+bool Backpropagation::HasTangent(const nn::Network& network) {
+  for (const nn::PlacedBlock& block : network.blocks()) {
+    const GradientOp* op = FindGradientOp(block.op);
+    if (op == nullptr || op->tangent == nullptr) return false;
+  }
+  return true;
+}
+
+std::int64_t Backpropagation::block_rows() const {
+  return state_->schedule.block_rows;
+}
 
 void Backpropagation::Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor,
                           BlockLoss& loss) {
   State& state = *state_;
   const bool fits = static_cast<std::int64_t>(parameters.size()) == state.network_count + state.extra && rows > 0 &&
-                    rows <= state.max_rows;
+                    rows <= state.max_rows && rows % state.schedule.options.steps == 0;
   CONSAC_ASSERT(fits);
   if (!fits) return;
   state.schedule.Pack(parameters.first(static_cast<std::size_t>(state.network_count)));
-  const std::int64_t lanes = LaneCountFor(rows);
+  const std::int64_t lanes = state.Lanes(rows);
   executor.ForEach(lanes, [&](std::int64_t lane) { state.RunLane(lane, lanes, rows, loss); });
   if (lanes == 1) return;
   const std::int64_t chunks = (state.network_count + state.extra + kReduceChunk - 1) / kReduceChunk;
   executor.ForEach(chunks, [&](std::int64_t chunk) { state.Reduce(chunk, lanes); });
+}
+
+void Backpropagation::RunAlong(std::span<const float> parameters, std::span<const float> direction, std::int64_t rows,
+                               const Executor& executor, BlockLoss& loss) {
+  State& state = *state_;
+  const bool fits = state.schedule.options.tangents && parameters.size() >= direction.size() &&
+                    static_cast<std::int64_t>(direction.size()) == state.network_count;
+  CONSAC_ASSERT(fits);
+  if (!fits) return;
+  state.schedule.PackTangent(parameters, direction);
+  state.along_tangent = true;
+  Run(parameters, rows, executor, loss);
+  state.along_tangent = false;
 }
 
 std::span<float> Backpropagation::gradient() {

@@ -23,12 +23,29 @@ void DuellingBackward(const GradientCall& call) {
   }
 }
 
+/// Q is linear in V and A: it moves as they do.
+void DuellingTangent(const TangentCall& call) {
+  const std::int64_t n = call.block->out_size;
+  const nn::ConstRows &value = call.tangents[0], &advantages = call.tangents[1];
+  for (std::int64_t r = 0; r < call.rows; ++r) {
+    float* dq = call.dy.data + r * call.dy.stride;
+    float sum = 0.0f;
+    for (std::int64_t i = 0; i < n; ++i) {
+      dq[i] = advantages.data == nullptr ? 0.0f : advantages.data[r * advantages.stride + i];
+      sum += dq[i];
+    }
+    const float shift = (value.data == nullptr ? 0.0f : value.data[r * value.stride]) - sum / static_cast<float>(n);
+    for (std::int64_t i = 0; i < n; ++i) dq[i] += shift;
+  }
+}
+
 }  // namespace
 
 GradientOp DuellingGradientOp() {
   GradientOp op;
   op.name = "duelling";
   op.backward = DuellingBackward;
+  op.tangent = DuellingTangent;
   return op;
 }
 

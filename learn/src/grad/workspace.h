@@ -13,7 +13,7 @@ namespace consac::learn {
 
 /// What the backward pass does with one input of a step, decided once.
 struct BackwardInput {
-  bool wanted = false;                      ///< something with parameters stands before it
+  bool wanted = false;                      ///< something that learns, or an input that is asked for, stands before it
   nn::Store store = nn::Store::kOverwrite;  ///< the first to reach a value overwrites, the others add
 };
 
@@ -21,48 +21,66 @@ struct BackwardInput {
 struct BackwardStep {
   const GradientOp* op = nullptr;     ///< how
   bool reached = false;               ///< an output depends on it; otherwise its gradient stays 0
+  bool learns = false;                ///< its parameters have a gradient
   bool first_use = true;              ///< of its parameters, backward; the later ones add
+  bool moves = false;                 ///< along a tangent; otherwise its output's tangent is 0
   std::vector<BackwardInput> inputs;  ///< one per input
+  std::int64_t packed_at = -1;        ///< into GradientSchedule::packed; -1: nothing to pack
+  std::int64_t tangent_at = -1;       ///< into GradientSchedule::tangent
 };
 
 /// A network's parameters packed for both directions, and the order of work.
 class GradientSchedule {
  public:
   /// For `network`.
-  explicit GradientSchedule(const nn::Network& network);
+  GradientSchedule(const nn::Network& network, const BackpropagationOptions& options);
   /// Packs `parameters` (canonical order).
   void Pack(std::span<const float> parameters);
+  /// Packs `direction` beside `parameters`, both in canonical order.
+  void PackTangent(std::span<const float> parameters, std::span<const float> direction);
 
-  nn::PackedNetwork forward;              ///< plan and forward packing
-  std::vector<BackwardStep> backward;     ///< [plan.steps]
-  std::vector<std::size_t> order;         ///< [plan.steps] forward
-  std::vector<std::int64_t> backward_at;  ///< [plan.steps] into packed
-  nn::AlignedFloats packed;               ///< backward packing
+  BackpropagationOptions options;      ///< as they came, but for parameter_count
+  nn::PackedNetwork forward;           ///< plan and forward packing
+  std::vector<BackwardStep> backward;  ///< [plan.steps]
+  std::vector<std::size_t> order;      ///< [plan.steps] forward
+  std::int64_t block_rows;             ///< rows of one block
+  std::int64_t scratch = 0;            ///< floats of work space
+  nn::AlignedFloats packed, tangent;   ///< packed for backward; parameters and direction
 
  private:
+  bool Learns(const nn::PlacedBlock& block) const;
   void PlanBackward();
+  void PlanMemory();
 };
 
-/// Memory for one block of kBlockRows rows.
+/// Memory for one block.
 class BlockWorkspace {
  public:
   /// Sized for `schedule`, which must outlive it.
   explicit BlockWorkspace(const GradientSchedule& schedule);
-  /// Gather, forward, loss, backward. The network's gradient goes to `gradient` (overwritten or added to).
-  void Run(LossBlock block, BlockLoss& loss, float* gradient, nn::Store store);
+  /// Gather, forward, (along the tangent,) loss, backward. The network's gradient goes to `gradient` (overwritten or
+  /// added to).
+  void Run(LossBlock block, BlockLoss& loss, bool along_tangent, float* gradient, nn::Store store);
 
   std::atomic<bool> taken = false;  ///< some thread is using it
 
  private:
   nn::Rows Gradient(std::size_t value);
-  void Backward(std::int64_t rows, float* gradient, nn::Store store);
+  nn::Rows Tangent(std::size_t value);
+  void Along(std::int64_t rows);
+  void Backward(const LossBlock& block, float* gradient, nn::Store store);
 
   const GradientSchedule& schedule_;
   nn::Activations activations_;
-  std::vector<nn::AlignedFloats> gradients_;       // [values] each [kBlockRows, stride]
-  std::vector<GradientInput> step_inputs_;         // of one step
+  std::vector<nn::AlignedFloats> gradients_;  // [values] each [block_rows, stride]
+  std::vector<nn::AlignedFloats> tangents_;   // [values] the same, or empty
+  nn::AlignedFloats scratch_;
+  std::vector<GradientInput> step_inputs_;  // of one step
+  std::vector<nn::ConstRows> step_values_, step_tangents_;
   std::vector<float*> inputs_, output_gradients_;  // what the loss sees
-  std::vector<const float*> outputs_;
+  std::vector<const float*> outputs_, output_tangents_, input_gradients_;
+  std::vector<float> state_;          // [sequences, state]
+  std::vector<std::uint8_t> begins_;  // [rows]
 };
 
 }  // namespace consac::learn

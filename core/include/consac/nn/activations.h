@@ -43,6 +43,7 @@ struct ForwardRows {
   std::span<const float* const> inputs;  ///< one per network input: [rows, size] row-major
   std::int64_t rows = 0;                 ///< samples
   std::int64_t steps = 1;                ///< rows are [steps, rows / steps]; more than 1 only in one group
+  RecurrentRows recurrent = {};          ///< states of the slots, one per sequence; begins are per row
 };
 
 /// The values of one thread. Allocates at creation alone.
@@ -66,6 +67,8 @@ class Activations {
     AlignedFloats data;
     std::int64_t stride = 0;
   };
+  void LoadState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count);
+  void StoreState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count) const;
   void RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, std::int64_t first,
                std::int64_t count);
 
@@ -75,6 +78,7 @@ class Activations {
   std::vector<Room> saved_;   // [plan.steps]
   std::vector<ConstRows> inputs_;
   AlignedFloats scratch_;
+  AlignedFloats state_;  // [group_rows, plan.state_size] of the group at work
 };
 
 }  // namespace consac::nn

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "consac/nn/features.h"
 #include "consac/nn/network.h"
 
 namespace consac::nn {
@@ -38,6 +39,9 @@ struct ActorCriticOptions {
 
 /// One input "obs", outputs "pi" [action_size] and "vf" [1]; blocks "shared/i", "pi/i", "vf/i", "pi/head", "vf/head".
 NetworkSpec ActorCritic(const ActorCriticOptions& options);
+/// The same behind AddFeatures, whose values both towers read; observation_size is not looked at.
+Result<NetworkSpec> ActorCritic(const Layout& observation, const ActorCriticOptions& options,
+                                const FeatureOptions& features);
 
 /// What a network of action values is built from. Defaults: Stable Baselines3's DQN; Stable Baselines 2 has `duelling`
 /// and Init::kXavierUniform.
@@ -45,6 +49,7 @@ struct QNetworkOptions {
   std::vector<std::int64_t> layers = {64, 64};  ///< widths of the hidden layers
   Activation activation = Activation::kRelu;    ///< of hidden layers
   Init init = Init::kUniformFanIn;              ///< of all weights
+  bool layer_norm = false;                      ///< hidden layers are normalised before their activation
   bool duelling = false;                        ///< separate towers for the state's value and the advantages
   std::int64_t observation_size = 0;            ///< network inputs
   std::int64_t action_count = 0;                ///< choices
@@ -53,5 +58,7 @@ struct QNetworkOptions {
 /// One input "obs", one output "q" [action_count]; blocks "q/i", "q/head", or "advantage/i", "value/i", their heads and
 /// the duelling block "q". It goes with the head "q_values".
 NetworkSpec QNetwork(const QNetworkOptions& options);
+/// The same behind AddFeatures; observation_size is not looked at.
+Result<NetworkSpec> QNetwork(const Layout& observation, const QNetworkOptions& options, const FeatureOptions& features);
 
 }  // namespace consac::nn

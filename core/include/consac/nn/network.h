@@ -68,10 +68,11 @@ struct NetworkSpec {
 
 /// A block with what its place in the network adds.
 struct PlacedBlock : Block {
-  std::vector<Shape> in_shapes;       ///< of its inputs
-  Shape out_shape;                    ///< of its output
-  std::int64_t parameter_offset = 0;  ///< first of its parameters in the arena
-  std::int64_t parameter_count = 0;   ///< how many
+  std::vector<Shape> in_shapes;         ///< of its inputs
+  Shape out_shape;                      ///< of its output
+  std::int64_t parameter_offset = 0;    ///< first of its parameters in the arena
+  std::int64_t parameter_count = 0;     ///< how many
+  std::shared_ptr<const void> details;  ///< what the op made of the attributes, for itself
 };
 
 /// A parameter tensor inside the arena.
@@ -117,6 +118,13 @@ class Network {
   std::int64_t parameter_count_ = 0;
 };
 
+/// What goes from step to step of a network with a state: its slots' states, and where episodes begin.
+struct RecurrentRows {
+  float* state = nullptr;                ///< [slots, state_size] read and written; null: zeros, and nothing is kept
+  const std::int32_t* slots = nullptr;   ///< [rows] whose state each row is; null: row r is slot r
+  const std::uint8_t* begins = nullptr;  ///< [rows] 1: an episode begins, its state is zero; null: nowhere
+};
+
 /// A network with its parameters packed for the kernels: what acts. Forward never allocates or locks. One per thread
 /// that acts, since it holds the activations; several may share one packing.
 class Evaluator {
@@ -134,11 +142,14 @@ class Evaluator {
   void Load(std::span<const float> parameters);
   /// Runs `rows` <= max_rows rows. inputs[i] is [rows, inputs[i].size] row-major. The results stay readable by
   /// output() until the next call. Row r's result does not depend on the other rows, bit for bit.
-  void Forward(std::span<const float* const> inputs, std::int64_t rows);
-  /// Runs only what output `index` needs: the actor without the critic.
-  void ForwardTo(std::size_t index, std::span<const float* const> inputs, std::int64_t rows);
+  void Forward(std::span<const float* const> inputs, std::int64_t rows, const RecurrentRows& recurrent = {});
+  /// Runs only what output `index` needs: the actor without the critic, whose state stays as it is.
+  void ForwardTo(std::size_t index, std::span<const float* const> inputs, std::int64_t rows,
+                 const RecurrentRows& recurrent = {});
   /// Output `index` of the last Forward: [rows, output_size(index)] row-major, densely packed.
   const float* output(std::size_t index) const;
+  /// Floats that a slot keeps from one step to the next; 0 where no block has a state.
+  std::int64_t state_size() const;
 
  private:
   struct State;

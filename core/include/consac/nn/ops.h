@@ -35,9 +35,12 @@ struct BlockCall {
 
 /// A kind of block. Functions that a kind has no use for are null.
 struct Op {
-  std::string_view name;  ///< as in Block::op
+  std::string_view name;   ///< as in Block::op
+  bool activates = false;  ///< its result goes through Block::activation; the others have none
   /// The output's shape, given the inputs'. The error says what it cannot be, and names the block.
   Result<Shape> (*infer)(const Block& block, std::span<const Shape> inputs) = nullptr;
+  /// What it makes of its attributes once, for PlacedBlock::details.
+  std::shared_ptr<const void> (*prepare)(const PlacedBlock& block) = nullptr;
   /// Its tensors; offsets count from the block's first.
   std::vector<Parameter> (*parameters)(const PlacedBlock& block) = nullptr;
   /// Starting values.

@@ -25,6 +25,8 @@ struct PlanStep {
   const Op* op = nullptr;           ///< its row in the table
   std::vector<std::size_t> inputs;  ///< values it reads
   std::size_t output = 0;           ///< value it writes
+  std::int64_t state_at = 0;        ///< its part of a slot's state
+  std::int64_t state_size = 0;      ///< how much of it
 };
 
 /// The resolved network. Values: first the inputs, then one per block.
@@ -39,6 +41,7 @@ struct Plan {
   std::vector<PlanStep> steps;       ///< in execution order
   std::vector<std::size_t> outputs;  ///< values that the network's outputs name
   std::size_t input_count = 0;       ///< values that the caller gives
+  std::int64_t state_size = 0;       ///< floats of a slot's state
 };
 
 /// Floats between rows of an inner value: whole cache lines, and never a multiple of 1 KiB, which would crowd every

@@ -33,6 +33,15 @@ struct PolicyData {
 /// is 2^20 features together. kResourceExhausted names the layer; no model of such a network is loaded.
 Status CheckActivations(const nn::Network& network);
 
+/// What is to be acted on, when rows are agents that stay: a policy with a state keeps one for each slot.
+struct ActRows {
+  const std::byte* observations = nullptr;  ///< [rows, row_bytes]
+  const std::uint8_t* masks = nullptr;      ///< [rows, mask_bytes] or null
+  std::int64_t rows = 0;                    ///< at most max_rows
+  const std::int32_t* slots = nullptr;      ///< [rows] which agent each row is, from 0 below max_rows; null: row r is r
+  const std::uint8_t* begins = nullptr;     ///< [rows] 1: its episode begins, its state is zero; null: none does
+};
+
 /// An acting model. Not thread-safe (it holds activations): one per thread, each created or loaded on its own.
 class Policy {
  public:
@@ -62,6 +71,10 @@ class Policy {
   /// actions [rows, row_bytes] out. `rng` is drawn from only in kSample.
   void Act(const std::byte* observations, const std::uint8_t* masks, std::int64_t rows, ActionMode mode, Rng& rng,
            std::byte* actions);
+  /// The same for agents that stay: whoever acts with a recurrent policy says which row is whose.
+  void Act(const ActRows& rows, ActionMode mode, Rng& rng, std::byte* actions);
+  /// Whether it remembers: its slots have a state.
+  bool recurrent() const;
   /// The head's numbers of the last Act, [rows, ActionHead::size]; for tests and inspection.
   std::span<const float> head() const;
 
