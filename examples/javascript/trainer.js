@@ -99,6 +99,7 @@ class Trainer {
     this.judge = new Judge(this.environments, behaviours)
     const [{ done }] = this.judge.behaviours
     this.learns = behaviours.length === 1 && done.leaves.length === 1 && done.leaves[0].space.type === 'discrete'
+    this.slots = this.judge.behaviours.reduce((sum, { slots }) => sum + slots, 0)
     const payload = Buffer.alloc(align(8 + this.environments) + 8 * this.environments)
     payload.writeUInt32LE(1, 0)
     payload.fill(1, 8, 8 + this.environments)
@@ -108,6 +109,7 @@ class Trainer {
 
   result(payload) {
     this.judge.judge(payload, this.actions !== undefined)
+    this.count = (this.count ?? -this.slots) + this.slots  // RESET steps nothing
     if (this.learns) this.learn(payload)
     if (this.steps && this.count >= this.steps) {
       this.send(BYE, 0, Buffer.alloc(0))
@@ -154,7 +156,6 @@ class Trainer {
   learn(payload) {
     const [{ slots, seen, done, rows, rewards, states, end }] = this.judge.behaviours, n = done.leaves[0].choices[0], low = done.leaves[0].low
     this.sums ??= new Float64Array(slots)
-    this.count = (this.count ?? -slots) + slots  // RESET steps nothing
     for (let slot = 0, final = end; this.actions && slot < slots; slot++) {
       const row = bytes => bytes.subarray(rows + slot * seen.bytes, rows + (slot + 1) * seen.bytes)
       const state = payload[states + slot], reward = payload.readDoubleLE(rewards + 8 * slot)

@@ -16,6 +16,7 @@ from consac.errors import ConsacError
 
 VERSION = 1
 LARGEST_HEADER = 1 << 24
+MOST_HEADER_VALUES = 1_048_576  # in it, lists and objects counted
 DEEPEST_HEADER = 8
 
 
@@ -92,7 +93,7 @@ def _header(text: bytes) -> dict:
 
 def _json(text: bytes, what: str) -> dict:
     try:
-        return wire.load_json(text, LARGEST_HEADER)
+        return wire.load_json(text, LARGEST_HEADER, MOST_HEADER_VALUES)
     except wire.WireError as error:
         raise ModelDamaged(f"not a usable model file: its {what} cannot be read: {error.message}") from None
 

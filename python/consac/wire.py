@@ -129,8 +129,8 @@ def canonical_json(value) -> bytes:
     return json.dumps(value, separators=(",", ":"), sort_keys=True, allow_nan=False).encode()
 
 
-def load_json(payload, limit: int = LARGEST_JSON) -> dict:
-    """The object in a JSON payload of at most `limit` bytes, in time linear in them; MALFORMED says what is wrong with it."""
+def load_json(payload, limit: int = LARGEST_JSON, values: int = MOST_JSON_VALUES) -> dict:
+    """The object in a JSON payload of at most `limit` bytes and `values` values, in time linear in them; MALFORMED says what is wrong with it."""
     if len(payload) > limit:
         raise WireError("MALFORMED", f"a JSON payload of {len(payload)} bytes; at most {limit} are taken")
 
@@ -146,7 +146,7 @@ def load_json(payload, limit: int = LARGEST_JSON) -> dict:
         return read
 
     text = bytes(payload)
-    _check_bounds(text)
+    _check_bounds(text, values)
     try:
         value = json.loads(text.decode(), parse_constant=no_constant, object_pairs_hook=no_twice)
     except (ValueError, RecursionError) as error:  # not UTF-8, not JSON, or an integer of more digits than Python converts
@@ -156,11 +156,11 @@ def load_json(payload, limit: int = LARGEST_JSON) -> dict:
     return value
 
 
-def _check_bounds(text: bytes) -> None:
+def _check_bounds(text: bytes, values: int) -> None:
     """MALFORMED where JSON is nested too deep or has too many values. Without its strings, only brackets and commas count."""
     bare = _STRING.sub(b"", text.replace(b"\\\\", b"").replace(b'\\"', b""))
-    if bare.count(b",") + bare.count(b"[") + bare.count(b"{") > MOST_JSON_VALUES:
-        raise WireError("MALFORMED", f"a JSON payload of over {MOST_JSON_VALUES} values")
+    if bare.count(b",") + bare.count(b"[") + bare.count(b"{") > values:
+        raise WireError("MALFORMED", f"a JSON payload of over {values} values")
     depth = deepest = 0
     for bracket in bare.translate(None, _NO_BRACKETS):
         depth += 1 if bracket in b"[{" else -1

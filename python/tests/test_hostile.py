@@ -9,6 +9,7 @@ import pickle
 import random
 import select
 import socket
+import struct
 import threading
 import time
 
@@ -22,8 +23,10 @@ from consac import wire
 from consac.errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
 from consac.layout import Behaviour, Layout
 from consac.line import Line
+from consac.model_file import ModelError, read_model
 from consac.options import Options
 from consac.serve import Server
+from consac.serve.text1 import TextReader
 from test_client import frame
 from toy_server import ToyServer
 
@@ -134,6 +137,27 @@ def test_json_is_as_deep_as_its_limit_and_strings_do_not_count():
     assert wire.load_json(deepest(wire.DEEPEST_JSON)) and wire.load_json(json.dumps({"a": "[{" * 100_000 + '\\"', "b\\": "\\\\"}).encode())
     with pytest.raises(wire.WireError, match=f"nested {wire.DEEPEST_JSON + 1} deep"):
         wire.load_json(deepest(wire.DEEPEST_JSON + 1))
+
+
+def test_a_model_files_header_may_hold_more_than_a_message():
+    numbers = lambda count: '{"a":[' + ",".join("1" * count) + "]}"
+    with pytest.raises(wire.WireError, match="over 262144 values"):
+        wire.load_json(numbers(300_000).encode())
+    for count, found in ((300_000, "metadata|tensor|specification"), (1_100_000, "over 1048576 values")):
+        header = numbers(count)
+        data = struct.pack("<Q", len(header)) + header.encode()
+        with pytest.raises(ModelError, match=found):
+            read_model(data)
+
+
+@pytest.mark.parametrize("text,choice", [("2", 2), ("+1", 1), ("0", 0), ("+", None), ("-1", None), ("++1", None), ("3", None), ("1_0", None)])
+def test_a_choice_of_text_protocol_1(text, choice):
+    reader = TextReader(None, spaces.Discrete(3), None)
+    if choice is None:
+        with pytest.raises(ValueError, match="from 0 to 2"):
+            reader._value(text.encode())
+    else:
+        assert reader._value(text.encode()) == choice
 
 
 NUMBERS = ["7" * 5000, "1e999", "-1", "1.5", '"x"', "null", "[]", "{}", "true", str(1 << 70), str(1 << 32), "-0.0", '"' + "7" * 5000 + '"']

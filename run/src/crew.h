@@ -45,6 +45,12 @@ class Crew {
   bool busy(std::size_t i) const { return members_[i]->busy; }
   /// Whether nothing is done with worker `i` just now: it was not sent, or has come back and waits to be taken.
   bool at_rest(std::size_t i);
+  /// The worlds of workers at rest hear that their trainer lives.
+  void KeepAlive() {
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      if (at_rest(i)) members_[i]->worker->link().KeepAlive();
+    }
+  }
   /// The next that comes back; waits for it.
   Outcome Next();
   /// Nobody is sent any more: waits until all have come back, but no longer than `patience_s`. Takes no memory.

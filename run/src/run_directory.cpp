@@ -72,6 +72,11 @@ void Remove(const std::string& path) {
   fs::remove(ToPath(path), ignored);
 }
 
+void RemoveEmptyFolder(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_directory(ToPath(path), ignored) && fs::is_empty(ToPath(path), ignored)) Remove(path);
+}
+
 // model.consac, or BEHAVIOUR.consac of that behaviour; a model that somebody put there keeps a name of its own.
 bool IsOwnModel(const std::string& path, const std::string& name) {
   if (!name.ends_with(kModelEnd)) return false;
@@ -94,13 +99,17 @@ void RemoveRun(const std::string& path) {
   for (const std::string& name : FilesIn(path + "/checkpoints")) {
     if (IsCheckpoint(name)) Remove(path + "/checkpoints/" + name);
   }
-  for (const std::string& name : FilesIn(path + "/tensorboard")) {
-    if (name.starts_with("events.out.tfevents.")) Remove(path + "/tensorboard/" + name);
+  for (const std::string& logs : FilesIn(path + "/tensorboard")) {  // PPO2_1, PPO2_2
+    const std::string folder = path + "/tensorboard/" + logs;
+    for (const std::string& name : FilesIn(folder)) {
+      if (name.starts_with("events.out.tfevents.")) Remove(folder + "/" + name);
+    }
+    RemoveEmptyFolder(folder);
   }
   for (const std::string& name : FilesIn(path + "/best")) {
     if (IsOwnModel(path + "/best", name)) Remove(path + "/best/" + name);
   }
-  Remove(path + "/best");  // where nothing else is in it
+  RemoveEmptyFolder(path + "/best");
   for (const std::string& name : FilesIn(path)) {
     if (!IsOwnModel(path, name)) continue;
     const std::string behaviour = path + "/" + name.substr(0, name.size() - kModelEnd.size()) + ".";

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "consac/base/text.h"
 #include "consac/run/path.h"
@@ -14,9 +15,7 @@
 namespace consac::run {
 namespace {
 
-constexpr std::uint64_t kSeedApart = 1000;  // from the training's worlds, as `consac eval` has it
 constexpr const char* kBestFolder = "best";
-constexpr std::int64_t kEpisodesOfGoal = 100;  // as many as a mean is over
 
 std::string Words(std::span<const EvaluateSummary> summaries) {
   std::string words;
@@ -53,14 +52,14 @@ Status Training::EvaluateIfDue() {
     if (!stop_.load(std::memory_order_relaxed)) PlanEvaluation();
   }
   if (config_.eval_every == 0) LookAtEpisodes();
-  return directory_->CheckOurs();
+  return Status::Ok();
 }
 
 Status Training::Evaluation() {
   EvaluateOptions options;
   options.world = config_.eval_world.empty() ? config_.world : config_.eval_world;
   options.episodes = config_.eval_episodes;
-  options.seed = config_.seed + kSeedApart;
+  options.seed = config_.seed + options.seed;
   options.connect_timeout_s = config_.connect_timeout_s;
   options.deadline_s = config_.deadline_s;
   options.say = [this](const std::string& line) { report_->Line(line); };
@@ -68,11 +67,7 @@ Status Training::Evaluation() {
   if (!link.ok()) return link.status();
   Result<Actors> actors = Actors::Of(Snapshots(), (*link)->spec());
   if (!actors.ok()) return actors.status();
-  const auto meanwhile = [this] {
-    for (std::size_t i = 0; i < crew_.size(); ++i) {
-      if (crew_.at_rest(i)) crew_[i].link().KeepAlive();
-    }
-  };
+  const auto meanwhile = [this] { crew_.KeepAlive(); };
   const Result<std::vector<EvaluateSummary>> judged = Judge(options, **link, *actors, stop_, meanwhile);
   if (!judged.ok()) return judged.status();
   if (stop_.load(std::memory_order_relaxed)) return Status::Ok();  // of too few episodes
@@ -95,6 +90,7 @@ Status Training::Evaluation() {
 }
 
 Status Training::SaveBest() {
+  CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   const std::string folder = directory_->File(kBestFolder);
   std::error_code error;
   std::filesystem::create_directories(ToPath(folder), error);
@@ -102,12 +98,15 @@ Status Training::SaveBest() {
   return SaveModels(folder);
 }
 
-// Without evaluations: the window of Stable Baselines, once it is full.
+// Without evaluations: the window of Stable Baselines, once it is full, whenever an episode has ended.
 void Training::LookAtEpisodes() {
   if (!goal_.has_value() || goal_reached_) return;
+  std::int64_t ended = 0;
+  for (std::size_t b = 0; b < trainees_.size(); ++b) ended += report_->episodes(b);
+  if (std::exchange(episodes_looked_at_, ended) == ended) return;
   std::string means;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
-    if (report_->episodes(b) < kEpisodesOfGoal || report_->mean_episode_reward(b) < *goal_) return;
+    if (report_->episodes(b) < kEpisodesOfMean || report_->mean_episode_reward(b) < *goal_) return;
     means += fmt::format("{}{:.4g}", b == 0 ? "" : ", ", report_->mean_episode_reward(b));
   }
   ReachGoal(means);

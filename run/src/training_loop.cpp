@@ -162,9 +162,7 @@ void Training::LearnWhatIsDue() {
   for (Trainee& trainee : trainees_) {
     while (trainee.learner->Learn({kLearnPiece})) {
       if (stop_.load(std::memory_order_relaxed)) return ReportUpdates();
-      for (std::size_t i = 0; i < crew_.size(); ++i) {
-        if (crew_.at_rest(i)) crew_[i].link().KeepAlive();
-      }
+      crew_.KeepAlive();
     }
   }
   ReportUpdates();

@@ -175,22 +175,24 @@ TEST(RunDirectory, OverwritingRemovesWhatARunWritesAndNothingElse) {
   ModelFile model;
   model.spec_json = R"({"kind": "policy", "interface": {"behaviour": "walker"}})";
   for (const char* file : {"config.yaml", "progress.csv", "monitor.csv", "curve.svg", "curve.png", "model.consac",
-                           "checkpoints/step_000000000100.consac", "tensorboard/events.out.tfevents.1.host.2",
-                           "config.yaml.tmp-77", "checkpoints/step_000000000200.consac.tmp-77", "walker.monitor.csv",
-                           "walker.curve.svg", "walker.curve.png", "walker.curve.png.tmp-77"})
+                           "checkpoints/step_000000000100.consac", "tensorboard/PPO2_1/events.out.tfevents.1.host.2",
+                           "evaluations.csv", "config.yaml.tmp-77", "checkpoints/step_000000000200.consac.tmp-77",
+                           "walker.monitor.csv", "walker.curve.svg", "walker.curve.png", "walker.curve.png.tmp-77"})
     Write(run + file, "a run's");
   ASSERT_TRUE(model.Save(run + "walker.consac").ok());
   for (const char* file : {"notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me", "checkpoints/mine.txt",
-                           "tensorboard/mine.txt", "checkpoints/best.consac", "my.curve.png"})
+                           "tensorboard/mine.txt", "tensorboard/PPO2_2/mine.txt", "checkpoints/best.consac",
+                           "my.curve.png", "best/mine.txt"})
     Write(run + file, "mine");
   ASSERT_TRUE(model.Save(run + "favourite.consac").ok());
   ASSERT_NE(Open(scratch.path(), ExistingRun::kOverwrite), nullptr);
+  EXPECT_FALSE(std::filesystem::exists(run + "tensorboard/PPO2_1"));
   std::vector<std::string> left;
   for (const auto& [path, text] : FilesBelow(run)) left.push_back(path.substr(run.size()));
-  EXPECT_THAT(
-      left, ::testing::UnorderedElementsAre(".lock", "notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me",
-                                            "checkpoints/mine.txt", "tensorboard/mine.txt", "checkpoints/best.consac",
-                                            "favourite.consac", "my.curve.png"));
+  EXPECT_THAT(left, ::testing::UnorderedElementsAre(
+                        ".lock", "notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me",
+                        "checkpoints/mine.txt", "tensorboard/mine.txt", "tensorboard/PPO2_2/mine.txt", "best/mine.txt",
+                        "checkpoints/best.consac", "favourite.consac", "my.curve.png"));
 }
 
 #if !defined(_WIN32)  // where a folder with an open file cannot be deleted

@@ -1,4 +1,4 @@
-"""Hostile engines against `consac train` and `consac eval`."""
+"""Hostile engines against `consac train` and `consac doctor`."""
 from __future__ import annotations
 
 import random
@@ -84,7 +84,6 @@ class Engine(threading.Thread):
                                                                                   "severity": "connection", "retry_after_s": nasty(rng)}))
         self._say(peer, "welcome", wire.WELCOME, {"protocol": 2, "server": "hostile " + rng.choice(["", FAKE_LINE, ESCAPES]), "session": 1, "resume": "r" * 32,
                   "capabilities": [], "max_frame": 1 << 26, "heartbeat_s": 10, "last_request": 0, "resumed": False}, session=1)
-        first = True
         while True:
             kind, request, session, _ = peer.next()
             if kind == wire.CONFIGURE:
@@ -96,7 +95,6 @@ class Engine(threading.Thread):
                     time.sleep(DEADLINE_S + 1)
                 payload = wire.result(rng, self.behaviours, self.environments, kind == wire.RESET)
                 self._say(peer, "result" if kind == wire.RESET or rng.random() < 0.1 else "step", wire.RESULT, payload, request=request, session=1)
-                first = False
             elif kind == wire.BYE:
                 return
 
@@ -118,10 +116,16 @@ class Engine(threading.Thread):
 def experiment(program: str, arena: Arena, rng: random.Random) -> Ended:
     engine = Engine(rng)
     engine.start()
-    verb = ["train", f"tcp://127.0.0.1:{engine.port}", "--name", "r", "--steps", "200", "--set", "n_steps=16", "nminibatches=1"]
+    url = f"tcp://127.0.0.1:{engine.port}"
+    verb = ["train", url, "--name", "r", "--steps", "200", "--set", "n_steps=16", "nminibatches=1", "--deadline", str(DEADLINE_S), "--connect-timeout", "2"]
     if rng.random() < 0.3:
         verb += ["--json"]
-    running = Running([program, *verb, "--deadline", str(DEADLINE_S), "--connect-timeout", "2"], arena)
-    ended = running.end(Limits(seconds=30))
+    if rng.random() < 0.1:
+        verb = ["doctor", url]
+    ended = Running([program, *verb], arena).end(Limits(seconds=60 if verb[0] == "doctor" else 30))
     engine.stop()
+    for model in [*(arena.home / "runs").glob("*/*.consac")]:
+        loaded = Running([program, "inspect", str(model)], arena).end(Limits())
+        if loaded.code != 0:
+            ended.findings.append(f"{model.name} was saved and does not load: {loaded.output[-200:]!r}")
     return ended

@@ -77,6 +77,27 @@ TEST(LimitOfMemory, ATrainingThatRunsShortSavesWhatItHasLearned) {
   }
 }
 
+// Eigen, which fresh weights are made with, was compiled without exceptions: it went on with nothing.
+TEST(LimitOfMemory, WeightsThatCannotBeMadeAreNoCrash) {
+  ScratchFolder scratch("wide");
+  EXPECT_EQ(InChild([&] {
+              run::RunConfig config;
+              config.world = "cartpole-v1";
+              config.directory = scratch.path();
+              config.table = config.progress = config.tensorboard = false;
+              config.hyperparameters = {{"net_arch", "[2000, 2000]"}, {"n_steps", "64"}};
+              Impose({{RLIMIT_AS, AddressSpace() + (rlim_t{120} << 20)}});
+              const std::atomic<bool> never{false};
+              try {
+                const Result<run::RunSummary> summary = run::Train(config, never);
+                return summary.ok() ? 1 : summary.status().code() == StatusCode::kResourceExhausted ? 0 : 2;
+              } catch (const std::bad_alloc&) {  // the program's main says so
+                return 0;
+              }
+            }),
+            0);
+}
+
 // Two at once, each of which takes what it finds: what is kept for saving is there for saving all the same.
 TEST(LimitOfMemory, SoDoesOneThatRunsShortOnAWorkersThread) {
   for (const Greed greed : {kLittle, kAll, kMuch}) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <new>
 
 #include "nn/blocks.h"
 
@@ -9,6 +10,7 @@ namespace consac::nn {
 namespace {
 
 constexpr std::int64_t kWidestLayer = 1 << 20;
+constexpr std::size_t kMatricesOfQr = 4;  // what is decomposed, its decomposition, Q, and room for its blocks
 
 Result<Shape> InferDense(const Block& block, std::span<const Shape> inputs) {
   CONSAC_RETURN_IF_ERROR(CheckInputCount(block, inputs, 1));
@@ -35,6 +37,9 @@ void InitialiseOrthogonal(float gain, std::int64_t in_size, std::int64_t out_siz
   const Eigen::Index columns = static_cast<Eigen::Index>(in_size);
   const Eigen::Index longer = rows > columns ? rows : columns;
   const Eigen::Index shorter = rows > columns ? columns : rows;
+  // Eigen, compiled without exceptions, goes on where an allocation fails: what it will take is asked for before.
+  void* volatile room = ::operator new(static_cast<std::size_t>(longer * shorter) * sizeof(double) * kMatricesOfQr);
+  ::operator delete(room);
   Eigen::MatrixXd gauss(longer, shorter);
   for (Eigen::Index r = 0; r < longer; ++r) {
     for (Eigen::Index c = 0; c < shorter; ++c) gauss(r, c) = static_cast<double>(rng.Normal());

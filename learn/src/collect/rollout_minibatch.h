@@ -18,7 +18,7 @@ class RolloutMinibatch {
 
   /// The minibatch is `rows` of the slab from now on; they must stay until the next Begin. Fills `advantages`.
   void Begin(const RolloutCollector& collector, std::span<const std::int32_t> rows);
-  /// How advantages are standardised: not, or with n or n - 1 in the deviation.
+  /// How advantages are standardised: with n or n - 1 in the deviation.
   enum class Deviation : std::uint8_t { kPopulation, kSample };
   /// Takes mean and deviation out of `advantages`; leaves a single row alone.
   /// Source: Stable Baselines, ppo2.py (n) and ppo.py of 3 (n - 1).
@@ -32,8 +32,6 @@ class RolloutMinibatch {
   std::int64_t size() const { return static_cast<std::int64_t>(rows_.size()); }
   /// Rows of the minibatch on all ranks: what its means divide by.
   std::int64_t total() const { return total_; }
-  /// Blocks of the minibatch.
-  std::size_t block_count() const { return (rows_.size() + kBlockRows - 1) / kBlockRows; }
 
   std::vector<float> advantages, returns, values, neglogp;  // [B]
 

@@ -95,9 +95,10 @@ class TextReader:
         text = line.decode("utf-8", "replace")
         shown = text if len(text) <= 60 else text[:60] + "..."
         if isinstance(self.space, spaces.Discrete):
-            if not (text.isascii() and text.isdigit() and len(text) < 19) or int(text) >= self.space.n:
+            digits = text[1:] if text.startswith("+") else text  # spec/text1.md
+            if not (digits.isascii() and digits.isdigit() and len(digits) < 19) or int(digits) >= self.space.n:
                 raise ValueError(f"action '{shown}'; expected a whole number from 0 to {self.space.n - 1}")
-            return self.space.dtype.type(int(text))
+            return self.space.dtype.type(int(digits))
         try:
             values = [read_number(field) for field in text.split(",")]
         except ValueError:

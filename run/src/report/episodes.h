@@ -8,14 +8,14 @@
 #include <span>
 
 #include "consac/base/archive.h"
+#include "consac/run/report.h"
 
 namespace consac::run {
 
 /// Reward and length of the last kWindow episodes.
 class EpisodeWindow {
  public:
-  /// As Stable Baselines has it.
-  static constexpr std::size_t kWindow = 100;
+  static constexpr auto kWindow = static_cast<std::size_t>(kEpisodesOfMean);
 
   /// An episode ended; the oldest makes room.
   void Add(double reward, std::int64_t length) {

@@ -17,7 +17,7 @@ StatusCode CodeOf(int error) {
 #if defined(EDQUOT)
   full = full || error == EDQUOT;
 #endif
-  return full ? StatusCode::kResourceExhausted : StatusCode::kUnavailable;
+  return full ? StatusCode::kResourceExhausted : StatusCode::kDataLoss;
 }
 
 // Writes all of `bytes`; 0, or the errno of what stopped it.

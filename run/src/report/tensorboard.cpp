@@ -127,7 +127,7 @@ Result<std::string> TensorboardFolder(const std::string& root, const std::string
   std::string folder = fmt::format("{}/{}{}", root, prefix, number);
   std::error_code error;
   std::filesystem::create_directories(ToPath(folder), error);
-  if (error) return Status{StatusCode::kUnavailable, "cannot make the folder '" + folder + "': " + error.message()};
+  if (error) return Status{StatusCode::kDataLoss, "cannot make the folder '" + folder + "': " + error.message()};
   return folder;
 }
 

@@ -77,7 +77,7 @@ bool IsStillAt(int descriptor, const std::string& path) {
 }
 
 Locked LockFile(const std::string& path, int* descriptor) {
-  *descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  *descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (*descriptor < 0) return Locked::kFailed;
   if (::flock(*descriptor, LOCK_EX | LOCK_NB) == 0) return Locked::kByUs;
   ::close(*descriptor);

@@ -51,6 +51,9 @@ struct EpisodeEnd {
   std::size_t behaviour = 0;  ///< whose agent
 };
 
+/// The means that a report shows are over so many episodes. Source: Stable Baselines.
+inline constexpr std::int64_t kEpisodesOfMean = 100;
+
 /// What a step brought to the agents of one behaviour.
 struct BehaviourStep {
   std::int64_t agents = 0;  ///< that took it
