@@ -397,6 +397,12 @@ POINTER = '#include "UObject/ObjectPtr.h"\n'
 LOG = '#include "Logging/LogMacros.h"\n'
 TICKER = '#include "Containers/Ticker.h"\n#include "UObject/WeakObjectPtrTemplates.h"\n'
 
+PROCESS = '#include "CoreMinimal.h"\n#include "HAL/PlatformProcess.h"\n'
+PACKED = edit(COMPONENT_CPP, '#include "consac', '#include "Interfaces/IPluginManager.h"\n#include "consac') + edit(
+    BUILD, '.Add("ConsacCore")', '.AddRange(new string[] { "ConsacCore", "Projects" })')
+ENDS = edit(COMPONENT, "virtual void BeginPlay() override", "virtual void EndPlay(const EEndPlayReason::Type Why) override\n\t{\n\t\tRoot->DestroyComponent();\n"
+            "\t\tSuper::EndPlay(Why);\n\t}\n\n\tvirtual void BeginPlay() override")
+
 # rule -> [(accepted change, rejected change), ...]
 CASES = {
     "R1": [(edit(TYPES, '#include "ConsacTypes.generated.h"', '#include "Containers/StringConv.h"\n#include "ConsacTypes.generated.h"'),
@@ -568,6 +574,11 @@ CASES = {
             ([], edit("Consac.uplugin", '"Name": "Consac", "PlatformAllowList": [ "Win64"', '"Name": "Consac", "PlatformAllowList": [ "Windows"'))],
     "R82": [(extra(uclass("UConsacExtra", "UWorldSubsystem", "\tUPROPERTY()\n\tTObjectPtr<UConsacSocket> Kept;"), '#include "Subsystems/WorldSubsystem.h"\n#include "UObject/ObjectPtr.h"\nclass UConsacSocket;\n'),
              extra(uclass("UConsacExtra", "UWorldSubsystem", "\tUPROPERTY()\n\tTObjectPtr<UConsacComponent> Kept;"), '#include "Subsystems/WorldSubsystem.h"\n#include "UObject/ObjectPtr.h"\nclass UConsacComponent;\n'))],
+    "R83": [(cpp("void Go() { FPlatformProcess::CreateProc(nullptr, nullptr, true, true, true, nullptr, 0, nullptr, nullptr); }", includes=PROCESS),
+             cpp("void Go() { FPlatformProcess::CreateProc(nullptr, nullptr, false, true, true, nullptr, 0, nullptr, nullptr); }", includes=PROCESS))],
+    "R84": [(inside("Root->RegisterComponent();") + ENDS, inside("Root->RegisterComponent();"))],
+    "R85": [(inside('IPluginManager::Get().FindPlugin(TEXT("Consac"))->GetBaseDir();') + PACKED + edit(BUILD, "\t\tCppStandard", '\t\tRuntimeDependencies.Add("a");\n\t\tCppStandard'),
+             inside('IPluginManager::Get().FindPlugin(TEXT("Consac"))->GetBaseDir();') + PACKED)],
     "A1": [(inside("GetOwner();"), inside("GetOwnerRole();")), (inside("Root->SetupAttachment(nullptr);"), inside("Root->AttachToComponent(nullptr);")),
            ([], inside("FPlatformTime::Seconds();")), ([], inside("FApp::GetBuildVersion();")), ([], inside("UE_CLOG(1);"))],
     "A2": [(cpp("", includes='#include "Misc/App.h"\n'), cpp("", includes='#include "Misc/Guid.h"\n'))],
@@ -599,7 +610,7 @@ def test_a_rejected_case(lint, rule, changes):
 
 
 def test_every_rule_is_accounted_for():
-    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 83)] + ["A1", "A2", "A3"]
+    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 86)] + ["A1", "A2", "A3"]
     for rule in rules.RULES:
         assert rule.title and (rule.function or rule.limit)
         if rule.function:

@@ -1,9 +1,9 @@
-"""Rules 76 to 82: what compiles, works on the author's machine, and fails in a packaged game, after a Hot Reload or a travel."""
+"""Rules 76 to 85: what compiles, works on the author's machine, and fails in a packaged game, after a Hot Reload or a travel."""
 import re
 
 from .functions import functions
 from .model import Plugin
-from .tokens import spell
+from .tokens import close_of, spell, split
 from .types import is_actor
 
 UNINITIALISED = ("FVector", "FQuat", "FRotator", "FColor")
@@ -82,3 +82,29 @@ def r82(plugin: Plugin):
             for name in re.findall(r"TObjectPtr\s*<\s*(\w+)", member.type) if member.parameters is None else ():
                 if is_of_a_level(plugin, name):
                     yield file.path, member.line, f"{type_.name}::{member.name} keeps {name} alive beyond its level, which then cannot go; use TWeakObjectPtr"
+
+
+def r83(plugin: Plugin):
+    for file in plugin.written:
+        for at in file.macros("CreateProc"):
+            arguments = split(file.tokens[at + 2:close_of(file.tokens, at + 1)])
+            if len(arguments) > 2 and spell(arguments[2]) != "true":
+                yield file.path, file.tokens[at].line, "on Linux CloseProc waits until a program has ended that was not launched detached; pass true as the third argument"
+
+
+def r84(plugin: Plugin):
+    for file, body in plugin.bodies:
+        if body.name == "EndPlay" or "RegisterComponent(" not in spell(body.tokens):
+            continue
+        ends = [spell(other.tokens) for _, other in plugin.bodies if other.owner == body.owner and other.name == "EndPlay"]
+        if not any("DestroyComponent(" in text for text in ends):
+            yield file.path, body.line, f"{body.owner}::{body.name} makes a component at every start of play and EndPlay destroys none: a level that is hidden and shown leaves one behind"
+
+
+def r85(plugin: Plugin):
+    builds = {build.module: build for build in plugin.builds}
+    for file in plugin.written:
+        build = builds.get(file.module)
+        for token in file.tokens if build and not build.stages_files else ():
+            if token.text == "GetBaseDir":
+                yield file.path, token.line, f"a packaged game has no file of the plugin's folder that {build.path} does not name; add it to RuntimeDependencies"

@@ -355,6 +355,7 @@ class BuildFile:
     public: list  # (module, line, whether under bBuildEditor)
     private: list
     settings: dict  # name -> value as written
+    stages_files: bool = False  # beside the binaries
 
     @property
     def module(self) -> str:
@@ -368,6 +369,8 @@ def read_build(path: str, tokens: list) -> BuildFile:
             build.class_name = tokens[at + 1].text
         elif token.text == "base" and [t.text for t in tokens[at + 1:at + 4]] == ["(", "Target", ")"]:
             build.passes_target = True
+        elif token.text == "RuntimeDependencies":
+            build.stages_files = True
         elif token.text in ("PublicDependencyModuleNames", "PrivateDependencyModuleNames",
                             "DynamicallyLoadedModuleNames") and at + 3 < len(tokens) and tokens[at + 3].text == "(":
             guarded = any(t.text == "bBuildEditor" for t in tokens[max(0, at - 12):at])

@@ -137,8 +137,11 @@ void WatchPeer(tcp::socket& socket) {
 }
 
 /// A program that the host starts, an engine its trainer, does not inherit the socket: it would keep the port taken.
-void KeepFromChildren([[maybe_unused]] tcp::socket::native_handle_type handle) {
-#if !defined(_WIN32)
+void KeepFromChildren(tcp::socket::native_handle_type handle) {
+#if defined(_WIN32)
+  const SOCKET socket = handle;
+  (void)SetHandleInformation(reinterpret_cast<HANDLE>(socket), HANDLE_FLAG_INHERIT, 0);
+#else
   (void)fcntl(handle, F_SETFD, FD_CLOEXEC);
 #endif
 }

@@ -7,6 +7,14 @@
 #include <atomic>
 #include <csignal>
 #include <thread>
+#if defined(_WIN32)
+#include <winsock2.h>
+// after it
+#include <windows.h>
+#else
+#include <fcntl.h>
+#include <sys/stat.h>
+#endif
 #if defined(__linux__)
 #include <pthread.h>
 #include <sched.h>
@@ -113,6 +121,38 @@ TEST(Tcp, APortInUseAndAClosedPortAreNamed) {
   const auto nobody = ConnectTcp({"127.0.0.1", port}, 1.0);
   EXPECT_EQ(nobody.status().code(), StatusCode::kUnavailable);
   EXPECT_NE(nobody.status().message().find("nobody answers"), std::string::npos);
+}
+
+/// Sockets of this process that a program which it starts would inherit.
+int InheritedSockets() {
+  int count = 0;
+#if defined(_WIN32)
+  constexpr std::uintptr_t kHandles = 0x4000, kBetween = 4;
+  for (std::uintptr_t value = kBetween; value < kHandles; value += kBetween) {
+    int type = 0, size = sizeof(type);
+    const bool is_socket =
+        getsockopt(static_cast<SOCKET>(value), SOL_SOCKET, SO_TYPE, reinterpret_cast<char*>(&type), &size) == 0;
+    DWORD flags = 0;
+    if (is_socket && GetHandleInformation(reinterpret_cast<HANDLE>(value), &flags) != 0)
+      count += (flags & HANDLE_FLAG_INHERIT) != 0 ? 1 : 0;
+  }
+#else
+  constexpr int kDescriptors = 1024;
+  for (int descriptor = 0; descriptor < kDescriptors; ++descriptor) {
+    struct stat status {};
+    const bool is_socket = fstat(descriptor, &status) == 0 && S_ISSOCK(status.st_mode);
+    count += is_socket && (fcntl(descriptor, F_GETFD) & FD_CLOEXEC) == 0 ? 1 : 0;
+  }
+#endif
+  return count;
+}
+
+TEST(Tcp, AProgramThatIsStartedInheritsNoSocket) {
+  const int before = InheritedSockets();
+  const auto listener = ListenTcp({"127.0.0.1", 0});
+  ASSERT_TRUE(listener.ok());
+  const auto ends = TcpPair();
+  EXPECT_EQ(InheritedSockets(), before);
 }
 
 TEST(Tcp, AcceptingWithNobodyThereIsNull) {

@@ -181,7 +181,7 @@ TEST(Agents, WhoeverHearsThatAModelCouldNotBeKeptMayStopOrStart) {
 }
 
 TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {
-  const ScratchFolder scratch("unreal_serve");
+  const ProgramFolder scratch("unreal_serve");
   Shim::Game game;
   std::vector<std::string> errors;
   Agents agents = Spawn(game, 8);
@@ -436,7 +436,7 @@ TEST(Samples, TheRoadPlaysByItself) {
   });
   game.Tick();
   EXPECT_GT(road->Environment->GetTrainingPort(), 0);
-  const ScratchFolder scratch("unreal_road");
+  const ProgramFolder scratch("unreal_road");
   FConsacProgramSettings settings;
   settings.Program = Text(CONSAC_PROGRAM);
   settings.Port = road->Environment->GetTrainingPort();

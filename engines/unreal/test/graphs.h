@@ -21,6 +21,7 @@
 #include "ConsacTrainer.h"
 #include "ConsacTrainerProgram.h"
 #include "ConsacWaitMessageAction.h"
+#include "HAL/PlatformProcess.h"
 #include "Shim/Runtime.h"
 #include "UObject/UObjectGlobals.h"
 #undef check
@@ -43,6 +44,13 @@ inline FString Text(const char* text) {
 inline std::string Text(const FString& text) {
   return Shim::Narrow(*text);
 }
+
+/// A folder that programs write to, which the test starts: those that go on by themselves are ended before it goes.
+class ProgramFolder : public ScratchFolder {
+ public:
+  using ScratchFolder::ScratchFolder;
+  ~ProgramFolder() { FPlatformProcess::ShimEndAll(); }
+};
 
 /// An actor that nothing is known of.
 class AConsacTestActor : public AActor {

@@ -262,7 +262,7 @@ TEST(Program, WhatCannotBeStartedIsSaid) {
 }
 
 TEST(Program, ATokenIsNotLoggedAndAnEndedProgramsHandleIsClosed) {
-  const ScratchFolder scratch("unreal_token");
+  const ProgramFolder scratch("unreal_token");
   FConsacProgramSettings settings;
   settings.Program = Text(CONSAC_PROGRAM);
   settings.RunsFolder = Text(scratch.path());

@@ -65,7 +65,7 @@ void ExpectSameActions(UConsacModel& model, const std::string& path) {
 }
 
 TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
-  const ScratchFolder scratch("unreal thesis");
+  const ProgramFolder scratch("unreal thesis");
   Shim::Game game;
   RoadGraph graph(game);
   // As it is drawn: On Training Completed -> Close Training.
@@ -129,7 +129,7 @@ TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
 }
 
 TEST(ThesisGraph, LoopModeIsTheSameGraphInALoopOfOneTick) {
-  const ScratchFolder scratch("unreal_loop");
+  const ProgramFolder scratch("unreal_loop");
   Shim::Game game;
   RoadGraph graph(game);
   graph.environment().LoopWaitSeconds = 1.0f;
@@ -154,7 +154,7 @@ TEST(ThesisGraph, LoopModeIsTheSameGraphInALoopOfOneTick) {
 }
 
 TEST(ThesisGraph, PlayIsStoppedInTheMiddleAndStartedAgainAtOnceOnTheSamePort) {
-  const ScratchFolder scratch("unreal_again");
+  const ProgramFolder scratch("unreal_again");
   int port = 0;
   for (int round = 0; round < 3; ++round) {
     Shim::Game game;
@@ -215,7 +215,7 @@ void PauseIsToldTo(Shim::Game& game, UConsacTrainerProgram& program, const std::
 }
 
 TEST(ThesisGraph, ATrainerWaitsWhileTheGameIsPaused) {
-  const ScratchFolder scratch("unreal_pause");
+  const ProgramFolder scratch("unreal_pause");
   Shim::Game game;
   RoadGraph graph(game);
   ASSERT_EQ(graph.Setup(1000000, 0), EConsacResult::Success);
@@ -230,7 +230,7 @@ TEST(ThesisGraph, ATrainerWaitsWhileTheGameIsPaused) {
 }
 
 TEST(ThesisGraph, ATrainerOfManyAgentsWaitsToo) {
-  const ScratchFolder scratch("unreal_pause_many");
+  const ProgramFolder scratch("unreal_pause_many");
   Shim::Game game;
   RoadAgent agent(game, 1);
   AConsacTrainer* trainer = game.SpawnWith<AConsacTrainer>([](AConsacTrainer& made) {
@@ -262,7 +262,7 @@ TEST(ThesisGraph, TheFirstNodesInTheWrongOrderSayWhatIsMissing) {
 }
 
 TEST(ThesisGraph, AnObservationThatDoesNotFitIsRefusedAndTheNextOneGoesOn) {
-  const ScratchFolder scratch("unreal_misfit");
+  const ProgramFolder scratch("unreal_misfit");
   Shim::Game game;
   RoadGraph graph(game);
   ASSERT_EQ(graph.Setup(1000000, 0), EConsacResult::Success);

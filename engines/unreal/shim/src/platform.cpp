@@ -6,6 +6,7 @@
 #include <csignal>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "Components/SceneCaptureComponent2D.h"
 #include "Containers/Ticker.h"
@@ -60,14 +61,37 @@ UPhysicsSettings* UPhysicsSettings::Get() {
   return &settings;
 }
 
-FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* parameters, bool, bool, bool, uint32*, int32,
-                                         const TCHAR*, void*, void*) {
+// Programs that were started and have not been seen to end.
+static std::set<int>& ShimChildren() {
+  static std::set<int> children;
+  return children;
+}
+
+/// Whether it has ended; with `options` 0 it is waited for.
+static bool ShimEnded(int child, int options) {
+  return waitpid(child, nullptr, options) != 0;
+}
+
+void FPlatformProcess::ShimEndAll() {
+  for (const int child : ShimChildren()) {
+    kill(child, SIGKILL);
+    ShimEnded(child, 0);
+  }
+  ShimChildren().clear();
+}
+
+FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* parameters, bool detached, bool, bool, uint32*,
+                                         int32, const TCHAR*, void*, void*) {
   // Arguments in quotes or parted by spaces. How the engine takes its one line apart is its own affair on each system:
-  // this one takes quotes off no word that does not need them.
+  // this one does so at spaces first, of which it then puts back one, and takes quotes off no word that does not need
+  // them.
+  const auto doubled = [](char a, char b) { return a == ' ' && b == ' '; };
+  std::string line = Shim::Narrow(parameters) + " ";
+  line.erase(std::unique(line.begin(), line.end(), doubled), line.end());
   std::vector<std::string> words{Shim::Narrow(url)};
   std::string word;
   bool quoted = false, any = false;
-  for (const char c : Shim::Narrow(parameters) + " ") {
+  for (const char c : line) {
     if (c == '"') {
       quoted = !quoted;
       any = true;
@@ -84,6 +108,8 @@ FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* paramete
   for (std::string& text : words) argv.push_back(text.data());
   argv.push_back(nullptr);
   FProcHandle handle;
+  std::fflush(nullptr);  // what is in buffers is not the program's to write
+  handle.shim_detached_ = detached;
   handle.shim_child_ = fork();
   if (handle.shim_child_ == 0) {
     std::freopen("/dev/null", "w", stdout);
@@ -91,22 +117,30 @@ FProcHandle FPlatformProcess::CreateProc(const TCHAR* url, const TCHAR* paramete
     execv(argv[0], argv.data());
     _exit(127);
   }
+  std::erase_if(ShimChildren(), [](int child) { return ShimEnded(child, WNOHANG); });
+  ShimChildren().insert(handle.shim_child_);
   ++shim_open_;
+  shim_latest_ = handle.shim_child_;
   return handle;
 }
 
 bool FPlatformProcess::IsProcRunning(FProcHandle& handle) {
-  return handle.shim_child_ > 0 && waitpid(handle.shim_child_, nullptr, WNOHANG) == 0;
+  if (!ShimChildren().contains(handle.shim_child_)) return false;
+  const bool ended = ShimEnded(handle.shim_child_, WNOHANG);
+  if (ended) ShimChildren().erase(handle.shim_child_);
+  return !ended;
 }
 
 void FPlatformProcess::TerminateProc(FProcHandle& handle, bool) {
-  if (handle.shim_child_ <= 0) return;
-  kill(handle.shim_child_, SIGKILL);
-  waitpid(handle.shim_child_, nullptr, 0);
+  if (ShimChildren().contains(handle.shim_child_)) kill(handle.shim_child_, SIGTERM);
 }
 
 void FPlatformProcess::CloseProc(FProcHandle& handle) {
   shim_open_ -= handle.IsValid() ? 1 : 0;
+  if (!handle.shim_detached_ && IsProcRunning(handle)) {
+    ShimEnded(handle.shim_child_, 0);
+    ShimChildren().erase(handle.shim_child_);
+  }
   handle.shim_child_ = 0;
 }
 
@@ -198,15 +232,19 @@ void FRHICommandListImmediate::ReadSurfaceData(FRHITexture* texture, FIntRect pa
 }
 
 void USceneCaptureComponent2D::CaptureScene() {
-  // A picture in which every point differs: red counts columns, green counts rows.
+  // A picture in which every point differs: red counts columns, green counts rows. It is too dark where the target's
+  // gamma is not said, which then is linear, and where no view state is kept, in which the exposure is found.
+  check(shim_begun_);
   UTextureRenderTarget2D& target = *TextureTarget;
   shim_asked_ += 'C';
+  const bool seen = target.TargetGamma > 2.0f && (bCaptureEveryFrame || bAlwaysPersistRenderingState);
+  const int32 dark = seen ? 1 : 2;
   target.shim_pixels_.Reset();
   for (int32 row = 0; row < target.SizeY; ++row) {
     for (int32 column = 0; column < target.SizeX; ++column) {
       FColor colour;
-      colour.R = static_cast<uint8>(column);
-      colour.G = static_cast<uint8>(row);
+      colour.R = static_cast<uint8>(column / dark);
+      colour.G = static_cast<uint8>(row / dark);
       colour.B = 0;
       target.shim_pixels_.Add(colour);
     }

@@ -14,7 +14,10 @@
 #include "Engine/Engine.h"
 #include "Engine/HitResult.h"
 #include "Engine/StaticMesh.h"
+#include "GameFramework/WorldSettings.h"
+#include "HAL/IConsoleManager.h"
 #include "Kismet/BlueprintAsyncActionBase.h"
+#include "Misc/App.h"
 #include "PhysicsEngine/PhysicsSettings.h"
 #include "UObject/ConstructorHelpers.h"
 
@@ -39,6 +42,12 @@ UEngine engine;
 UEngine* GEngine = &engine;
 static UEditorEngine editor;
 UEditorEngine* GEditor = &editor;
+
+float UEditorEngine::ShimFrameLimit() {
+  constexpr float kUnlessSaid = 120.0f;
+  const float said = IConsoleManager::Get().FindConsoleVariable(TEXT("t.MaxFPS"))->GetFloat();
+  return said > 0.0f ? said : kUnlessSaid;
+}
 
 UObject::UObject() : shim_token_(std::make_shared<UObject*>(this)) {}
 UObject::~UObject() {
@@ -199,15 +208,19 @@ void BeginPlay(AActor& actor) {
   actor.BeginPlay();
 }
 
-static void EndPlay(AActor& actor, EEndPlayReason::Type reason) {
-  if (actor.shim_begun_) {
-    actor.shim_begun_ = false;
-    actor.EndPlay(reason);
-    for (UActorComponent* component : actor.shim_components_) {
-      if (component->shim_begun_) component->EndPlay(reason);
-      component->shim_begun_ = false;
-    }
+static void EndPlaying(AActor& actor, EEndPlayReason::Type reason) {
+  if (!actor.shim_begun_) return;
+  actor.shim_begun_ = false;
+  actor.EndPlay(reason);
+  const std::vector<UActorComponent*> components = actor.shim_components_;
+  for (UActorComponent* component : components) {
+    if (component->shim_begun_) component->EndPlay(reason);
+    component->shim_begun_ = false;
   }
+}
+
+static void EndPlay(AActor& actor, EEndPlayReason::Type reason) {
+  EndPlaying(actor, reason);
   actor.ShimKill();
   for (UActorComponent* component : actor.shim_components_) component->ShimKill();
 }
@@ -221,6 +234,10 @@ void Destroy(AActor& actor) {
 void StreamOut(AActor& actor) {
   EndPlay(actor, EEndPlayReason::RemovedFromWorld);
   std::erase(actor.shim_world_->shim_actors_, &actor);
+}
+
+void Hide(AActor& actor) {
+  EndPlaying(actor, EEndPlayReason::RemovedFromWorld);
 }
 
 void Destroy(UActorComponent& component) {
@@ -261,6 +278,7 @@ UWorld& Game::OpenWorld() {
   world_->shim_game_ = game_;
   world_->shim_net_mode_ = mode_;
   game_->shim_worlds_.push_back(world_);
+  world_->shim_settings_ = NewObject<AWorldSettings>(world_);
   FSubsystemCollectionBase collection;
   for (UWorldSubsystem* (*make)() : WorldSubsystemMakers()) {
     UWorldSubsystem* subsystem = make();
@@ -298,6 +316,9 @@ Game::~Game() {
 }
 
 static void TickWorld(UWorld& world, float seconds) {
+  const AWorldSettings& settings = *world.GetWorldSettings();
+  if (FApp::UseFixedTimeStep()) seconds = static_cast<float>(FApp::GetFixedDeltaTime());
+  seconds = std::clamp(seconds, settings.MinUndilatedFrameTime, settings.MaxUndilatedFrameTime);
   if (!world.shim_paused_) world.shim_seconds_ += static_cast<double>(seconds);
   const std::vector<AActor*> actors = world.shim_actors_;
   for (const ETickingGroup group : {TG_PrePhysics, TG_PostPhysics}) {
@@ -349,10 +370,17 @@ UWorld* UActorComponent::GetWorld() const {
 }
 
 void UActorComponent::RegisterComponent() {
-  const AActor* owner = GetOwner();
-  if (shim_begun_ || owner == nullptr || !owner->shim_begun_) return;
+  AActor* owner = GetOwner();
+  if (owner == nullptr) return;
+  std::vector<UActorComponent*>& all = owner->shim_components_;
+  if (std::find(all.begin(), all.end(), this) == all.end()) all.push_back(this);
+  if (shim_begun_ || !owner->shim_begun_) return;
   shim_begun_ = true;
   BeginPlay();
+}
+
+void UActorComponent::DestroyComponent(bool) {
+  Shim::Destroy(*this);
 }
 
 FVector USceneComponent::GetComponentLocation() const {

@@ -1,4 +1,5 @@
 // Copyright CONSAC authors. MIT License.
+using System.IO;
 using UnrealBuildTool;
 
 public class Consac : ModuleRules
@@ -16,6 +17,13 @@ public class Consac : ModuleRules
 		if (Target.bBuildEditor)
 		{
 			PrivateDependencyModuleNames.Add("UnrealEd"); // so that the editor does not sleep in the background
+		}
+		// What Start Trainer Program starts, as a file beside the game: a packaged game that is tested may train.
+		string Program = Target.Platform == UnrealTargetPlatform.Win64 ? "Win64/consac.exe" : "Linux/consac";
+		string Packed = Path.Combine(PluginDirectory, "Programs", Program);
+		if (Target.Platform != UnrealTargetPlatform.Mac && Target.Configuration != UnrealTargetConfiguration.Shipping && File.Exists(Packed))
+		{
+			RuntimeDependencies.Add(Packed, StagedFileType.NonUFS);
 		}
 	}
 }

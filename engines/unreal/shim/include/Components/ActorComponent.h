@@ -24,6 +24,7 @@ class UActorComponent : public UObject {
     static_cast<void>(seconds), static_cast<void>(type), static_cast<void>(function);
   }
   void RegisterComponent();
+  virtual void DestroyComponent(bool promote_children = false);
   AActor* GetOwner() const;
   UWorld* GetWorld() const override;
   FActorComponentTickFunction PrimaryComponentTick;

@@ -14,6 +14,7 @@ class USceneCaptureComponent2D : public USceneComponent {
   TObjectPtr<UTextureRenderTarget2D> TextureTarget;
   bool bCaptureEveryFrame = true;
   bool bCaptureOnMovement = true;
+  bool bAlwaysPersistRenderingState = false;
   /// For tests: what was asked of the graphics card, in order; C a capture, R a picture read back, W a wait for all
   /// that was asked for.
   static inline std::string shim_asked_;

@@ -22,6 +22,8 @@ class UEditorEngine : public UObject {
     FDelegateHandle shim_handle_;
   };
   TArray<FShouldDisableCPUThrottling> ShouldDisableCPUThrottlingDelegates;
+  /// For tests: the most frames that it draws in a second; a limit of 0 is none of its own, and it has another then.
+  static float ShimFrameLimit();
   /// For tests: whether it sleeps when another program is in front.
   bool ShimSleeps() const {
     for (const FShouldDisableCPUThrottling& asked : ShouldDisableCPUThrottlingDelegates)

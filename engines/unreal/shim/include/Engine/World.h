@@ -3,9 +3,11 @@
 #include "Engine/EngineTypes.h"
 #include "Shim/Play.h"
 #include "Subsystems/WorldSubsystem.h"
+#include "UObject/ObjectPtr.h"
 #include "UObject/UObjectGlobals.h"
 
 class AActor;
+class AWorldSettings;
 class UGameInstance;
 struct FCollisionQueryParams;
 struct FHitResult;
@@ -22,6 +24,7 @@ class UWorld : public UObject {
     return nullptr;
   }
   ENetMode GetNetMode() const { return shim_net_mode_; }
+  AWorldSettings* GetWorldSettings() const { return shim_settings_; }
   double GetTimeSeconds() const { return shim_seconds_; }
   bool IsPaused() const { return shim_paused_; }
   bool LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end, ECollisionChannel channel,
@@ -36,11 +39,13 @@ class UWorld : public UObject {
   void ShimReferences(Shim::References& references) const override {
     references.Add(shim_subsystems_);
     references.Add(shim_actors_);
+    references.Add(shim_settings_);
   }
   UWorld* GetWorld() const override { return const_cast<UWorld*>(this); }
 
   /// For the shim and tests.
   UGameInstance* shim_game_ = nullptr;
+  TObjectPtr<AWorldSettings> shim_settings_;
   double shim_seconds_ = 0.0;
   std::vector<UWorldSubsystem*> shim_subsystems_;
   ENetMode shim_net_mode_ = NM_Standalone;

@@ -16,8 +16,10 @@ void BeginPlay(AActor& actor);
 void Destroy(AActor& actor);
 /// Its level is streamed out: it ends to play and belongs to nobody; its memory stays until Collect.
 void StreamOut(AActor& actor);
-/// The same for one of its components.
+/// Destroys one of its components.
 void Destroy(UActorComponent& component);
+/// Its level is hidden: it ends to play, and begins again with BeginPlay when the level is shown.
+void Hide(AActor& actor);
 }  // namespace Shim
 
 namespace EEndPlayReason {

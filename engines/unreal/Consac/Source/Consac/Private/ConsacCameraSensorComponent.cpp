@@ -48,14 +48,32 @@ FConsacSpace UConsacCameraSensorComponent::GetSpace() const
 void UConsacCameraSensorComponent::BeginPlay()
 {
 	Target = UKismetRenderingLibrary::CreateRenderTarget2D(this, Width, Height, RTF_RGBA8);
+	if (IsValid(Target.Get()))
+	{
+		Target->TargetGamma = 2.2f; // as on a screen; unless said it is linear, and too dark
+	}
 	Capture = NewObject<USceneCaptureComponent2D>(this);
 	Capture->SetupAttachment(this);
 	Capture->bCaptureEveryFrame = false;
 	Capture->bCaptureOnMovement = false;
+	Capture->bAlwaysPersistRenderingState = true; // which the exposure is found in, over several pictures
 	Capture->CaptureSource = SCS_FinalColorLDR;
 	Capture->TextureTarget = Target;
 	Capture->RegisterComponent();
 	Super::BeginPlay();
+}
+
+// A level that is hidden and shown again begins to play anew.
+void UConsacCameraSensorComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
+{
+	if (IsValid(Capture.Get()))
+	{
+		Capture->DestroyComponent();
+	}
+	Capture = nullptr;
+	Target = nullptr;
+	bDrawn = bRead = false;
+	Super::EndPlay(EndPlayReason);
 }
 
 void UConsacCameraSensorComponent::Prepare()
@@ -80,7 +98,7 @@ void UConsacCameraSensorComponent::ReadAll()
 	for (const TWeakObjectPtr<UConsacCameraSensorComponent>& Asked : std::exchange(ConsacPlugin::Drawn, {}))
 	{
 		UConsacCameraSensorComponent* Camera = Asked.Get();
-		if (!IsValid(Camera))
+		if (!IsValid(Camera) || !Camera->bDrawn) // it has ended to play meanwhile
 		{
 			continue;
 		}

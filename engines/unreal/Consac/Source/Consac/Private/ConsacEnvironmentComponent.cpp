@@ -7,6 +7,7 @@
 #include "ConsacModelState.h"
 #include "ConsacStats.h"
 #include "ConsacStepGuard.h"
+#include "Engine/EngineBaseTypes.h"
 #include "Engine/World.h"
 #include "Templates/PimplPtr.h"
 
@@ -171,7 +172,13 @@ void UConsacEnvironmentComponent::TrainingConnection(EConsacConnection& Connecti
 		ConsacPlugin::Explain(ConsacPlugin::NotSetUp(), Error);
 		return;
 	}
-	if (!State->Driver && !State->bCompleted)
+	const bool bOpens = !State->Driver && !State->bCompleted;
+	if (bOpens && GetWorld() != nullptr && GetWorld()->GetNetMode() == NM_Client)
+	{
+		ConsacPlugin::Explain(consac::Status(consac::StatusCode::kFailedPrecondition, "this is a client of a network game; its server trains"), Error);
+		return;
+	}
+	if (bOpens)
 	{
 		consac::Result<std::unique_ptr<consac::host::Driver>> Driver = consac::host::Serve(*State->World, State->Options);
 		if (!ConsacPlugin::Explain(Driver.status(), Error))

@@ -2,6 +2,8 @@
 #include "ConsacStepGuard.h"
 
 #include "ConsacLog.h"
+#include "Engine/World.h"
+#include "GameFramework/WorldSettings.h"
 #include "HAL/IConsoleManager.h"
 #include "Logging/LogMacros.h"
 #include "Misc/App.h"
@@ -23,22 +25,37 @@ struct FStepBefore
 };
 static FStepBefore StepBefore;
 
-// What makes frames wait, and how each was before the first guard.
+// A limit that nobody reaches. At 0 the editor has a limit of its own, and Smooth Frame Rate another.
+constexpr float ManyFrames = 100000.0f; // a second
+
+// What makes frames wait, how each is while they do not, and how it was before the first guard.
 struct FBrake
 {
 	const TCHAR* Name;
+	float Released;
 	float Before = 0.0f;
 };
-static FBrake Brakes[] = { { TEXT("t.MaxFPS") }, { TEXT("t.IdleWhenNotForeground") }, { TEXT("r.VSync") }, { TEXT("r.VSyncEditor") } };
+static FBrake Brakes[] = { { TEXT("t.MaxFPS"), ManyFrames }, { TEXT("t.IdleWhenNotForeground"), 0.0f }, { TEXT("r.VSync"), 0.0f }, { TEXT("r.VSyncEditor"), 0.0f } };
 static int32 SpeedGuards = 0; // that live
 
 // A variable keeps the priority that it has: one that was set on the console would refuse anything less, and one that is put
 // back must obey to whom it obeyed.
-static void SetBrake(const FBrake& Brake, float Value)
+static void Release(FBrake& Brake)
 {
 	if (IConsoleVariable* Variable = IConsoleManager::Get().FindConsoleVariable(Brake.Name))
 	{
-		Variable->SetWithCurrentPriority(Value);
+		Brake.Before = Variable->GetFloat();
+		Variable->SetWithCurrentPriority(Brake.Released);
+	}
+}
+
+// What somebody has changed meanwhile stays as it is.
+static void PutBack(const FBrake& Brake)
+{
+	IConsoleVariable* Variable = IConsoleManager::Get().FindConsoleVariable(Brake.Name);
+	if (Variable != nullptr && Variable->GetFloat() == Brake.Released)
+	{
+		Variable->SetWithCurrentPriority(Brake.Before);
 	}
 }
 
@@ -81,7 +98,7 @@ static void LetEditorSleep()
 
 }
 
-FConsacStepGuard::FConsacStepGuard(double StepSeconds)
+FConsacStepGuard::FConsacStepGuard(double StepSeconds, const UWorld& World)
 {
 	using ConsacPlugin::StepBefore;
 	if (StepBefore.Guards++ == 0)
@@ -97,6 +114,12 @@ FConsacStepGuard::FConsacStepGuard(double StepSeconds)
 	{
 		UE_LOG(LogConsac, Warning, TEXT("a tick is %f s and physics does at most %f s of it: things will fall too slowly; raise Max Physics Delta Time in the project's Physics settings"),
 			StepSeconds, Physics->MaxPhysicsDeltaTime);
+	}
+	const AWorldSettings* Level = World.GetWorldSettings();
+	if (Level != nullptr && (StepSeconds < static_cast<double>(Level->MinUndilatedFrameTime) || StepSeconds > static_cast<double>(Level->MaxUndilatedFrameTime)))
+	{
+		UE_LOG(LogConsac, Warning, TEXT("a tick is to be %f s and this level allows %f to %f s: each will be the nearest of these; change Min or Max Undilated Frame Time in its World Settings"),
+			StepSeconds, Level->MinUndilatedFrameTime, Level->MaxUndilatedFrameTime);
 	}
 }
 
@@ -118,11 +141,7 @@ FConsacSpeedGuard::FConsacSpeedGuard()
 	}
 	for (ConsacPlugin::FBrake& Brake : ConsacPlugin::Brakes)
 	{
-		if (const IConsoleVariable* Variable = IConsoleManager::Get().FindConsoleVariable(Brake.Name))
-		{
-			Brake.Before = Variable->GetFloat();
-		}
-		ConsacPlugin::SetBrake(Brake, 0.0f);
+		ConsacPlugin::Release(Brake);
 	}
 	ConsacPlugin::LetEditorRun();
 }
@@ -135,7 +154,7 @@ FConsacSpeedGuard::~FConsacSpeedGuard()
 	}
 	for (const ConsacPlugin::FBrake& Brake : ConsacPlugin::Brakes)
 	{
-		ConsacPlugin::SetBrake(Brake, Brake.Before);
+		ConsacPlugin::PutBack(Brake);
 	}
 	ConsacPlugin::LetEditorSleep();
 }

@@ -5,19 +5,21 @@
 
 #include "CoreMinimal.h"
 
-/** While it lives, every tick is `StepSeconds` of game time. Of several at once, in several games of one process, the latest
+class UWorld;
+
+/** While it lives, every tick is `StepSeconds` of game time; a warning where `World` allows no such ticks. Of several at once, in several games of one process, the latest
  *  says how long a tick is, and the last to go puts everything back. */
 class FConsacStepGuard
 {
 public:
-	explicit FConsacStepGuard(double StepSeconds);
+	FConsacStepGuard(double StepSeconds, const UWorld& World);
 	~FConsacStepGuard();
 	FConsacStepGuard(const FConsacStepGuard&) = delete;
 	FConsacStepGuard& operator=(const FConsacStepGuard&) = delete;
 };
 
 /** While it lives, no frame waits: for a limit, for the screen, or because the editor is in the background. The last of
- *  several puts everything back. */
+ *  several puts back what nobody has changed meanwhile. */
 class FConsacSpeedGuard
 {
 public:

@@ -33,12 +33,23 @@ static FString PackedProgram()
 #endif
 }
 
+// Whether an argument in quotes keeps its blanks: but on Windows, the engine takes its line apart at blanks, in quotes too, and
+// puts it together with one for several.
+static bool KeepsBlanks(const std::string& Text)
+{
+#if PLATFORM_WINDOWS
+	return true;
+#else
+	return Text.find("  ") == std::string::npos && (Text.empty() || Text.front() != ' ');
+#endif
+}
+
 // An argument, in quotes where a blank needs them: on Linux the engine takes its one line apart by itself, and nothing is written
 // about quotes that need not be. False when it cannot be one.
 static bool Quoted(const FString& Argument, std::string& Line)
 {
 	const std::string Text = ToUtf8(Argument);
-	if (Text.find_first_of("\"\n\r") != std::string::npos || (!Text.empty() && Text.back() == '\\'))
+	if (Text.find_first_of("\"\n\r") != std::string::npos || (!Text.empty() && Text.back() == '\\') || !KeepsBlanks(Text))
 	{
 		return false;
 	}
@@ -102,12 +113,13 @@ bool UConsacTrainerProgram::Start(const FConsacProgramSettings& Settings, const 
 			// An access token is nobody's to read in a log.
 			const bool bSecret = Index > 0 && Arguments[Index - 1] == FString(TEXT("--token"));
 			const std::string Shown = bSecret ? "after --token" : ConsacPlugin::ToUtf8(Arguments[Index]);
-			return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "the argument " + Shown + " has a quote, a line break or a \\ at its end"), Error);
+			return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "the argument " + Shown + " has a quote, a line break, a \\ at its end, or blanks that do not last: two in a row or one at its beginning"), Error);
 		}
 	}
 	const FString All = FString::Printf(TEXT("%s %s"), *ConsacPlugin::FromUtf8(Line), *Settings.ExtraArguments);
 	Stop(); // closes the handle of one that has ended by itself
-	Process->Handle = FPlatformProcess::CreateProc(*Program, *All, false, true, true, nullptr, 0, nullptr, nullptr);
+	// Detached: else to close the handle is to wait until it has ended, on Linux.
+	Process->Handle = FPlatformProcess::CreateProc(*Program, *All, true, true, true, nullptr, 0, nullptr, nullptr);
 	Process->ModelPath = FPaths::Combine(Folder, Name, TEXT("model.consac"));
 	if (!Process->Handle.IsValid())
 	{

@@ -7,6 +7,7 @@
 #include "ConsacSubsystem.h"
 #include "ConsacTrainer.h"
 #include "ConsacTrainerDrivers.h"
+#include "Engine/World.h"
 
 consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 {
@@ -46,9 +47,10 @@ consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 	{
 		Herd->Record();
 	}
-	if (Trainer.bFixedStep && std::isfinite(Trainer.FixedStepSeconds) && Trainer.FixedStepSeconds > 0.0f)
+	const UWorld* World = Trainer.GetWorld();
+	if (World != nullptr && Trainer.bFixedStep && std::isfinite(Trainer.FixedStepSeconds) && Trainer.FixedStepSeconds > 0.0f)
 	{
-		Steps = std::make_unique<FConsacStepGuard>(static_cast<double>(Trainer.FixedStepSeconds));
+		Steps = std::make_unique<FConsacStepGuard>(static_cast<double>(Trainer.FixedStepSeconds), *World);
 	}
 	return Status::Ok();
 }

@@ -9,8 +9,9 @@
 class USceneCaptureComponent2D;
 class UTextureRenderTarget2D;
 
-/** A picture, as whole numbers from 0 to 255. Costly: it is read back from the graphics card. No picture is drawn but those that are
- *  asked for, and the game waits for the card once for all cameras of a decision. */
+/** A picture as on a screen, as whole numbers from 0 to 255; the exposure is the project's, found over several pictures where it
+ *  is automatic. Costly: it is read back from the graphics card. No picture is drawn but those that are asked for, and the game
+ *  waits for the card once for all cameras of a decision. */
 UCLASS(ClassGroup=(Consac), meta=(BlueprintSpawnableComponent, DisplayName="Consac Camera Sensor"))
 class CONSAC_API UConsacCameraSensorComponent : public UConsacSensorComponent
 {
@@ -35,6 +36,7 @@ public:
 	virtual void Prepare() override;
 	virtual void Sense(TArray<float>& Values) override;
 	virtual void BeginPlay() override;
+	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
 
 private:
 	UPROPERTY()

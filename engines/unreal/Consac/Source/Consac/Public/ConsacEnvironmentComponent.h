@@ -28,7 +28,8 @@ public:
 	float LoopWaitSeconds = 0.0f;
 
 	/** While somebody trains, frames follow each other as fast as the computer can: no frame limit, no vertical synchronisation,
-	 *  and the editor does not slow down in the background. All settings that this changes are put back at the end. */
+	 *  and the editor does not slow down in the background. All settings that this changes are put back at the end, but for
+	 *  those that somebody else has changed meanwhile. A dedicated server keeps its own rate. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Environment")
 	bool bFullSpeed = true;
 
@@ -44,7 +45,8 @@ public:
 	void SetupEnvironment(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, int64 TrainingLength, const FString& ModelName,
 		EConsacResult& Result, FString& Error, const FString& Host = TEXT("127.0.0.1"), int32 Port = 5005);
 
-	/** Opens the port at the first call and sees whether a trainer is there. To be called in every tick. */
+	/** Opens the port at the first call and sees whether a trainer is there. To be called in every tick. Fails on a client of a
+	 *  network game: its server trains. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Environment", meta=(DisplayName="Training Connection", ExpandEnumAsExecs="Connection"))
 	void TrainingConnection(EConsacConnection& Connection, FString& Error);
 

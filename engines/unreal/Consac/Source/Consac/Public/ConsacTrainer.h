@@ -147,17 +147,19 @@ public:
 	int32 MaxStepsPerTick = 1;
 
 	/** While it trains, frames follow each other as fast as the computer can: no frame limit, no vertical synchronisation, and
-	 *  the editor does not slow down in the background. All settings that this changes are put back at the end. */
+	 *  the editor does not slow down in the background. All settings that this changes are put back at the end, but for those
+	 *  that somebody else has changed meanwhile. A dedicated server keeps its own rate, unless Fixed Step is set. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
 	bool bFullSpeed = true;
 
 	/** Every tick is the same length of game time, however long it takes. The settings that this changes are put back at the
-	 *  end. Ticks longer than the project's Max Physics Delta Time need that raised. */
+	 *  end. Ticks longer than the project's Max Physics Delta Time need that raised, and those beyond Min or Max Undilated Frame
+	 *  Time of the World Settings (0.0005 and 0.4 s, unless changed) need these changed: the log warns of both. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
 	bool bFixedStep = false;
 
 	/** Length of such a tick, in seconds. */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.0001", ClampMax="1", EditCondition="bFixedStep"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.0005", ClampMax="0.4", EditCondition="bFixedStep"))
 	float FixedStepSeconds = 0.016667f;
 
 	/** Seconds between two lines in the log that say how it stands; 0: none. */

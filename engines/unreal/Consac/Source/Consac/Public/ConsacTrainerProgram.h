@@ -15,7 +15,8 @@ struct CONSAC_API FConsacProgramSettings
 {
 	GENERATED_BODY()
 
-	/** The program, in full; empty: the one that comes with the plugin, for Windows or Linux; its README.txt says what it needs. */
+	/** The program, in full; empty: the one that comes with the plugin, for Windows or Linux; its README.txt says what it needs. A
+	 *  packaged game takes it along, unless it is a Shipping build. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString Program;
 
@@ -61,7 +62,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Program", meta=(DisplayName="Is Trainer Program Running"))
 	bool IsRunning();
 
-	/** Ends it. Ending one that has ended does nothing. */
+	/** Ends it, and does not wait: on Linux it is asked to, and saves first; on Windows it is ended at once.
+	 *  Ending one that has ended does nothing. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Program", meta=(DisplayName="Stop Trainer Program"))
 	void Stop();
 
