@@ -45,7 +45,7 @@ bool Comes(const std::string& path) {
 TEST(Engine, AProgramGoesOnWhenNobodyHoldsIt) {
   const ProgramFolder folder("unreal_goes_on");
   FString error;
-  ASSERT_TRUE(NewObject<UConsacTrainerProgram>()->Start(Script(folder, "sleep 120"), {}, error)) << Text(error);
+  ASSERT_TRUE(NewObject<UConsacTrainerProgram>()->Start(Script(folder, "exec sleep 120"), {}, error)) << Text(error);
   const int child = FPlatformProcess::shim_latest_;
   const int open = FPlatformProcess::shim_open_;
   const auto begun = std::chrono::steady_clock::now();
