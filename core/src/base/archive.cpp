@@ -1,5 +1,6 @@
 #include "consac/base/archive.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace consac {
@@ -10,7 +11,44 @@ void Archive::operator()(std::string_view name, std::string& text) {
   if (loading() && status_.ok()) text.assign(bytes.begin(), bytes.end());
 }
 
-void StateWriter::OnField(std::string_view path, DType dtype, void* data, std::size_t count) {
+void Archive::FailRows(const std::string& path) {
+  Fail({StatusCode::kDataLoss,
+        "the rows of '" + path +
+            "' do not fit; resume with the settings of the first run (or the checkpoint was changed by somebody "
+            "else's hand)"});
+}
+
+std::int64_t Archive::BeginRowsOf(const std::string& path, StateRows& rows) {
+  std::int64_t first = rows.first_row(), end = rows.end_row();
+  OnField(path + "/first", DType::kI64, &first, 1);
+  OnField(path + "/end", DType::kI64, &end, 1);
+  if (!status_.ok()) return -1;
+  if (loading() && (first < 0 || end < first || !rows.BeginRows(first, end))) {
+    FailRows(path);
+    return -1;
+  }
+  return end - first;
+}
+
+void Archive::RowsAsFields(const std::string& path, StateRows& rows) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  std::int64_t left = BeginRowsOf(path, rows);
+  if (left <= 0) return;
+  const auto most = static_cast<std::int64_t>(std::max<std::size_t>(kPiece / rows.row_bytes(), 1));
+  std::vector<std::byte> piece(static_cast<std::size_t>(std::min(most, left)) * rows.row_bytes());
+  for (std::int64_t i = 0, at = rows.first_row(); left > 0 && status_.ok(); ++i) {
+    const std::int64_t count = std::min(most, left);
+    if (!loading()) rows.CopyRows(at, count, piece.data());
+    OnField(path + "/" + std::to_string(i), DType::kU8, piece.data(),
+            static_cast<std::size_t>(count) * rows.row_bytes());
+    if (!status_.ok()) return;
+    if (loading() && !rows.TakeRows(count, piece.data())) return FailRows(path);
+    at += count;
+    left -= count;
+  }
+}
+
+void StateWriter::Put(std::string_view path, DType dtype, const void* data, std::size_t count) {
   StateField field;
   field.dtype = dtype;
   const auto* first = static_cast<const std::byte*>(data);
@@ -21,11 +59,7 @@ void StateWriter::OnField(std::string_view path, DType dtype, void* data, std::s
   }
 }
 
-std::uint64_t StateWriter::OnCount(std::string_view, DType) {
-  return 0;
-}
-
-void StateReader::OnField(std::string_view path, DType dtype, void* data, std::size_t count) {
+void StateReader::Take(std::string_view path, DType dtype, void* data, std::size_t count) {
   const auto found = fields_.find(path);
   if (found == fields_.end()) {
     Fail({StatusCode::kDataLoss,
@@ -43,7 +77,7 @@ void StateReader::OnField(std::string_view path, DType dtype, void* data, std::s
   if (count > 0) std::memcpy(data, field.bytes.data(), field.bytes.size());
 }
 
-std::uint64_t StateReader::OnCount(std::string_view path, DType dtype) {
+std::uint64_t StateReader::Count(std::string_view path, DType dtype) {
   const auto found = fields_.find(path);
   if (found == fields_.end() || found->second.dtype != dtype) {
     Fail({StatusCode::kDataLoss,

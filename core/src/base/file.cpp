@@ -144,29 +144,84 @@ Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t lim
   return bytes;
 }
 
-Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes) {
-  if (IsSpecial(path))
-    return {StatusCode::kInvalidArgument, "'" + path + "' is a device or folder and is not replaced; name a file"};
-  const std::string temporary = path + ".tmp-" + std::to_string(ProcessId());
-  std::FILE* file = OpenFile(temporary, "wb");
-  if (file == nullptr) return FileError("create", temporary, errno);
+FileReader::~FileReader() {
+  if (file_ != nullptr) std::fclose(file_);
+}
+
+Status FileReader::Open(const std::string& path) {
+  if (file_ != nullptr) std::fclose(file_);
+  file_ = nullptr;
+  path_ = path;
+  if (IsSpecial(path)) return {StatusCode::kInvalidArgument, "'" + path + "' is no regular file; take it away"};
+  file_ = OpenFile(path, "rb");
+  return file_ == nullptr ? FileError("open", path, errno) : Status::Ok();
+}
+
+Status FileReader::Read(std::span<std::byte> bytes) {
   errno = 0;
-  const bool written =
-      std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size() && std::fflush(file) == 0 && SyncFile(file);
+  if (file_ != nullptr && std::fread(bytes.data(), 1, bytes.size(), file_) == bytes.size()) return Status::Ok();
+  if (file_ != nullptr && std::ferror(file_) != 0) return FileError("read", path_, errno);
+  return {StatusCode::kDataLoss, "'" + path_ + "' ends too early"};
+}
+
+AtomicFile::~AtomicFile() {
+  Drop();
+}
+
+void AtomicFile::Drop() {
+  if (file_ == nullptr) return;
+  std::fclose(file_);
+  file_ = nullptr;
+  RemoveFile(temporary_);
+}
+
+Status AtomicFile::Open(const std::string& path) {
+  Drop();
+  path_ = path;
+  if (IsSpecial(path)) {
+    return status_ = {StatusCode::kInvalidArgument,
+                      "'" + path + "' is a device or folder and is not replaced; name a file"};
+  }
+  temporary_ = path + ".tmp-" + std::to_string(ProcessId());
+  file_ = OpenFile(temporary_, "wb");
+  return status_ = file_ == nullptr ? FileError("create", temporary_, errno) : Status::Ok();
+}
+
+Status AtomicFile::Write(std::span<const std::byte> bytes) {
+  if (file_ == nullptr) return status_;
+  errno = 0;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size()) return status_;
+  status_ = FileError("write", path_, errno);
+  Drop();
+  return status_;
+}
+
+Status AtomicFile::Commit() {
+  if (file_ == nullptr) return status_;
+  errno = 0;
+  const bool written = std::fflush(file_) == 0 && SyncFile(file_);
   const int write_error = errno;
-  const bool closed = std::fclose(file) == 0;
+  const bool closed = std::fclose(file_) == 0;
+  file_ = nullptr;
   if (!written || !closed) {
     const int error = written ? errno : write_error;
-    RemoveFile(temporary);
-    return FileError("write", path, error);
+    RemoveFile(temporary_);
+    return status_ = FileError("write", path_, error);
   }
-  if (!ReplaceFile(temporary, path)) {
+  if (!ReplaceFile(temporary_, path_)) {
     const int error = errno;
-    RemoveFile(temporary);
-    return FileError("rename onto", path, error);
+    RemoveFile(temporary_);
+    return status_ = FileError("rename onto", path_, error);
   }
-  SyncFolderOf(path);
-  return Status::Ok();
+  SyncFolderOf(path_);
+  return status_;
+}
+
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes) {
+  AtomicFile file;
+  CONSAC_RETURN_IF_ERROR(file.Open(path));
+  CONSAC_RETURN_IF_ERROR(file.Write(bytes));
+  return file.Commit();
 }
 
 }  // namespace consac

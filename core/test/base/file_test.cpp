@@ -94,5 +94,31 @@ TEST(Hash, PublishedVectors) {
   EXPECT_EQ(Crc32c(std::vector<std::byte>(32)), 0x8A9136AAu);
 }
 
+TEST(File, PieceByPieceItIsThereWholeOrNotAtAll) {
+  const std::string path = Path("pieces");
+  const std::string first = "first", second = "second";
+  {
+    AtomicFile left;
+    ASSERT_TRUE(left.Open(path).ok());
+    ASSERT_TRUE(left.Write(std::as_bytes(std::span(first))).ok());
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+  EXPECT_FALSE(std::filesystem::exists(path + ".tmp-" + std::to_string(getpid()))) << "what was not committed is gone";
+  AtomicFile file;
+  ASSERT_TRUE(file.Open(path).ok());
+  ASSERT_TRUE(file.Write(std::as_bytes(std::span(first))).ok());
+  EXPECT_FALSE(std::filesystem::exists(path));
+  ASSERT_TRUE(file.Write(std::as_bytes(std::span(second))).ok());
+  ASSERT_TRUE(file.Commit().ok());
+  FileReader reader;
+  ASSERT_TRUE(reader.Open(path).ok());
+  std::byte bytes[8];
+  ASSERT_TRUE(reader.Read(bytes).ok());
+  EXPECT_EQ(std::string_view(reinterpret_cast<const char*>(bytes), 8), "firstsec");
+  EXPECT_EQ(reader.Read(bytes).code(), StatusCode::kDataLoss) << "three bytes are left";
+  EXPECT_EQ(reader.Open(path + "s").code(), StatusCode::kNotFound);
+  std::filesystem::remove(path);
+}
+
 }  // namespace
 }  // namespace consac

@@ -35,8 +35,11 @@ class TrainingDriver final : public Driver {
     learn::HyperparameterSet values((*algorithm)->hyperparameters);
     for (const auto& [name, text] : options_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
     for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
-      const learn::LearnerOptions options{
-          world_.spec().behaviours[b], learn::BehaviourSeed(options_.seed, b), ShareOfSteps(b), {}, kMostLearnerBytes};
+      learn::LearnerOptions options;
+      options.behaviour = world_.spec().behaviours[b];
+      options.seed = learn::BehaviourSeed(options_.seed, b);
+      options.total_steps = ShareOfSteps(b);
+      options.max_bytes = kMostLearnerBytes;
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});

@@ -36,7 +36,27 @@ struct StateField {
 /// All fields of an object by path.
 using StateMap = std::map<std::string, StateField, std::less<>>;
 
-/// Walks over state in one of three ways; see StateWriter, StateReader, StateHasher.
+/// State that is too large to copy: rows that are written once, counted for ever and dropped from the front. Whoever
+/// saves them streams those that are new since it did so last.
+class StateRows {
+ public:
+  virtual ~StateRows() = default;
+  /// Bytes of one row as it is saved; constant for life.
+  virtual std::size_t row_bytes() const = 0;
+  /// Number of the oldest row that is kept.
+  virtual std::int64_t first_row() const = 0;
+  /// Number of the row to come; rows [first_row, end_row) are kept.
+  virtual std::int64_t end_row() const = 0;
+  /// Writes rows [from, from + count), which are kept, to `to`, [count, row_bytes].
+  virtual void CopyRows(std::int64_t from, std::int64_t count, std::byte* to) const = 0;
+  /// Forgets all rows; those of [first, end) follow by TakeRows. False when it has no room for so many.
+  [[nodiscard]] virtual bool BeginRows(std::int64_t first, std::int64_t end) = 0;
+  /// The next `count` rows, [count, row_bytes]. False when it cannot have one of them.
+  [[nodiscard]] virtual bool TakeRows(std::int64_t count, const std::byte* rows) = 0;
+};
+
+/// Walks over state in one of three ways; see StateWriter, StateReader, StateHasher. Its virtual functions and theirs
+/// are inline: core is compiled without RTTI, and who derives from them may not be.
 class Archive {
  public:
   virtual ~Archive() = default;
@@ -96,6 +116,10 @@ class Archive {
     object.Visit(*this);
     prefix_.resize(mark);
   }
+  /// Rows that a saver may stream; without one they are fields like all others.
+  void operator()(std::string_view name, StateRows& rows) {
+    if (status_.ok()) OnRows(prefix_ + std::string(name), rows);
+  }
   /// Many objects; their number is fixed by construction.
   template <Visitable T>
   void operator()(std::string_view name, std::vector<T>& objects) {
@@ -109,6 +133,12 @@ class Archive {
   virtual void OnField(std::string_view path, DType dtype, void* data, std::size_t count) = 0;
   /// Elements that the checkpoint holds under `path`; fails the archive when it holds none.
   virtual std::uint64_t OnCount(std::string_view path, DType dtype) = 0;
+  /// Reads, writes or hashes rows; as fields "path/first", "path/end" and "path/0", "path/1", ... of some rows each.
+  virtual void OnRows(const std::string& path, StateRows& rows) { RowsAsFields(path, rows); }
+  /// Reads what BeginRows needs and calls it; returns how many rows are to follow, or -1 after a failure.
+  std::int64_t BeginRowsOf(const std::string& path, StateRows& rows);
+  /// A row that the object cannot have.
+  void FailRows(const std::string& path);
   /// Remembers the first failure.
   void Fail(Status status) {
     if (status_.ok()) status_ = std::move(status);
@@ -121,6 +151,7 @@ class Archive {
   std::uint64_t CountOf(std::string_view name, DType dtype) {
     return status_.ok() ? OnCount(prefix_ + std::string(name), dtype) : 0;
   }
+  void RowsAsFields(const std::string& path, StateRows& rows);
   std::size_t Enter(std::string_view name) {
     const std::size_t mark = prefix_.size();
     prefix_.append(name).push_back('/');
@@ -131,33 +162,43 @@ class Archive {
   Status status_;
 };
 
-/// Collects fields into a StateMap.
-class StateWriter final : public Archive {
+/// Collects fields into a StateMap. Derive from it to put rows elsewhere.
+class StateWriter : public Archive {
  public:
   bool loading() const override { return false; }
   /// What was collected.
   StateMap& fields() { return fields_; }
 
  protected:
-  void OnField(std::string_view path, DType dtype, void* data, std::size_t count) override;
-  std::uint64_t OnCount(std::string_view path, DType dtype) override;
+  void OnField(std::string_view path, DType dtype, void* data, std::size_t count) override {
+    Put(path, dtype, data, count);
+  }
+  std::uint64_t OnCount(std::string_view, DType) override { return 0; }
 
  private:
+  void Put(std::string_view path, DType dtype, const void* data, std::size_t count);
+
   StateMap fields_;
 };
 
-/// Overwrites fields from a StateMap, which must outlive it. A missing field or other length fails with its path.
-class StateReader final : public Archive {
+/// Overwrites fields from a StateMap, which must outlive it. Derive from it to get rows from elsewhere.
+/// A missing field or other length fails with its path.
+class StateReader : public Archive {
  public:
   /// Reads from `fields`.
   explicit StateReader(const StateMap& fields) : fields_(fields) {}
   bool loading() const override { return true; }
 
  protected:
-  void OnField(std::string_view path, DType dtype, void* data, std::size_t count) override;
-  std::uint64_t OnCount(std::string_view path, DType dtype) override;
+  void OnField(std::string_view path, DType dtype, void* data, std::size_t count) override {
+    Take(path, dtype, data, count);
+  }
+  std::uint64_t OnCount(std::string_view path, DType dtype) override { return Count(path, dtype); }
 
  private:
+  void Take(std::string_view path, DType dtype, void* data, std::size_t count);
+  std::uint64_t Count(std::string_view path, DType dtype);
+
   const StateMap& fields_;
 };
 

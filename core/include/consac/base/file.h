@@ -4,6 +4,7 @@
 // UTF-8 on every system.
 
 #include <cstddef>
+#include <cstdio>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,45 @@ Result<std::vector<std::byte>> ReadRegularFile(const std::string& path, std::siz
 /// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full,
 /// kInvalidArgument when `path` is no regular file.
 Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes);
+/// A file that is written piece by piece in the same way: what has not been committed leaves nothing behind.
+class AtomicFile {
+ public:
+  /// Nothing yet.
+  AtomicFile() = default;
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  /// Begins a file that will stand under `path`. Errors as WriteFileAtomically, here and below.
+  Status Open(const std::string& path);
+  /// Appends; after a failure nothing further is written and Commit tells it again.
+  Status Write(std::span<const std::byte> bytes);
+  /// Syncs and renames.
+  Status Commit();
+
+ private:
+  void Drop();
+
+  std::string path_, temporary_;
+  std::FILE* file_ = nullptr;
+  Status status_;
+};
+/// A regular file that is read piece by piece.
+class FileReader {
+ public:
+  /// Nothing yet.
+  FileReader() = default;
+  ~FileReader();
+  FileReader(const FileReader&) = delete;
+  FileReader& operator=(const FileReader&) = delete;
+  /// Begins at the file's start. Errors as ReadRegularFile.
+  Status Open(const std::string& path);
+  /// The next bytes.size() bytes; kDataLoss where there are fewer.
+  Status Read(std::span<std::byte> bytes);
+
+ private:
+  std::string path_;
+  std::FILE* file_ = nullptr;
+};
 #if defined(_WIN32)
 /// A path as Windows takes it.
 std::wstring WidePath(std::string_view path);
