@@ -45,6 +45,29 @@ const std::vector<Proof>& Proofs() {
   static const std::vector<Proof> proofs = {
       {"road over TCP, share of states with a step nearer", "road-v0", "ppo2", 20000, 1, true, true, {}, 0.99, 0.97},
       {"cartpole", "cartpole-v1", "ppo2", 100000, 8, false, true, {}, 475, 400},
+      // Settings of Stable Baselines3's Zoo, and of 2.10.2's: prioritised, duelling, double.
+      {"cartpole by dqn",
+       "cartpole-v1",
+       "dqn",
+       50000,
+       1,
+       false,
+       false,
+       {"learning_rate=2.3e-3", "batch_size=64", "buffer_size=100000", "learning_starts=1000",
+        "target_update_interval=10", "train_freq=256", "gradient_steps=128", "exploration_fraction=0.16",
+        "exploration_final_eps=0.04", "net_arch=[256, 256]"},
+       475,
+       400},
+      {"cartpole by dqn of the first generation",
+       "cartpole-v1",
+       "dqn",
+       100000,
+       1,
+       false,
+       false,
+       {"preset=sb2", "learning_rate=1e-3", "prioritized_replay=true", "layers=[64]"},
+       475,
+       400},
       {"pendulum", "pendulum-v1", "ppo", 300000, 4, false, true, {}, -250, -400},
   };
   return proofs;
@@ -92,6 +115,10 @@ double Run(const Proof& proof, std::uint64_t seed, double* seconds) {
   }
   for (const std::string& setting : proof.settings) {
     const std::size_t equals = setting.find('=');
+    if (setting.starts_with("preset=")) {
+      config.preset = setting.substr(equals + 1);
+      continue;
+    }
     config.hyperparameters.emplace_back(setting.substr(0, equals), setting.substr(equals + 1));
   }
 

@@ -18,4 +18,8 @@ Result<std::unique_ptr<Learner>> CreatePpo(Generation generation, const LearnerO
 std::span<const Hyperparameter> A2cTable();
 Result<std::unique_ptr<Learner>> CreateA2c(const LearnerOptions& options, const HyperparameterSet& values);
 
+/// dqn.cpp.
+std::span<const Hyperparameter> DqnTable();
+Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const HyperparameterSet& values);
+
 }  // namespace consac::learn

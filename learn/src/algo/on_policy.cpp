@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "consac/base/json.h"
 #include "consac/learn/grad/backpropagation.h"
 
 namespace consac::learn {
@@ -42,17 +40,6 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
                       " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
   }
   return network;
-}
-
-std::string HyperparametersJson(const HyperparameterSet& values) {
-  nlohmann::json json = nlohmann::json::object();
-  for (const Hyperparameter& row : values.table()) json[row.name] = values.Text(row.name);
-  return JsonText(json);
-}
-
-std::string TrainingJson(const std::string& hyperparameters, std::int64_t steps, std::int64_t updates) {
-  return "{\"hyperparameters\": " + hyperparameters + ", \"steps\": " + std::to_string(steps) +
-         ", \"updates\": " + std::to_string(updates) + "}";
 }
 
 double MeanDeviation(std::span<const float> log_std) {

@@ -5,7 +5,9 @@
 
 #include <string>
 
+#include "algo/normalise_rows.h"
 #include "algo/parameter_rows.h"
+#include "algo/training_json.h"
 #include "collect/rollout_collector.h"
 #include "consac/learn/algo/learner.h"
 
@@ -31,12 +33,9 @@ struct OnPolicyOptions {
 namespace on_policy_rows {
 using O = OnPolicyOptions;
 using R = RolloutOptions;
-using V = VecNormaliseOptions;
 using N = nn::ActorCriticOptions;
 using enum ParameterSource;
 using Row = ParameterRow<OnPolicyOptions>;
-
-inline constexpr const char* kActivations = "tanh|relu|sigmoid|elu|leaky_relu|silu|softplus|linear";
 
 inline constexpr Row kGamma = {
     "gamma", "gamma", Into<O, &O::rollout, &R::gamma>, "0.99", "0.99", 0, 1, "", "discount per step", kBoth};
@@ -98,35 +97,20 @@ inline constexpr Row kNetwork[] = {
      "kind of network: dense layers", kBoth},
     {"net_arch", "net_arch", Into<O, &O::network, &N::arch>, "[dict(pi=[64, 64], vf=[64, 64])]",
      "[dict(pi=[64, 64], vf=[64, 64])]", 0, 0, "", "layers: shared widths, then dict(pi=[...], vf=[...])", kBoth},
-    {"act_fun", "activation_fn", Into<O, &O::network, &N::activation>, "tanh", "tanh", 0, 0, kActivations,
+    {"act_fun", "activation_fn", Into<O, &O::network, &N::activation>, "tanh", "tanh", 0, 0, kActivationNames,
      "activation of hidden layers", kBoth},
     {"ortho_init", "ortho_init", Into<O, &O::network, &N::orthogonal_init>, "true", "true", 0, 0, "",
      "orthogonal initial weights; false: PyTorch's uniform", kSb3},
     {"log_std_init", "log_std_init", Into<O, &O::log_std_init>, "0", "0", -20, 20, "",
      "starting log standard deviation of Box actions", kSb3},
 };
-inline constexpr Row kNormalise[] = {
-    {"norm_obs", "norm_obs", Into<O, &O::rollout, &R::normalise, &V::norm_obs>, "false", "false", 0, 0, "",
-     "normalise observations by their running moments", kVecNormalize},
-    {"norm_reward", "norm_reward", Into<O, &O::rollout, &R::normalise, &V::norm_reward>, "false", "false", 0, 0, "",
-     "scale rewards by the running deviation of the return", kVecNormalize},
-    {"clip_obs", "clip_obs", Into<O, &O::rollout, &R::normalise, &V::clip_obs>, "10", "10", 1e-6, 1e9, "",
-     "largest normalised observation", kVecNormalize},
-    {"clip_reward", "clip_reward", Into<O, &O::rollout, &R::normalise, &V::clip_reward>, "10", "10", 0, kUnlimited, "",
-     "largest scaled reward", kVecNormalize},
-    {"norm_epsilon", "norm_epsilon", Into<O, &O::rollout, &R::normalise, &V::epsilon>, "1e-8", "1e-8", 0, 1, "",
-     "added to variances", kVecNormalize},
-};
+inline constexpr auto& kNormalise = kNormaliseRows<O, &O::rollout, &R::normalise>;
 }  // namespace on_policy_rows
 
 /// Checks spaces, sizes and memory and makes the network of a learner whose minibatches have at most `minibatch_rows`
 /// rows; the error says what does not fit and what would.
 Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolicyOptions& own,
                                     std::int64_t minibatch_rows);
-/// Values by name as a JSON object.
-std::string HyperparametersJson(const HyperparameterSet& values);
-/// What a model says of its training.
-std::string TrainingJson(const std::string& hyperparameters, std::int64_t steps, std::int64_t updates);
 /// How far a training has come.
 struct TrainingProgress {
   std::int64_t total_steps, steps;         ///< planned and taken, of agents

@@ -17,6 +17,8 @@
 namespace consac::learn {
 
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+/// Choices of an activation.
+inline constexpr const char* kActivationNames = "tanh|relu|sigmoid|elu|leaky_relu|silu|softplus|linear";
 
 /// Who has it. kBoth: named after the generation whose table it stands in.
 enum class ParameterSource : std::uint8_t { kBoth, kSb2, kSb3, kVecNormalize, kConsac };

@@ -23,6 +23,8 @@ const std::vector<Algorithm>& AlgorithmTable() {
        PpoTable(Generation::kStableBaselines3), As<Generation::kStableBaselines3, CreatePpo>},
       {"a2c", "advantage actor-critic, as in Stable Baselines3 or, with the preset sb2, 2.10.2",
        LogStyle::kStableBaselines3, A2cTable(), CreateA2c},
+      {"dqn", "deep Q-learning, as in Stable Baselines3 or, with the preset sb2, 2.10.2", LogStyle::kStableBaselines3,
+       DqnTable(), CreateDqn},
   };
   return table;
 }

@@ -2,20 +2,9 @@
 
 #include <algorithm>
 
+#include "collect/same_network.h"
+
 namespace consac::learn {
-namespace {
-
-/// Without what only fresh parameters are made by, which no model file says.
-nn::NetworkSpec Shape(nn::NetworkSpec spec) {
-  for (nn::Block& block : spec.blocks) {
-    block.init = nn::Init();
-    block.gain = 1.0f;
-  }
-  return spec;
-}
-
-}  // namespace
-
 ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
                          const Communicator& ranks)
     : network_(std::move(network)),
@@ -28,7 +17,7 @@ ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, st
 }
 
 Status ActorCritic::StartFrom(const PolicyData& model) {
-  if (Shape(model.network) != Shape(network_.spec()) || model.parameters.size() != network_count() ||
+  if (!SameNetwork(model.network, network_.spec()) || model.parameters.size() != network_count() ||
       model.log_std.size() != log_std().size()) {
     return {StatusCode::kInvalidArgument,
             "its network is another than this run's; give the policy, net_arch and act_fun that it was trained with"};

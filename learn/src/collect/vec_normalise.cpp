@@ -12,8 +12,10 @@ VecNormalise::VecNormalise(const BehaviourSpec& behaviour, const VecNormaliseOpt
       observation_moments_(options.norm_obs ? layout_.feature_count : 0, ranks),
       return_moments_(1, ranks),
       discounted_(static_cast<std::size_t>(behaviour.slots)),
+      returns_(discounted_.size()),
       work_(options.norm_obs ? static_cast<std::size_t>(behaviour.slots * layout_.feature_count) : 0) {
   Refresh();
+  RefreshRewards();
 }
 
 // In place, so that a step never allocates once the vectors have their size.
@@ -59,39 +61,44 @@ void VecNormalise::Encode(const std::byte* observations, std::int64_t rows, floa
   if (options_.norm_obs) frozen_.Apply(features, rows);
 }
 
-// Divided by the deviation of the running discounted return; no mean is taken off. The return begins anew after the
-// step that ended an episode.
-void VecNormalise::Rewards(const Batch& batch, float* rewards) {
-  const std::int64_t rows = batch.rows();
-  if (!options_.norm_reward) {
-    std::copy_n(batch.rewards, rows, rewards);
-    return;
-  }
+// The return begins anew after the step that ended an episode.
+void VecNormalise::ObserveRewards(const Batch& batch) {
+  if (!options_.norm_reward) return;
   const auto gamma = static_cast<float>(options_.gamma);
-  for (std::int64_t i = 0; i < rows; ++i) {
-    float& discounted = discounted_[static_cast<std::size_t>(batch.slots[static_cast<std::size_t>(i)])];
+  for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+    float& discounted = discounted_[static_cast<std::size_t>(batch.slots[i])];
     discounted = discounted * gamma + batch.rewards[i];
-    rewards[i] = discounted;
+    returns_[i] = discounted;
+    if ((batch.terminated[i] | batch.truncated[i]) != 0) Forget(batch.slots[i]);
   }
-  return_moments_.Update(rewards, rows);
-  const double scale = 1.0 / std::sqrt(return_moments_.now().variance[0] + options_.epsilon);
-  for (std::int64_t i = 0; i < rows; ++i) {
-    rewards[i] = static_cast<float>(std::clamp(batch.rewards[i] * scale, -options_.clip_reward, options_.clip_reward));
-    if ((batch.terminated[i] | batch.truncated[i]) != 0) Forget(batch.slots[static_cast<std::size_t>(i)]);
-  }
+  return_moments_.Update(returns_.data(), batch.rows());
+  RefreshRewards();
+}
+
+void VecNormalise::RefreshRewards() {
+  reward_scale_ = 1.0 / std::sqrt(return_moments_.now().variance[0] + options_.epsilon);
+}
+
+// Divided by the deviation of the running discounted return; no mean is taken off.
+void VecNormalise::Rewards(const Batch& batch, float* rewards) {
+  ObserveRewards(batch);
+  for (std::size_t i = 0; i < batch.slots.size(); ++i) rewards[i] = Reward(batch.rewards[i]);
 }
 
 void VecNormalise::Share() {
   observation_moments_.Share();
   return_moments_.Share();
   Refresh();
+  RefreshRewards();
 }
 
 void VecNormalise::Visit(Archive& archive) {
   archive("observation_moments", observation_moments_);
   archive("return_moments", return_moments_);
   archive("discounted", std::span<float>(discounted_));
-  if (archive.loading()) Refresh();
+  if (!archive.loading()) return;
+  Refresh();
+  RefreshRewards();
 }
 
 }  // namespace consac::learn

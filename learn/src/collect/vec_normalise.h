@@ -2,6 +2,7 @@
 // Stable Baselines' VecNormalize as one object: observations by their running moments, rewards by the running deviation
 // of the return. Whoever collects owns one; what acts elsewhere gets its frozen copy. Private to learn.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -38,6 +39,15 @@ class VecNormalise {
   void Encode(const std::byte* observations, std::int64_t rows, float* features) const;
   /// Writes the batch's rewards as the learner shall see them, [B].
   void Rewards(const Batch& batch, float* rewards);
+  /// The two halves of that, for whoever keeps rewards as they came and learns from them later: takes the batch's into
+  /// the running moments,
+  void ObserveRewards(const Batch& batch);
+  /// and makes of one what the learner shall see now.
+  float Reward(float reward) const {
+    if (!options_.norm_reward) return reward;
+    return static_cast<float>(
+        std::clamp(static_cast<double>(reward) * reward_scale_, -options_.clip_reward, options_.clip_reward));
+  }
   /// The episode of `slot` is lost: its return begins anew.
   void Forget(std::int32_t slot) { discounted_[static_cast<std::size_t>(slot)] = 0.0f; }
   /// Takes in what the other ranks saw since the last time; all call it at once.
@@ -50,13 +60,16 @@ class VecNormalise {
 
  private:
   void Refresh();
+  void RefreshRewards();
 
   VecNormaliseOptions options_;
   Layout layout_;
   SharedMoments observation_moments_, return_moments_;
   ObservationNormaliser frozen_;
   std::vector<float> discounted_;  // [N] running discounted return per slot
+  std::vector<float> returns_;     // [N] of a batch
   std::vector<float> work_;        // [N, F] observations as numbers
+  double reward_scale_ = 1.0;      // 1 / deviation of the return
 };
 
 }  // namespace consac::learn

@@ -16,7 +16,14 @@ bool GradientStep::Apply(std::span<float> parameters, std::span<float> gradient,
     ++skipped_;
     return false;
   }
-  optimiser_.Step(parameters, gradient, learning_rate, ClipFactor(norm, max_grad_norm_, optimiser_.form()));
+  for (const nn::Parameter& tensor : tensors_) {
+    const auto part = gradient.subspan(static_cast<std::size_t>(tensor.offset), static_cast<std::size_t>(tensor.count));
+    const float factor = ClipFactor(GlobalNorm(part), max_grad_norm_, optimiser_.form());
+    if (factor == 1.0f) continue;
+    for (float& value : part) value *= factor;
+  }
+  const float whole = tensors_.empty() ? ClipFactor(norm, max_grad_norm_, optimiser_.form()) : 1.0f;
+  optimiser_.Step(parameters, gradient, learning_rate, whole);
   return true;
 }
 

@@ -7,6 +7,7 @@
 #include "consac/base/communicator.h"
 #include "consac/base/status.h"
 #include "consac/learn/optim/optimiser.h"
+#include "consac/nn/network.h"
 
 namespace consac::learn {
 
@@ -17,6 +18,9 @@ class GradientStep {
   GradientStep(Optimiser optimiser, double max_grad_norm, const Communicator& ranks = {})
       : optimiser_(std::move(optimiser)), max_grad_norm_(max_grad_norm), ranks_(ranks) {}
 
+  /// The gradient of each of `tensors`, which must stay, is clipped by itself from now on instead of the whole, as
+  /// Stable Baselines 2 does for DQN and DDPG.
+  void ClipEach(std::span<const nn::Parameter> tensors) { tensors_ = tensors; }
   /// An update begins.
   void Begin() { skipped_ = 0; }
   /// Sums the gradient over the ranks in place, clips and steps; false when it was not finite and was left out, which
@@ -34,6 +38,7 @@ class GradientStep {
   Optimiser optimiser_;
   double max_grad_norm_;
   Communicator ranks_;
+  std::span<const nn::Parameter> tensors_;  // that are clipped each by itself; none: the whole
   std::int64_t skipped_ = 0;
   Status health_;
 };

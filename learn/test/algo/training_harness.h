@@ -96,8 +96,8 @@ inline Executor Threads(int& count) {
           &count};
 }
 
-inline std::uint64_t WeightsAfter(const Setting& setting) {
-  IdentityEnv env(*Space::Box(-1, 1, {3}), 8);
+inline std::uint64_t WeightsAfter(const Setting& setting, const Space& space = *Space::Box(-1, 1, {3})) {
+  IdentityEnv env(space, 8);
   const std::unique_ptr<Learner> learner = Make(env, setting);
   BatchBuffer first(env.spec().behaviours[0]);
   Begin(env, *learner, first);
@@ -107,8 +107,8 @@ inline std::uint64_t WeightsAfter(const Setting& setting) {
 
 /// Saved after `cut` steps, and what was restored from it goes on beside the one that was never saved: both end in the
 /// same state.
-inline void ExpectARestoredLearnerGoesOnToTheSameBits(const Setting& setting, std::initializer_list<int> cuts) {
-  const Space space = *Space::Box(-1, 1, {2});
+inline void ExpectARestoredLearnerGoesOnToTheSameBits(const Setting& setting, std::initializer_list<int> cuts,
+                                                      const Space& space = *Space::Box(-1, 1, {2})) {
   for (const int cut : cuts) {
     IdentityEnv env(space, 4), other_env(space, 4);
     const std::unique_ptr<Learner> learner = Make(env, setting), other = Make(other_env, setting);

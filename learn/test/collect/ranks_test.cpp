@@ -147,10 +147,10 @@ TEST(Ranks, AGradientIsTheSumAndLeftOutByAllOrByNone) {
 }
 
 /// Trains on `ranks` with worlds and a seed of each rank's own; returns every rank's parameters.
-std::vector<std::vector<float>> Trained(const char* algorithm, const Settings& values) {
+std::vector<std::vector<float>> Trained(const char* algorithm, const Settings& values, const Space& space) {
   std::vector<std::vector<float>> parameters(kRanks);
   ThreadRanks(kRanks).Run([&](const Communicator& ranks) {
-    IdentityEnv env(*Space::Box(-1, 1, {2}), 4);
+    IdentityEnv env(space, 4);
     Setting setting{algorithm, values, 1000, static_cast<std::uint64_t>(10 + ranks.rank)};
     setting.ranks = ranks;
     const std::unique_ptr<Learner> learner = Make(env, setting);
@@ -172,9 +172,11 @@ TEST(Ranks, EveryRankEndsWithTheSameModel) {
   const std::pair<const char*, Settings> trainings[] = {
       {"ppo2", {{"n_steps", "16"}, {"nminibatches", "2"}, {"norm_obs", "true"}, {"norm_reward", "true"}}},
       {"ppo2", {{"n_steps", "16"}, {"target_kl", "1e-6"}, {"learning_rate", "0.01"}}},
-      {"a2c", {{"n_steps", "5"}, {"norm_obs", "true"}, {"normalize_advantage", "true"}}}};
+      {"a2c", {{"n_steps", "5"}, {"norm_obs", "true"}, {"normalize_advantage", "true"}}},
+      {"dqn", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"grad_clip", "variable"}}}};
   for (const auto& [algorithm, values] : trainings) {
-    const auto parameters = Trained(algorithm, values);
+    const auto parameters = Trained(
+        algorithm, values, std::string_view(algorithm) == "dqn" ? *Space::Discrete(5) : *Space::Box(-1, 1, {2}));
     EXPECT_EQ(parameters[1], parameters[0]) << algorithm;
     EXPECT_EQ(parameters[2], parameters[0]) << algorithm;
   }

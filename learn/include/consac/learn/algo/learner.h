@@ -90,6 +90,8 @@ class Learner {
   /// Begins with the weights and the observation statistics of `model`, before anything is recorded; the error says
   /// what of it does not fit.
   virtual Status StartFrom(const PolicyData& model) = 0;
+  /// Bytes that what it remembers takes once full, where that is worth telling; 0: it keeps a rollout at most.
+  virtual std::int64_t memory_bytes() const { return 0; }
   /// Changes the planned length (a resumed run that goes on for longer).
   virtual void SetTotalSteps(std::int64_t total_steps) = 0;
   /// Numbers of the latest report; valid until the next Learn.

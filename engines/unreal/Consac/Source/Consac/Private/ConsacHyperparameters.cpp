@@ -109,6 +109,56 @@ FString ConsacTextOf(EConsacLrSchedule Value)
 	}
 	return TEXT("constant");
 }
+
+FString ConsacTextOf(EConsacTrainFreqUnit Value)
+{
+	switch (Value)
+	{
+	case EConsacTrainFreqUnit::Step:
+		return TEXT("step");
+	case EConsacTrainFreqUnit::Episode:
+		return TEXT("episode");
+	}
+	return TEXT("step");
+}
+
+FString ConsacTextOf(EConsacWarmUp Value)
+{
+	switch (Value)
+	{
+	case EConsacWarmUp::Random:
+		return TEXT("random");
+	case EConsacWarmUp::EpsilonGreedy:
+		return TEXT("epsilon_greedy");
+	}
+	return TEXT("random");
+}
+
+FString ConsacTextOf(EConsacGradClip Value)
+{
+	switch (Value)
+	{
+	case EConsacGradClip::Variable:
+		return TEXT("variable");
+	case EConsacGradClip::Global:
+		return TEXT("global");
+	}
+	return TEXT("variable");
+}
+
+FString ConsacTextOf(EConsacInit Value)
+{
+	switch (Value)
+	{
+	case EConsacInit::Orthogonal:
+		return TEXT("orthogonal");
+	case EConsacInit::Xavier:
+		return TEXT("xavier");
+	case EConsacInit::Pytorch:
+		return TEXT("pytorch");
+	}
+	return TEXT("orthogonal");
+}
 }
 
 FString UConsacPpo2Hyperparameters::GetAlgorithm() const
@@ -279,6 +329,67 @@ void UConsacA2cHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("ortho_init"), bOrthoInit);
 	AddReal(Into, TEXT("log_std_init"), LogStdInit);
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}
+
+FString UConsacDqnHyperparameters::GetAlgorithm() const
+{
+	return TEXT("dqn");
+}
+
+void UConsacDqnHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddReal(Into, TEXT("exploration_fraction"), ExplorationFraction);
+	AddReal(Into, TEXT("exploration_initial_eps"), ExplorationInitialEps);
+	AddReal(Into, TEXT("exploration_final_eps"), ExplorationFinalEps);
+	AddInteger(Into, TEXT("buffer_size"), BufferSize);
+	AddInteger(Into, TEXT("learning_starts"), LearningStarts);
+	AddInteger(Into, TEXT("batch_size"), BatchSize);
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddInteger(Into, TEXT("train_freq"), TrainFreq);
+	AddReal(Into, TEXT("tau"), Tau);
+	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddText(Into, TEXT("train_freq_unit"), ConsacTextOf(TrainFreqUnit));
+	AddInteger(Into, TEXT("gradient_steps"), GradientSteps);
+	AddBoolean(Into, TEXT("prioritized_replay"), bPrioritizedReplay);
+	AddReal(Into, TEXT("prioritized_replay_alpha"), PrioritizedReplayAlpha);
+	AddReal(Into, TEXT("prioritized_replay_beta0"), PrioritizedReplayBeta0);
+	if (bSetPrioritizedReplayBetaIters)
+	{
+		AddInteger(Into, TEXT("prioritized_replay_beta_iters"), PrioritizedReplayBetaIters);
+	}
+	else
+	{
+		AddText(Into, TEXT("prioritized_replay_beta_iters"), TEXT("none"));
+	}
+	AddReal(Into, TEXT("prioritized_replay_eps"), PrioritizedReplayEps);
+	AddText(Into, TEXT("warm_up"), ConsacTextOf(WarmUp));
+	AddInteger(Into, TEXT("target_update_interval"), TargetUpdateInterval);
+	if (bSetMaxGradNorm)
+	{
+		AddReal(Into, TEXT("max_grad_norm"), MaxGradNorm);
+	}
+	else
+	{
+		AddText(Into, TEXT("max_grad_norm"), TEXT("none"));
+	}
+	AddText(Into, TEXT("grad_clip"), ConsacTextOf(GradClip));
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddBoolean(Into, TEXT("double_q"), bDoubleQ);
+	AddBoolean(Into, TEXT("param_noise"), bParamNoise);
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
+	AddBoolean(Into, TEXT("dueling"), bDueling);
+	AddText(Into, TEXT("init"), ConsacTextOf(Init));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
 	AddReal(Into, TEXT("clip_obs"), ClipObs);

@@ -71,6 +71,39 @@ enum class EConsacLrSchedule : uint8
 	DoubleMiddleDrop UMETA(DisplayName="double_middle_drop")
 };
 
+/** What TrainFreqUnit may be. */
+UENUM(BlueprintType)
+enum class EConsacTrainFreqUnit : uint8
+{
+	Step UMETA(DisplayName="step"),
+	Episode UMETA(DisplayName="episode")
+};
+
+/** What WarmUp may be. */
+UENUM(BlueprintType)
+enum class EConsacWarmUp : uint8
+{
+	Random UMETA(DisplayName="random"),
+	EpsilonGreedy UMETA(DisplayName="epsilon_greedy")
+};
+
+/** What GradClip may be. */
+UENUM(BlueprintType)
+enum class EConsacGradClip : uint8
+{
+	Variable UMETA(DisplayName="variable"),
+	Global UMETA(DisplayName="global")
+};
+
+/** What Init may be. */
+UENUM(BlueprintType)
+enum class EConsacInit : uint8
+{
+	Orthogonal UMETA(DisplayName="orthogonal"),
+	Xavier UMETA(DisplayName="xavier"),
+	Pytorch UMETA(DisplayName="pytorch")
+};
+
 /** A number that stays, or goes down to nothing over the training. */
 USTRUCT(BlueprintType)
 struct CONSAC_API FConsacSchedule
@@ -492,6 +525,180 @@ public:
 	/** Starting log standard deviation of Box actions. (Stable Baselines3, A2C) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
 	double LogStdInit = 0.0;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};
+
+/** Hyperparameters of dqn: deep Q-learning, as in Stable Baselines3 or, with the preset sb2, 2.10.2. */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacDqnHyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** Discount per step. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** The optimiser's step size. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(1e-4, false);
+
+	/** Share of the training over which epsilon falls. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double ExplorationFraction = 0.1;
+
+	/** Epsilon at the start. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double ExplorationInitialEps = 1.0;
+
+	/** Epsilon from then on. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double ExplorationFinalEps = 0.05;
+
+	/** Transitions that are remembered, of all agents together. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 BufferSize = 1000000;
+
+	/** Agent steps before the first gradient. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000000"))
+	int32 LearningStarts = 100;
+
+	/** Transitions of a gradient step. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 BatchSize = 32;
+
+	/** Steps that a target looks ahead. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 NSteps = 1;
+
+	/** Steps of each agent, or episodes, between rounds of learning. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 TrainFreq = 4;
+
+	/** Share of the target network that an update replaces. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Tau = 1.0;
+
+	/** Whose names the logs have. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss LogKeys = EConsacValueLoss::Sb3;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** What train_freq counts. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTrainFreqUnit TrainFreqUnit = EConsacTrainFreqUnit::Step;
+
+	/** Of each round; -1: one for every transition since the last. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 GradientSteps = 1;
+
+	/** Draw by how wrong the values were. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bPrioritizedReplay = false;
+
+	/** Exponent of the priorities. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="10"))
+	double PrioritizedReplayAlpha = 0.6;
+
+	/** Exponent of the weights that make up for it, at the start. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double PrioritizedReplayBeta0 = 0.4;
+
+	/** Whether prioritized_replay_beta_iters is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetPrioritizedReplayBetaIters = false;
+
+	/** Agent steps until that is 1; none: all of the training. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000", EditCondition="bSetPrioritizedReplayBetaIters"))
+	int32 PrioritizedReplayBetaIters = 1;
+
+	/** Added to every error that becomes a priority. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-30", ClampMax="1"))
+	double PrioritizedReplayEps = 1e-6;
+
+	/** How it acts before learning_starts. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacWarmUp WarmUp = EConsacWarmUp::Random;
+
+	/** Agent steps between updates of the target network. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 TargetUpdateInterval = 10000;
+
+	/** Whether max_grad_norm is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetMaxGradNorm = true;
+
+	/** Gradient norms are clipped to this. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetMaxGradNorm"))
+	double MaxGradNorm = 10.0;
+
+	/** The norm of each tensor's gradient (SB2), or of the whole (SB3). (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacGradClip GradClip = EConsacGradClip::Global;
+
+	/** Whose form of Adam and of the global clip. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
+
+	/** Adam's epsilon. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-8;
+
+	/** The network chooses, its target judges. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bDoubleQ = false;
+
+	/** Explore by noise in the parameters, as strong as epsilon would be. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bParamNoise = false;
+
+	/** Kind of network: dense layers. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+
+	/** Widths of hidden layers. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[64, 64]");
+
+	/** Activation of hidden layers. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Relu;
+
+	/** Q = V + A - mean A, from a tower of these widths for each. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bDueling = false;
+
+	/** How weights start. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacInit Init = EConsacInit::Pytorch;
 
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")

@@ -1,0 +1,91 @@
+#include "collect/replay_collector.h"
+
+#include <algorithm>
+
+namespace consac::learn {
+namespace {
+
+VecNormaliseOptions WithDiscount(VecNormaliseOptions options, double gamma) {
+  options.gamma = gamma;
+  return options;
+}
+
+}  // namespace
+
+ReplayCollector::ReplayCollector(const BehaviourSpec& behaviour, const ReplayCollectorOptions& options,
+                                 std::uint64_t seed, const Communicator& ranks)
+    : behaviour_(behaviour),
+      options_(options),
+      raw_size_(static_cast<std::size_t>(RawActionSize(behaviour.action_layout))),
+      normalise_(behaviour, WithDiscount(options.normalise, options.gamma), ranks),
+      replay_(behaviour, RawActionSize(behaviour.action_layout), options.replay),
+      episodes_(behaviour.slots),
+      sampling_rng_(seed, StreamId("replay_sampling")),
+      round_slot_steps_(static_cast<std::size_t>(behaviour.slots)),
+      features_(static_cast<std::size_t>(behaviour.slots * behaviour.observation_layout.feature_count)),
+      raw_(static_cast<std::size_t>(behaviour.slots) * raw_size_),
+      kept_raw_(raw_.size()),
+      terminated_(static_cast<std::size_t>(behaviour.slots)) {}
+
+void ReplayCollector::Begin(const Batch& batch) {
+  for (const std::int32_t slot : batch.slots) {
+    normalise_.Forget(slot);
+    episodes_.Forget(slot);
+  }
+  replay_.Begin(batch);
+  normalise_.Observe(batch.next_observations, batch.rows());
+}
+
+ReplayCollector::Acting ReplayCollector::BeginAct(const Batch& batch) {
+  normalise_.Encode(batch.observations, batch.rows(), features_.data());
+  return {features_.data(), raw_.data()};
+}
+
+void ReplayCollector::FinishAct(Batch& batch) {
+  WriteActions(behaviour_.action_layout, raw_.data(), batch.rows(), batch.actions);
+  for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+    std::copy_n(raw_.data() + i * raw_size_, raw_size_,
+                kept_raw_.data() + static_cast<std::size_t>(batch.slots[i]) * raw_size_);
+  }
+}
+
+// Learning is due when the quickest agent has taken train_freq steps: where all step together, after so many of them.
+void ReplayCollector::Record(const Batch& batch) {
+  normalise_.Observe(batch.next_observations, batch.rows());
+  normalise_.ObserveRewards(batch);
+  Batch kept = batch;
+  if (options_.truncation == Truncation::kTerminal) {
+    for (std::size_t i = 0; i < batch.slots.size(); ++i) terminated_[i] = batch.terminated[i] | batch.truncated[i];
+    kept.terminated = terminated_.data();
+  }
+  bool quickest = false;
+  for (std::size_t i = 0; i < batch.slots.size(); ++i) {
+    const auto slot = static_cast<std::size_t>(batch.slots[i]);
+    std::copy_n(kept_raw_.data() + slot * raw_size_, raw_size_, raw_.data() + i * raw_size_);
+    quickest = ++round_slot_steps_[slot] >= options_.train_freq || quickest;
+  }
+  replay_.Commit(kept, raw_.data());
+  steps_ += batch.rows();
+  round_steps_ += batch.rows();
+  round_episodes_ += episodes_.Add(batch);
+  const bool whole = options_.train_freq_unit == TrainUnit::kStep ? quickest : round_episodes_ >= options_.train_freq;
+  if (!whole) return;
+  if (steps_ > options_.learning_starts) due_ += options_.gradient_steps < 0 ? round_steps_ : options_.gradient_steps;
+  round_steps_ = round_episodes_ = 0;
+  std::fill(round_slot_steps_.begin(), round_slot_steps_.end(), 0);
+}
+
+void ReplayCollector::Visit(Archive& archive) {
+  archive("replay", replay_);
+  archive("replay_rng", sampling_rng_);
+  normalise_.Visit(archive);
+  archive("episodes", episodes_);
+  archive("steps", steps_);
+  archive("due", due_);
+  archive.Check("due", due_ >= 0 && (due_ == 0 || replay_.size() > 0));
+  archive("round_steps", round_steps_);
+  archive("round_episodes", round_episodes_);
+  archive("round_slot_steps", std::span<std::int64_t>(round_slot_steps_));
+}
+
+}  // namespace consac::learn

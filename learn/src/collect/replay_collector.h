@@ -1,0 +1,102 @@
+#pragma once
+// The acting half of every off-policy algorithm: it remembers what came of each step, normalises, says when how much
+// learning is due, and lets agents come and go. How actions are chosen and what is learned is the algorithm's. Private
+// to learn.
+
+#include <vector>
+
+#include "buffer/replay.h"
+#include "collect/episode_window.h"
+#include "collect/rollout_collector.h"
+#include "collect/vec_normalise.h"
+
+namespace consac::learn {
+
+/// What train_freq counts.
+enum class TrainUnit : std::uint8_t { kStep, kEpisode };
+
+/// How an off-policy algorithm collects.
+struct ReplayCollectorOptions {
+  ReplayOptions replay;                          ///< what is remembered
+  std::int64_t learning_starts = 100;            ///< agent steps before the first gradient
+  std::int64_t train_freq = 4;                   ///< steps of an agent, or episodes of all, between rounds of learning
+  TrainUnit train_freq_unit = TrainUnit::kStep;  ///< which
+  std::int64_t gradient_steps = 1;               ///< of a round; -1: as many as transitions came since the last
+  double gamma = 0.99;                           ///< discount per step
+  Truncation truncation = Truncation::kBootstrap;  ///< of episodes that were cut
+  VecNormaliseOptions normalise;                   ///< its gamma is this one's
+};
+
+/// Steps go in, rows to learn from come out. `Stage`, `Begin` and `Record` are a Learner's.
+class ReplayCollector {
+ public:
+  /// Collects for `behaviour`; a world's agents act one after another or at once.
+  ReplayCollector(const BehaviourSpec& behaviour, const ReplayCollectorOptions& options, std::uint64_t seed,
+                  const Communicator& ranks = {});
+
+  /// Begins with these statistics of observations; the error says what does not fit.
+  Status StartFrom(const ObservationNormaliser& normaliser) { return normalise_.StartFrom(normaliser); }
+  /// As Learner::Stage.
+  Batch Stage(std::span<const std::int32_t> slots) {
+    CONSAC_ASSERT(due_ == 0);
+    return replay_.Stage(slots);
+  }
+  /// As Learner::Begin.
+  void Begin(const Batch& batch);
+  /// The network inputs of what a batch is to act upon, [B, F], and where its raw actions go, [B, raw]; until the next.
+  struct Acting {
+    const float* features;
+    float* raw;
+  };
+  Acting BeginAct(const Batch& batch);
+  /// The raw actions are there: writes batch.actions, and files them under their slots until they are recorded.
+  void FinishAct(Batch& batch);
+  /// As Learner::Record.
+  void Record(const Batch& batch);
+
+  /// Gradient steps that are due.
+  std::int64_t due() const { return due_; }
+  /// One of them is done.
+  void StepDone() { --due_; }
+  /// A round of learning begins: takes in what the other ranks know of observations and rewards.
+  void BeginRound() { normalise_.Share(); }
+  /// Agent steps recorded so far.
+  std::int64_t steps() const { return steps_; }
+  /// Whether actions are still to be drawn at random.
+  bool warming_up() const { return steps_ < options_.learning_starts; }
+  /// Episodes and their returns.
+  const EpisodeWindow& episodes() const { return episodes_; }
+  /// The normaliser that acts.
+  const ObservationNormaliser& normaliser() const { return normalise_.frozen(); }
+
+  /// What is remembered.
+  Replay& replay() { return replay_; }
+  /// A transition of the memory.
+  std::int64_t Sample() { return replay_.Sample(sampling_rng_); }
+  /// `n` steps from `place` on as one, rewards as they are learned from.
+  Lookahead Look(std::int64_t place, std::int64_t n) const {
+    return replay_.Look(place, n, options_.gamma, [this](float reward) { return normalise_.Reward(reward); });
+  }
+  /// One observation as network inputs, [F]. For any thread.
+  void Encode(const std::byte* observation, float* features) const { normalise_.Encode(observation, 1, features); }
+
+  /// Everything.
+  void Visit(Archive& archive);
+
+ private:
+  const BehaviourSpec behaviour_;
+  const ReplayCollectorOptions options_;
+  const std::size_t raw_size_;
+  VecNormalise normalise_;
+  Replay replay_;
+  EpisodeWindow episodes_;
+  Rng sampling_rng_;
+  std::int64_t steps_ = 0, due_ = 0;
+  std::int64_t round_steps_ = 0, round_episodes_ = 0;  // since learning was due last
+  std::vector<std::int64_t> round_slot_steps_;         // [N] of each slot since then
+  std::vector<float> features_;                        // [N, F] of a batch
+  std::vector<float> raw_, kept_raw_;                  // [N, raw] of a batch; by slot, of those that act
+  std::vector<std::uint8_t> terminated_;               // [N] of a batch
+};
+
+}  // namespace consac::learn

@@ -1,0 +1,47 @@
+#include "collect/replay_minibatch.h"
+
+namespace consac::learn {
+
+ReplayMinibatch::ReplayMinibatch(const BehaviourSpec& behaviour, std::int64_t rows, std::int64_t n_steps,
+                                 const Communicator& ranks)
+    : ranks_(ranks.size),
+      features_(static_cast<std::size_t>(behaviour.observation_layout.feature_count)),
+      n_steps_(n_steps),
+      places_(static_cast<std::size_t>(rows)) {
+  rewards.resize(places_.size());
+  discounts.resize(places_.size());
+  weights.assign(places_.size(), 1.0f);
+  next_features.resize(places_.size() * features_);
+  next_masks.resize(places_.size());
+  errors.resize(places_.size());
+}
+
+void ReplayMinibatch::Draw(ReplayCollector& collector, double beta) {
+  collector_ = &collector;
+  const Priorities* priorities = collector.replay().priorities();
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    places_[i] = collector.Sample();
+    const Lookahead ahead = collector.Look(places_[i], n_steps_);
+    rewards[i] = static_cast<float>(ahead.reward);
+    discounts[i] = ahead.discount;
+    next_masks[i] = ahead.next_mask;
+    if (priorities != nullptr) weights[i] = priorities->Weight(places_[i], beta);
+    collector.Encode(ahead.next_observation, next_features.data() + i * features_);
+  }
+}
+
+void ReplayMinibatch::Gather(const LossBlock& block) const {
+  for (std::int64_t r = 0; r < block.rows; ++r) {
+    const std::int64_t place = places_[static_cast<std::size_t>(block.first_row + r)];
+    collector_->Encode(collector_->replay().observation(place),
+                       block.inputs[0] + static_cast<std::size_t>(r) * features_);
+  }
+}
+
+void ReplayMinibatch::SetPriorities() {
+  Priorities* priorities = collector_->replay().priorities();
+  if (priorities == nullptr) return;
+  for (std::size_t i = 0; i < places_.size(); ++i) priorities->Update(places_[i], static_cast<double>(errors[i]));
+}
+
+}  // namespace consac::learn
