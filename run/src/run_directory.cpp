@@ -13,6 +13,7 @@
 #include "consac/base/text.h"
 #include "consac/model/model_file.h"
 #include "consac/run/path.h"
+#include "row_segments.h"
 #include "system/system.h"
 
 namespace consac::run {
@@ -55,7 +56,7 @@ bool IsHalfWritten(std::string_view name) {
   if (at == std::string_view::npos) return false;
   const std::string_view number = name.substr(at + kHalfWritten.size()), of = name.substr(0, at);
   const bool numbered = !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
-  return numbered && (of.ends_with(kModelEnd) || IsRunsFile(of));
+  return numbered && (of.ends_with(kModelEnd) || of.ends_with(kSegmentEnd) || IsRunsFile(of));
 }
 
 // What is there before config.yaml is, which is a run's first file.
@@ -97,7 +98,7 @@ void RemoveRun(const std::string& path) {
   for (const std::string_view name : kRunFiles) Remove(path + "/" + std::string(name));
   for (const std::string_view name : kBehaviourFiles) Remove(path + "/" + std::string(name));
   for (const std::string& name : FilesIn(path + "/checkpoints")) {
-    if (IsCheckpoint(name)) Remove(path + "/checkpoints/" + name);
+    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd)) Remove(path + "/checkpoints/" + name);
   }
   for (const std::string& logs : FilesIn(path + "/tensorboard")) {  // PPO2_1, PPO2_2
     const std::string folder = path + "/tensorboard/" + logs;
@@ -177,6 +178,9 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   return std::unique_ptr<RunDirectory>(new RunDirectory(path, lock));
 }
 
+RunDirectory::RunDirectory(std::string path, int lock)
+    : path_(std::move(path)), lock_(lock), segments_(std::make_unique<RowSegments>(path_ + "/checkpoints")) {}
+
 RunDirectory::~RunDirectory() {
   Close(lock_);
 }
@@ -209,6 +213,7 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   std::vector<std::string> all = Checkpoints();
   for (; !all.empty() && all.back() != path; all.pop_back()) Remove(all.back());
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) Remove(all[i]);
+  segments_->Committed(keep);
   return Status::Ok();
 }
 
@@ -216,7 +221,13 @@ Result<StateMap> RunDirectory::LoadCheckpoint() const {
   std::vector<std::string> all = Checkpoints();
   for (auto path = all.rbegin(); path != all.rend(); ++path) {
     const Result<ModelFile> file = ModelFile::Load(*path);
-    if (file.ok()) return file->TakeState();
+    if (file.ok()) {
+      StateMap state = file->TakeState();
+      const Status whole = segments_->Check(state);
+      if (whole.ok()) return state;
+      Log(LogLevel::kWarning, "passing over checkpoint '" + *path + "': " + whole.message());
+      continue;
+    }
     if (!ReadRegularFile(*path).ok()) {
       return Status{StatusCode::kDataLoss, "checkpoint '" + *path + "' cannot be read (" + file.status().message() +
                                                "), and may be whole; make it readable, or take it away"};

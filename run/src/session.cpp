@@ -54,6 +54,10 @@ void TellBegin(const RunConfig& config, const std::string& where, Training& trai
     training.report().Line(fmt::format("training {} on {} for {} steps, seed {}, {} kernels -> {}/{}", config.algorithm,
                                        where, steps, config.seed, nn::InstructionSet(), config.directory, config.name));
   }
+  if (const std::int64_t bytes = training.memory_bytes(); bytes > 0 && (config.table || config.progress)) {
+    training.report().Line(
+        fmt::format("what is remembered takes up to {} MiB of memory as it fills", (bytes + (1 << 20) - 1) >> 20));
+  }
   if (!config.quiet && steps < rollout) {
     training.report().Line(fmt::format(
         "warning: {} steps are fewer than the {} of one rollout, so nothing will be learned; raise --steps or lower "

@@ -7,7 +7,7 @@
 
 namespace consac::run {
 
-/// Adds up the bytes of an object's state.
+/// Adds up the bytes of an object's state. Of rows that are streamed (row_segments.h) one counts: they go by in pieces.
 class StateSize final : public Archive {
  public:
   bool loading() const override { return false; }
@@ -16,6 +16,7 @@ class StateSize final : public Archive {
  protected:
   void OnField(std::string_view, DType dtype, void*, std::size_t count) override { bytes_ += count * SizeOf(dtype); }
   std::uint64_t OnCount(std::string_view, DType) override { return 0; }
+  void OnRows(const std::string&, StateRows& rows) override { bytes_ += rows.row_bytes(); }
 
  private:
   std::size_t bytes_ = 0;

@@ -14,7 +14,8 @@ struct Trainee {
   std::unique_ptr<learn::Learner> learner;
   EpisodeSums episodes;
   DataWatch watch;
-  std::int64_t reports = 0, saved_updates = 0;  // the learner's, when it was last looked at and saved
+  std::int64_t reports = 0;                         // the learner's, when it was last looked at
+  std::int64_t saved_updates = 0, saved_steps = 0;  // and when it was last saved
 };
 
 }  // namespace consac::run

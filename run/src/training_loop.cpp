@@ -22,6 +22,12 @@ std::int64_t Training::steps() const {
   return sum;
 }
 
+std::int64_t Training::memory_bytes() const {
+  std::int64_t sum = 0;
+  for (const Trainee& trainee : trainees_) sum += trainee.learner->memory_bytes();
+  return sum;
+}
+
 // Of config_.steps, the steps of one behaviour's agents: what its learner's schedules run over.
 std::int64_t Training::ShareOfSteps(std::int64_t slots) const {
   const double share = static_cast<double>(slots) / static_cast<double>(slots_);
@@ -59,7 +65,8 @@ Status Training::MakeLearners() {
     if (!learner.ok()) return learner.status();
     StateSize taken;
     (*learner)->Visit(taken);
-    bytes_left = std::max<std::int64_t>(0, bytes_left - static_cast<std::int64_t>(taken.bytes()));
+    bytes_left =
+        std::max<std::int64_t>(0, bytes_left - (*learner)->memory_bytes() - static_cast<std::int64_t>(taken.bytes()));
     trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots, b),
                          DataWatch(behaviour, DataWatchOptions::Of(config_, spec()))});
   }
@@ -281,6 +288,7 @@ Status Training::Loop() {
     }
     CONSAC_RETURN_IF_ERROR(Handle(outcome));
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
+    ReportUpdates();  // of a learner that reports without learning just now
     for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
     CONSAC_RETURN_IF_ERROR(reserve_->health());
     if (config_.eval_every > 0 || goal_.has_value()) CONSAC_RETURN_IF_ERROR(EvaluateIfDue());

@@ -53,6 +53,8 @@ class Training {
   Report& report() { return *report_; }
   /// Agent steps that a round of learning needs.
   std::int64_t steps_per_update() const { return trainees_[0].learner->steps_per_update(); }
+  /// Bytes that what the learners remember takes once full.
+  std::int64_t memory_bytes() const;
   /// As resolved.
   const RunConfig& config() const { return config_; }
 

@@ -8,6 +8,7 @@
 #include "consac/base/names.h"
 #include "consac/nn/kernels.h"
 #include "consac/run/path.h"
+#include "row_segments.h"
 #include "state_size.h"
 #include "training_loop.h"
 
@@ -77,7 +78,7 @@ Status Training::Restore() {
   }
   restored_ = true;
   CONSAC_RETURN_IF_ERROR(OpenReport(true));
-  StateReader reader(*state);
+  CheckpointReader reader(*state, directory_->segments());
   Visit(reader);
   if (!reader.status().ok())
     return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
@@ -85,6 +86,7 @@ Status Training::Restore() {
     trainees_[i].learner->SetTotalSteps(ShareOfSteps(trainees_[i].episodes.slots()));
     trainees_[i].reports = trainees_[i].learner->reports();
     trainees_[i].saved_updates = trainees_[i].learner->updates();
+    trainees_[i].saved_steps = trainees_[i].learner->steps();
   }
   if (!config_.quiet) report_->Line("going on from step " + std::to_string(restored_steps_));
   return Status::Ok();
@@ -92,9 +94,12 @@ Status Training::Restore() {
 
 bool Training::CheckpointDue() const {
   std::int64_t unsaved = 0;  // updates of the behaviour that has made most of them
-  for (const Trainee& trainee : trainees_)
+  bool remembered = false;   // steps that are learned from later, over and over
+  for (const Trainee& trainee : trainees_) {
     unsaved = std::max(unsaved, trainee.learner->updates() - trainee.saved_updates);
-  if (unsaved == 0) return false;  // between updates there is nothing new to lose
+    remembered = remembered || (trainee.learner->memory_bytes() > 0 && trainee.learner->steps() != trainee.saved_steps);
+  }
+  if (unsaved == 0 && !remembered) return false;  // between updates a rollout is all there is to lose
   if (config_.checkpoint_every_updates > 0) return unsaved >= config_.checkpoint_every_updates;
   return config_.checkpoint_every_s > 0 && Now() - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
 }
@@ -115,7 +120,10 @@ Status Training::Save() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   const Status checkpoint = Checkpoint(), model = SaveModels(directory_->path());
   checkpoint_time_ = Now();
-  for (Trainee& trainee : trainees_) trainee.saved_updates = trainee.learner->updates();
+  for (Trainee& trainee : trainees_) {
+    trainee.saved_updates = trainee.learner->updates();
+    trainee.saved_steps = trainee.learner->steps();
+  }
   TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
   TellFailure("the model", model, &model_failed_);
   return checkpoint.ok() ? model : checkpoint;
@@ -131,7 +139,8 @@ void Training::TellFailure(const std::string& what, const Status& status, bool* 
 }
 
 Status Training::Checkpoint() {
-  StateWriter writer;
+  CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
+  CheckpointWriter writer(directory_->segments());
   std::int64_t at = steps();
   std::string instruction_set(nn::InstructionSet());
   writer("steps", at);

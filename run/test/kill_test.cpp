@@ -38,18 +38,19 @@ bool RunExists(const RunConfig& config) {
   return std::filesystem::exists(config.directory + "/" + config.name + "/config.yaml");
 }
 
-TEST(Kill, AtAnyMomentLosesNothing) {
+/// Kills trainings like `small` for `seconds` at least.
+void ExpectKillsToLoseNothing(RunConfig (*small)(const std::string&, const std::string&), int seconds) {
   testing::ScratchFolder scratch("kill");
   const auto began = Clock::now();
-  const Result<RunSummary> whole = Train(SmallRun(scratch.path(), "whole"), kNeverStop);
+  const Result<RunSummary> whole = Train(small(scratch.path(), "whole"), kNeverStop);
   ASSERT_TRUE(whole.ok()) << whole.status().message();
   const auto length = std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - began);
 
   std::mt19937 random(20210531);
   int kills = 0, runs = 0, models = 0;
-  const auto end = Clock::now() + std::chrono::seconds(12);
+  const auto end = Clock::now() + std::chrono::seconds(seconds);
   while (runs == 0 || kills < 5 || Clock::now() < end) {
-    RunConfig config = SmallRun(scratch.path(), "killed" + std::to_string(runs));
+    RunConfig config = small(scratch.path(), "killed" + std::to_string(runs));
     config.checkpoint_every_updates = 1 + random() % 3;
     // Lives grow with every death, so that a slow machine finishes too.
     std::uniform_int_distribution<std::int64_t> life(0, length.count());
@@ -74,9 +75,17 @@ TEST(Kill, AtAnyMomentLosesNothing) {
     ASSERT_EQ(summary->weights_hash, whole->weights_hash) << "run " << runs << " after " << kills << " kills in all";
   }
   EXPECT_GT(models, 0) << "of " << kills << " killed trainings none had left a model";
-  RecordProperty("kills", kills);
+  ::testing::Test::RecordProperty("kills", kills);
   std::printf("%d kills over %d runs, all ended in weights %016llx\n", kills, runs,
               static_cast<unsigned long long>(whole->weights_hash));
+}
+
+TEST(Kill, AtAnyMomentLosesNothing) {
+  ExpectKillsToLoseNothing(SmallRun, 12);
+}
+
+TEST(Kill, AtAnyMomentLosesNothingOfAReplay) {
+  ExpectKillsToLoseNothing(SmallReplayRun, 8);
 }
 
 }  // namespace

@@ -30,4 +30,14 @@ inline RunConfig SmallRun(const std::string& directory, const std::string& name 
   return config;
 }
 
+/// One that learns from a replay, which is full long before its end and is drawn from by priority.
+inline RunConfig SmallReplayRun(const std::string& directory, const std::string& name = "small") {
+  RunConfig config = SmallRun(directory, name);
+  config.algorithm = "dqn";
+  config.hyperparameters = {{"buffer_size", "500"},           {"learning_starts", "100"}, {"net_arch", "[16]"},
+                            {"prioritized_replay", "true"},   {"n_steps", "3"},           {"param_noise", "true"},
+                            {"target_update_interval", "64"}, {"norm_obs", "true"},       {"norm_reward", "true"}};
+  return config;
+}
+
 }  // namespace consac::run

@@ -290,6 +290,11 @@ TEST(Training, InterruptedAnywhereA2cEndsInTheSameWeightsToo) {
   ExpectPiecesToEndAsTheWhole(config);
 }
 
+TEST(Training, InterruptedAnywhereDqnEndsInTheSameWeightsReplayIncluded) {
+  testing::ScratchFolder scratch("interrupt_dqn");
+  ExpectPiecesToEndAsTheWhole(SmallReplayRun(scratch.path(), "whole"));
+}
+
 TEST(Training, BadConfigurationsAreRefusedBeforeAnythingIsWritten) {
   testing::ScratchFolder scratch("bad");
   const auto error = [&](auto&& change) {

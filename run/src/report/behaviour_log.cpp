@@ -98,7 +98,7 @@ void BehaviourLog::FillSb2(const UpdateReport& update, const Moment& now) {
 // Source: Stable Baselines3, on_policy_algorithm.py: fps and time_elapsed are of the whole training.
 void BehaviourLog::FillSb3(const UpdateReport& update, const Moment& now) {
   Put("time/fps", static_cast<double>(now.steps) / std::max(now.seconds, 1e-9), CellKind::kInteger);
-  Put("time/iterations", static_cast<double>(update.updates), CellKind::kInteger);
+  if (update.steps_per_update > 0) Put("time/iterations", static_cast<double>(update.updates), CellKind::kInteger);
   Put("time/time_elapsed", now.seconds, CellKind::kInteger);
   if (episodes_.count() == 0) return;
   Put("rollout/ep_len_mean", episodes_.mean_length(), CellKind::kDouble);

@@ -11,6 +11,8 @@
 
 namespace consac::run {
 
+class RowSegments;
+
 /// What to do with a run's name that exists.
 enum class ExistingRun : std::uint8_t { kRefuse, kResume, kOverwrite };
 
@@ -38,16 +40,19 @@ class RunDirectory {
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
   Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
                         std::int64_t keep) const;
-  /// The newest checkpoint that is whole; damaged ones are passed over with a warning. kNotFound when there is
-  /// none, kDataLoss when there are some and none is whole, or one cannot be read: it may well be whole.
+  /// The segments that checkpoints name; what was written there belongs to the next SaveCheckpoint.
+  RowSegments& segments() const { return *segments_; }
+  /// The newest checkpoint that is whole, with its segments; damaged ones are passed over with a warning. kNotFound
+  /// when there is none, kDataLoss when there are some and none is whole, or one cannot be read: it may well be whole.
   Result<StateMap> LoadCheckpoint() const;
 
  private:
-  RunDirectory(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+  RunDirectory(std::string path, int lock);
   std::vector<std::string> Checkpoints() const;
 
   std::string path_;
   int lock_;
+  std::unique_ptr<RowSegments> segments_;
 };
 
 }  // namespace consac::run

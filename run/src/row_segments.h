@@ -1,0 +1,79 @@
+#pragma once
+// State too large to copy (a replay) on disk: rows in segments that are appended to and never change, beside the
+// checkpoints that name them. A checkpoint writes what has come since the last one, straight from where it lies; no
+// copy of the whole is ever made. Layout: docs/runs.md. Private to run.
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "consac/base/archive.h"
+
+namespace consac::run {
+
+/// Ends the names of segments.
+inline constexpr std::string_view kSegmentEnd = ".rows";
+
+/// One file of rows [begin, end).
+struct Segment {
+  std::int64_t begin = 0, end = 0;
+  std::uint64_t digest = 0;  ///< of its contents: a file of another time does not pass for it
+  friend bool operator==(const Segment&, const Segment&) = default;
+};
+
+/// The segments of a run. A checkpoint names those that it needs; a file that none of the latest checkpoints needs
+/// goes.
+class RowSegments {
+ public:
+  /// In the folder of the checkpoints. What is there already is kept until `keep` checkpoints have followed.
+  explicit RowSegments(std::string folder) : folder_(std::move(folder)) {}
+
+  /// Writes what of `rows` is new since the last time and lists all segments that hold some of it.
+  Status Write(const std::string& path, StateRows& rows, std::vector<Segment>* all);
+  /// Reads [rows.first_row(), end) back, after BeginRows.
+  Status Read(const std::string& path, std::int64_t end, StateRows& rows, const std::vector<Segment>& all);
+  /// Ok when every segment that `state` names is there and whole.
+  Status Check(const StateMap& state) const;
+  /// A checkpoint that names what was written or read since the last call is on disk; deletes what none of the latest
+  /// `keep` needs.
+  void Committed(std::int64_t keep);
+
+ private:
+  std::string FileOf(const std::string& path, const Segment& segment) const;
+
+  std::string folder_;
+  std::map<std::string, std::vector<Segment>> segments_;  // by path: what the next checkpoint names
+  std::deque<std::set<std::string>> held_;                // files that each of the latest checkpoints needs
+  bool looked_ = false;                                   // at what was there already
+};
+
+/// Collects a state for a checkpoint; rows go into segments.
+class CheckpointWriter final : public StateWriter {
+ public:
+  /// Into `segments`.
+  explicit CheckpointWriter(RowSegments& segments) : segments_(segments) {}
+
+ protected:
+  void OnRows(const std::string& path, StateRows& rows) override;
+
+ private:
+  RowSegments& segments_;
+};
+
+/// Reads a checkpoint back.
+class CheckpointReader final : public StateReader {
+ public:
+  /// From `fields` and `segments`.
+  CheckpointReader(const StateMap& fields, RowSegments& segments) : StateReader(fields), segments_(segments) {}
+
+ protected:
+  void OnRows(const std::string& path, StateRows& rows) override;
+
+ private:
+  RowSegments& segments_;
+};
+
+}  // namespace consac::run

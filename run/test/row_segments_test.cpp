@@ -1,0 +1,166 @@
+// Rows that are too many to copy: a checkpoint writes what is new, every checkpoint that stays can be read back whole,
+// what none of them needs goes, and a damaged segment makes its checkpoint be passed over.
+#include "row_segments.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "consac/run/run_directory.h"
+#include "tests/support.h"
+
+namespace consac::run {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// The latest `most` of a row of numbers.
+class Numbers final : public StateRows {
+ public:
+  Numbers(std::int64_t most, std::size_t row_bytes) : most_(most), row_bytes_(row_bytes) {}
+  void Add(std::int64_t count) {
+    for (; count > 0; --count, ++end_) numbers_[end_] = 7 * end_ + salt;
+    Forget();
+  }
+  std::size_t row_bytes() const override { return row_bytes_; }
+  std::int64_t first_row() const override { return first_; }
+  std::int64_t end_row() const override { return end_; }
+  void CopyRows(std::int64_t from, std::int64_t count, std::byte* to) const override {
+    for (std::int64_t row = from; row < from + count; ++row, to += row_bytes_) {
+      std::memset(to, 0, row_bytes_);
+      std::memcpy(to, &numbers_.at(row), sizeof(std::int64_t));
+      copied += 1;
+    }
+  }
+  bool BeginRows(std::int64_t first, std::int64_t end) override {
+    numbers_.clear();
+    first_ = end_ = first;
+    return end - first <= most_;
+  }
+  bool TakeRows(std::int64_t count, const std::byte* rows) override {
+    for (; count > 0; --count, rows += row_bytes_) std::memcpy(&numbers_[end_++], rows, sizeof(std::int64_t));
+    return end_ - first_ <= most_;
+  }
+  void Visit(Archive& archive) { archive("rows", static_cast<StateRows&>(*this)); }
+
+  std::int64_t salt = 0;
+  mutable std::int64_t copied = 0;
+
+ private:
+  void Forget() {
+    for (; end_ - first_ > most_; ++first_) numbers_.erase(first_);
+  }
+  std::int64_t most_, first_ = 0, end_ = 0;
+  std::size_t row_bytes_;
+  std::map<std::int64_t, std::int64_t> numbers_;
+};
+
+std::unique_ptr<RunDirectory> Open(const std::string& folder, ExistingRun existing) {
+  auto directory = RunDirectory::Open(folder, "run", existing);
+  EXPECT_TRUE(directory.ok()) << directory.status().message();
+  std::ofstream(folder + "/run/config.yaml") << "x: 1\n";
+  return directory.ok() ? std::move(*directory) : nullptr;
+}
+
+Status Save(RunDirectory& directory, Numbers& numbers, std::int64_t keep) {
+  CheckpointWriter writer(directory.segments());
+  writer("numbers", numbers);
+  if (!writer.status().ok()) return writer.status();
+  return directory.SaveCheckpoint(numbers.end_row(), writer.fields(), "{}", keep);
+}
+
+Status Load(RunDirectory& directory, Numbers& numbers) {
+  const Result<StateMap> state = directory.LoadCheckpoint();
+  if (!state.ok()) return state.status();
+  CheckpointReader reader(*state, directory.segments());
+  reader("numbers", numbers);
+  return reader.status();
+}
+
+std::vector<std::string> SegmentFiles(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder + "/run/checkpoints")) {
+    if (entry.path().extension() == kSegmentEnd) files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+TEST(RowSegments, ACheckpointWritesWhatIsNewAndIsReadBackWhole) {
+  testing::ScratchFolder scratch("segments");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(2500, 4000);  // segments below 1049 rows are small
+  for (const std::int64_t more : {0, 1, 1200, 1100, 3, 2, 1, 1, 2000, 1500, 0, 12}) {
+    numbers.Add(more);
+    numbers.copied = 0;
+    ASSERT_TRUE(Save(*directory, numbers, 2).ok());
+    EXPECT_LE(numbers.copied, more + 20) << "what is there already is not written again";
+    Numbers again(2500, 4000);
+    const Status loaded = Load(*directory, again);
+    ASSERT_TRUE(loaded.ok()) << loaded.message();
+    EXPECT_EQ(HashState(numbers), HashState(again)) << more;
+  }
+  EXPECT_LE(SegmentFiles(scratch.path()).size(), 6u) << "what no checkpoint needs is gone";
+}
+
+TEST(RowSegments, ManySmallStepsMakeFewFiles) {
+  testing::ScratchFolder scratch("small");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(3000, 16);
+  for (int i = 0; i < 80; ++i) {
+    numbers.Add(1 + i % 7);
+    ASSERT_TRUE(Save(*directory, numbers, 1).ok());
+  }
+  EXPECT_LE(SegmentFiles(scratch.path()).size(), 12u);
+  EXPECT_LE(numbers.copied, 80 * 4 * 10) << "each row a few times";
+}
+
+TEST(RowSegments, ADamagedOneMakesItsCheckpointBePassedOver) {
+  testing::ScratchFolder scratch("damaged");
+  std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(2500, 4000), before(2500, 4000);
+  numbers.Add(1100);
+  before.Add(1100);
+  ASSERT_TRUE(Save(*directory, numbers, 3).ok());
+  numbers.Add(500);
+  ASSERT_TRUE(Save(*directory, numbers, 3).ok());
+  const std::string newest = SegmentFiles(scratch.path()).back();
+  std::fstream file(newest, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(100000);
+  file.put('x');
+  file.close();
+  directory.reset();
+  directory = Open(scratch.path(), ExistingRun::kResume);
+  Numbers again(2500, 4000);
+  ASSERT_TRUE(Load(*directory, again).ok());
+  EXPECT_EQ(HashState(before), HashState(again)) << "of the checkpoint before";
+  // It goes on otherwise than it did then.
+  again.salt = 1;
+  again.Add(500);
+  ASSERT_TRUE(Save(*directory, again, 3).ok());
+  Numbers last(2500, 4000);
+  ASSERT_TRUE(Load(*directory, last).ok());
+  EXPECT_EQ(HashState(again), HashState(last));
+  fs::remove(SegmentFiles(scratch.path()).front());
+  EXPECT_THAT(Load(*directory, last).message(), HasSubstr("whole"));
+}
+
+TEST(RowSegments, AnotherRowSizeIsRefusedAndForceClearsThem) {
+  testing::ScratchFolder scratch("force");
+  std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(50, 64), wider(50, 128), fewer(10, 64);
+  numbers.Add(40);
+  ASSERT_TRUE(Save(*directory, numbers, 3).ok());
+  EXPECT_EQ(Load(*directory, wider).code(), StatusCode::kDataLoss);
+  EXPECT_THAT(Load(*directory, fewer).message(), HasSubstr("'numbers/rows'"));
+  directory.reset();
+  directory = Open(scratch.path(), ExistingRun::kOverwrite);
+  EXPECT_TRUE(SegmentFiles(scratch.path()).empty());
+}
+
+}  // namespace
+}  // namespace consac::run
