@@ -35,7 +35,7 @@ static FString PackedProgram()
 
 // Whether an argument in quotes keeps its blanks: but on Windows, the engine takes its line apart at blanks, in quotes too, and
 // puts it together with one for several.
-static bool KeepsBlanks(const std::string& Text)
+static bool KeepsBlanks([[maybe_unused]] const std::string& Text)
 {
 #if PLATFORM_WINDOWS
 	return true;
