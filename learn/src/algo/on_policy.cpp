@@ -27,7 +27,12 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
   nn::ActorCriticOptions layers = own.network;
   layers.observation_size = behaviour.observation_layout.feature_count;
   layers.action_size = HeadSize(behaviour.action_layout);
-  Result<nn::Network> network = nn::Network::Create(nn::ActorCritic(layers));
+  // Images are divided by 255, as in Stable Baselines3, but where a normaliser has made other numbers of them.
+  const bool normalised = own.rollout.normalise.norm_obs;
+  Result<nn::NetworkSpec> spec = normalised ? Result<nn::NetworkSpec>(nn::ActorCritic(layers))
+                                            : nn::ActorCritic(behaviour.observation_layout, layers, {});
+  if (!spec.ok()) return spec.status();
+  Result<nn::Network> network = nn::Network::Create(std::move(*spec));
   if (!network.ok()) return network.status();
   CONSAC_RETURN_IF_ERROR(CheckActivations(*network));  // or what was learned could not be loaded
   // The parameters and packed forms of them to act and to learn, the optimiser's two columns, the initialisation in

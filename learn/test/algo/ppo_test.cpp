@@ -211,6 +211,23 @@ TEST(Ppo, TerminatedWinsWhereTruncatedIsSetToo) {
   EXPECT_NE(learned[0], learned[2]);
 }
 
+TEST(Ppo, ImagesAreDividedBy255UnlessTheyAreNormalised) {
+  const Algorithm* algorithm = *FindAlgorithm("ppo");
+  LearnerOptions options;
+  options.behaviour = BehaviourSpec::Of("default", *Space::Box(0, 255, {4, 4, 3}, DType::kU8), *Space::Discrete(2), 1);
+  HyperparameterSet values(algorithm->hyperparameters);
+  ASSERT_TRUE(values.Set("n_steps", "64").ok());
+  for (const char* normalise : {"false", "true"}) {
+    ASSERT_TRUE(values.Set("norm_obs", normalise).ok());
+    const auto learner = algorithm->create(options, values);
+    ASSERT_TRUE(learner.ok()) << learner.status().message();
+    const PolicyData model = (*learner)->Snapshot();
+    const nn::Block& first = model.network.blocks[0];
+    EXPECT_EQ(first.attributes.Number("divide_by") == 255.0, std::string_view(normalise) == "false");
+    EXPECT_TRUE(Policy::Create(model, 1).ok());
+  }
+}
+
 TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
   IdentityEnv env(*Space::Discrete(3), 3);
   const Algorithm* algorithm = *FindAlgorithm("ppo2");

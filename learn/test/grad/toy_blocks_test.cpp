@@ -172,6 +172,36 @@ TEST(ToyMemory, KeepsAStatePerSlotUntilAnEpisodeBegins) {
   for (std::size_t i = 4; i < 8; ++i) EXPECT_EQ(states[i], 0.0f);  // slot 1 never acted
 }
 
+// A policy acts for agents that stay: what a slot remembers is its own, also from a file, and ends with its episode.
+TEST(ToyMemory, APolicyRemembersForEachOfItsSlots) {
+  PolicyData data;
+  data.observation_space = *Space::Box(-1, 1, {3});
+  data.action_space = *Space::Discrete(2);
+  const nn::Network network = MemoryNetwork();
+  data.network = network.spec();
+  data.parameters = RandomParameters(network, 0);
+  auto made = Policy::Create(data, 4);
+  ASSERT_TRUE(made.ok()) << made.status().message();
+  auto loaded = Policy::FromBytes(made->ToFile(1).Serialise(), 4);
+  ASSERT_TRUE(loaded.ok()) << loaded.status().message();
+  EXPECT_TRUE(loaded->recurrent());
+  const std::int32_t both[] = {1, 3}, first[] = {0};
+  Rng rng(2, 2);
+  for (int t = 0; t < 9; ++t) {
+    float rows[6];
+    for (float& value : rows) value = rng.Normal();
+    const std::uint8_t begins[] = {0, static_cast<std::uint8_t>(t == 4)};
+    std::int32_t actions[2] = {-1, -1}, action = -1;
+    made->Act({.observations = reinterpret_cast<const std::byte*>(rows), .rows = 2, .slots = both, .begins = begins},
+              ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(actions));
+    loaded->Act(
+        {.observations = reinterpret_cast<const std::byte*>(rows + 3), .rows = 1, .slots = first, .begins = begins + 1},
+        ActionMode::kDeterministic, rng, reinterpret_cast<std::byte*>(&action));
+    EXPECT_EQ(action, actions[1]);
+    ASSERT_EQ(std::memcmp(loaded->head().data(), made->head().data() + 2, 2 * sizeof(float)), 0) << t;
+  }
+}
+
 constexpr std::int64_t kSteps = 6;
 
 /// Sequences of kSteps with a begin in their midst; the loss weighs every output.
