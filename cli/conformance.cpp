@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cstring>
 #include <map>
@@ -11,10 +12,10 @@
 #include <utility>
 
 #include "cli/conformance_frames.h"
+#include "cli/conformance_payloads.h"
 #include "consac/base/json.h"
 #include "consac/base/text.h"
 #include "consac/protocol/result_check.h"
-#include "consac/space/layout.h"
 
 namespace consac::cli {
 namespace {
@@ -24,105 +25,6 @@ using protocol2::Frame;
 using protocol2::FrameType;
 
 constexpr int kReconnects = 100;
-
-/// Payloads of RESET and STEP for what a SPEC offers, right ones and wrong ones.
-class Payloads {
- public:
-  Payloads() = default;
-  explicit Payloads(const EnvSpec& env) : env_(&env), blocks_(env) {}
-
-  /// What the cases call `kind`. `result`: the latest RESULT, whose masks say what is legal.
-  std::string Of(const std::string& kind, const std::string& result) const {
-    if (kind == "empty") return "";
-    if (kind == "none") return Reset(0, 0);
-    if (kind == "all") return Reset(0, 1);
-    if (kind == "two reset") return With(Reset(0, 1), protocol2::kActiveOffset, 2);
-    if (kind == "first reset") return OnlyFirst(Reset(0, 0), 1);
-    if (kind == "unknown flag") return With(Reset(0, 1), 0, 64);
-    if (kind == "seeded") return Reset(protocol2::kWithSeeds, 1);
-    if (kind == "negative seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.seeds + 7, 0x80);
-    if (kind == "options") return Options("{\"difficulty\":1}");
-    if (kind == "bad options") return Options("{\"difficulty\"");
-    if (kind == "short reset") return Reset(0, 1).substr(0, blocks_.seeds - 8);
-    if (kind == "long reset") return Reset(0, 1) + std::string(8, '\0');
-    if (kind == "short") return Step(1, result).substr(0, blocks_.step_bytes - 1);
-    if (kind == "long") return Step(1, result) + std::string(8, '\0');
-    if (kind == "nonzero") return With(Step(1, result), 4, 1);
-    if (kind == "two") return With(Step(1, result), protocol2::kActiveOffset, 2);
-    if (kind == "first") return OnlyFirst(Step(0, result), 1);
-    if (kind == "others") return OnlyFirst(Step(1, result), 0);
-    if (kind == "illegal") return Illegal(Step(1, result));
-    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0));
-    return Step(1, result);
-  }
-
-  /// RESET of the environments for which `chosen` is true.
-  template <class Chosen>
-  std::string ResetWhere(Chosen chosen) const {
-    std::string payload = Reset(0, 0);
-    for (std::size_t i = 0; i < blocks_.environments; ++i)
-      payload[protocol2::kActiveOffset + i] = static_cast<char>(chosen(i));
-    return payload;
-  }
-
- private:
-  static std::string With(std::string payload, std::size_t at, int value) {
-    payload[at] = static_cast<char>(value);
-    return payload;
-  }
-  static std::string OnlyFirst(std::string payload, int value) {
-    return With(std::move(payload), protocol2::kActiveOffset, value);
-  }
-
-  std::string Reset(std::uint32_t flags, int chosen) const {
-    const bool seeded = (flags & protocol2::kWithSeeds) != 0;
-    std::string payload(seeded ? blocks_.options : blocks_.seeds, '\0');
-    std::memcpy(payload.data(), &flags, sizeof(flags));
-    std::memset(payload.data() + protocol2::kActiveOffset, chosen, blocks_.environments);
-    for (std::size_t i = 0; seeded && i < blocks_.environments; ++i) {
-      const std::uint64_t seed = 11 + i;
-      std::memcpy(payload.data() + blocks_.seeds + i * sizeof(seed), &seed, sizeof(seed));
-    }
-    return payload;
-  }
-
-  std::string Options(const std::string& text) const {
-    std::string payload = With(Reset(0, 1), 0, protocol2::kWithOptions);
-    const auto length = static_cast<std::uint32_t>(text.size());
-    payload.append(reinterpret_cast<const char*>(&length), sizeof(length)).append(text);
-    payload.resize(protocol2::AlignBlock(payload.size()));
-    return payload;
-  }
-
-  /// Legal actions, the same each time.
-  std::string Step(int chosen, const std::string& result) const {
-    std::string payload(blocks_.step_bytes, '\0');
-    std::memset(payload.data() + protocol2::kActiveOffset, chosen, blocks_.environments);
-    Rng rng(1, StreamId("conformance"));
-    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
-      const BehaviourSpec& behaviour = env_->behaviours[b];
-      const Layout& layout = behaviour.action_layout;
-      auto* row = reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[b].actions;
-      const auto* mask = reinterpret_cast<const std::uint8_t*>(result.data()) + blocks_.behaviours[b].masks;
-      for (std::int32_t slot = 0; slot < behaviour.slots; ++slot, row += layout.row_bytes, mask += layout.mask_bytes) {
-        SampleRow(layout, rng, row);
-        if (behaviour.masks_actions && result.size() >= blocks_.result_bytes) MakeLegal(layout, mask, row);
-      }
-    }
-    return payload;
-  }
-
-  std::string Illegal(std::string payload) const {
-    const Leaf& leaf = env_->behaviours[0].action_layout.leaves[0];
-    const bool box = leaf.space.kind() == SpaceKind::kBox;
-    WriteElement(leaf, reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[0].actions, 0,
-                 box ? std::numeric_limits<double>::quiet_NaN() : 100000.0);
-    return payload;
-  }
-
-  const EnvSpec* env_ = nullptr;
-  protocol2::Blocks blocks_;
-};
 
 /// One case under way.
 class Conversation {
@@ -148,6 +50,7 @@ class Conversation {
     if (step.contains("play")) return Play(step["play"]);
     if (step.contains("reconnect")) return Reconnect();
     if (step.contains("connect")) return ConnectAgain();
+    if (step.contains("beside")) return KnockBeside();
     return DoExpect(step["expect"]);
   }
 
@@ -155,11 +58,11 @@ class Conversation {
   bool over() const { return over_; }
 
  private:
-  Status Send(FrameType type, std::uint64_t request, const std::string& payload) {
-    return Write(WholeFrame(type, request, session_, payload, crc_));
-  }
-  Status Write(const std::string& bytes) {
-    return transport_->Write(std::as_bytes(std::span(bytes)), kConformancePatience);
+  Status Send(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object()) {
+    const std::uint32_t session = how.contains("no_session")      ? 0
+                                  : how.contains("other_session") ? session_ + 1
+                                                                  : session_;
+    return writer_.Write(*transport_, how, WholeFrame(type, request, session, payload, crc_));
   }
 
   /// What has ended without BYE is kept for a while; an engine of few sessions would have none for the next case.
@@ -182,31 +85,54 @@ class Conversation {
     return Connect();
   }
 
+  /// A second trainer, while this one is there: it is served or told that there is no room.
+  Status KnockBeside() const {
+    Conversation other(endpoint_, token_);
+    CONSAC_RETURN_IF_ERROR(other.Connect());
+    CONSAC_RETURN_IF_ERROR(other.SayHello());
+    const Result<Frame> answer = other.Next();
+    if (!answer.ok()) return Failed("a second HELLO: " + answer.status().message());
+    if (answer->header.type == FrameType::kWelcome) return Status::Ok();
+    const Result<protocol2::ErrorMessage> error = protocol2::ParseError(answer->payload);
+    const bool full = answer->header.type == FrameType::kError && error.ok() && error->code == "CAPACITY";
+    return full ? Status::Ok() : Failed("a second HELLO is answered with neither WELCOME nor CAPACITY");
+  }
+
   Status DoSend(const Case& what) {
-    if (what.contains("hex")) return Write(FromHex(what["hex"]));
+    if (what.contains("hex"))
+      return writer_.Write(*transport_, what, FromHex(what["hex"]) + std::string(what.value("zeros", 0u), '\0'));
     std::string payload;
     if (what.contains("json")) {
       Case value = what["json"];
       if (what["type"] == "HELLO" && !token_.empty()) value["token"] = token_;
       if (what.contains("resume") && resume_.empty()) over_ = true;
       if (what.contains("resume")) value["resume"] = resume_;
+      if (what.contains("expect")) value["expect"] = what["expect"] == "offered" ? offered_ : WithFractions(offered_);
       payload = JsonText(value);
     }
     if (what.contains("text")) payload = what["text"];
     if (what.contains("payload")) payload = payloads_.Of(what["payload"], result_);
     const std::uint64_t request = what["request"] == "next" ? request_ + 1 : what["request"].get<std::uint64_t>();
-    if (what.contains("other_session"))
-      return Write(WholeFrame(FrameTypeOf(what["type"]), request, session_ + 1, payload, crc_));
-    return Ask(FrameTypeOf(what["type"]), request, payload);
+    return Ask(FrameTypeOf(what["type"]), request, payload, what);
+  }
+
+  /// The same numbers, written otherwise: 1 as 1.0.
+  static Case WithFractions(const Case& value) {
+    if (value.is_number()) return value.get<double>();
+    Case with = value;
+    if (value.is_structured()) {
+      for (Case& inner : with) inner = WithFractions(inner);
+    }
+    return with;
   }
 
   /// Sends; the judge hears of RESET and STEP.
-  Status Ask(FrameType type, std::uint64_t request, const std::string& payload) {
+  Status Ask(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object()) {
     const bool whole = payload.size() >= protocol2::kActiveOffset + blocks_.environments;
     if ((type == FrameType::kReset || type == FrameType::kStep) && whole && request != judged_)
       check_.Ask(type, std::as_bytes(std::span(payload)).subspan(protocol2::kActiveOffset));
-    if (request == request_ + 1) request_ = request;
-    return Send(type, request, payload);
+    if (request == request_ + 1 && type != FrameType::kHello) request_ = request;
+    return Send(type, request, payload, how);
   }
 
   /// The next frame that is an answer; kUnavailable once the connection has ended. Time stands still during a pause.
@@ -248,7 +174,19 @@ class Conversation {
     return (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
   }
 
+  /// Whatever the server says to bytes of another protocol, it closes.
+  Status ExpectGone() {
+    std::array<std::byte, 4096> thrown_away;
+    const double deadline = Now() + kConformancePatience;
+    while (Now() < deadline) {
+      const Result<std::size_t> count = transport_->Read(thrown_away, deadline - Now());
+      if (!count.ok()) return Status::Ok();
+    }
+    return Failed("the connection stays open");
+  }
+
   Status DoExpect(const Case& what) {
+    if (what.contains("gone")) return ExpectGone();
     const Result<Frame> frame = Next();
     if (what.contains("closed")) {
       const bool closed = !frame.ok() && frame.status().code() == StatusCode::kUnavailable;
@@ -276,6 +214,8 @@ class Conversation {
     if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
     if (what.contains("same_as") && payload != kept_[what["same_as"]])
       return Failed("the payload differs from the one before");
+    if (what.contains("begins_as") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["begins_as"]]))
+      return Failed("what is looked at differs from the one before");
     if (what.contains("keep")) kept_[what["keep"]] = payload;
     return CheckMessage(what, *frame, payload);
   }
@@ -284,9 +224,17 @@ class Conversation {
     if (frame.header.type == FrameType::kSpec) return TakeSpec(what, frame);
     if (frame.header.type == FrameType::kResult) return TakeResult(what, frame.header.request, payload);
     if (frame.header.type != FrameType::kError && frame.header.type != FrameType::kWelcome) return Status::Ok();
-    const Case message = ReadCase(payload);
+    Case message = ReadCase(payload);
     if (!message.is_object()) return Failed("its payload is no JSON object");
-    if (frame.header.type == FrameType::kWelcome) CONSAC_RETURN_IF_ERROR(TakeWelcome(frame));
+    if (frame.header.type == FrameType::kWelcome) {
+      CONSAC_RETURN_IF_ERROR(TakeWelcome(frame));
+      Case defaults = {{"capabilities", Case::array()},
+                       {"max_frame", protocol2::kLargestFrame},
+                       {"last_request", 0},
+                       {"resumed", false}};
+      defaults.update(message);
+      message = defaults;
+    }
     Case members = what.value("members", Case::object());
     for (const char* key : {"code", "severity"}) {
       if (what.contains(key)) members[key] = what[key];
@@ -294,10 +242,15 @@ class Conversation {
     for (const auto& [key, value] : members.items()) {
       const Case found = message.contains(key) ? message[key] : Case();
       const bool one_of = value.is_array() && std::find(value.begin(), value.end(), found) != value.end();
-      if (found != value && !one_of)
+      const bool within = value.is_object() && found.is_number() && found >= value["from"] && found <= value["to"];
+      if (found != value && !one_of && !within)
         return Failed(fmt::format("{} is {}, expected {}", key, JsonText(found), JsonText(value)));
     }
-    if (what.contains("path") && !message.value("path", Case()).is_string()) return Failed("it has no path");
+    if (what.contains("path")) {
+      const Case path = message.value("path", Case());
+      if (std::find(what["path"].begin(), what["path"].end(), path) == what["path"].end())
+        return Failed(fmt::format("path is {}, expected one of {}", JsonText(path), JsonText(what["path"])));
+    }
     if (what.contains("env") && !message.value("env", Case()).is_number_integer()) return Failed("it has no env");
     return Status::Ok();
   }
@@ -307,6 +260,7 @@ class Conversation {
     if (!welcome.ok()) return welcome.status();
     session_ = welcome->session;
     resume_ = welcome->resume;
+    reader_.SetLimit(welcome->max_frame);
     const auto& able = welcome->capabilities;
     crc_ = std::find(able.begin(), able.end(), "crc") != able.end();
     return Status::Ok();
@@ -320,6 +274,7 @@ class Conversation {
     payloads_ = Payloads(spec_.env);
     check_ = protocol2::ResultCheck(spec_.env, spec_.autoreset);
     const Case said = ReadCase({reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()});
+    offered_ = said.value("behaviours", Case());
     const std::string autoreset = said.value("autoreset", "same_step"), asked = what.value("autoreset", "same_step");
     return autoreset == asked ? Status::Ok() : Failed("SPEC's autoreset is " + autoreset + ", asked for was " + asked);
   }
@@ -372,7 +327,9 @@ class Conversation {
   const std::string token_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_{protocol2::kLargestFrame};
+  CaseWriter writer_;
   protocol2::SpecMessage spec_;
+  Case offered_;  // SPEC's behaviours
   protocol2::Blocks blocks_;
   Payloads payloads_;
   protocol2::ResultCheck check_;

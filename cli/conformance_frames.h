@@ -3,16 +3,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "consac/base/hash.h"
 #include "consac/base/json.h"
 #include "consac/protocol/protocol2.h"
 #include "consac/space/layout.h"
+#include "consac/transport/transport.h"
 
 namespace consac::cli {
 
@@ -68,6 +73,27 @@ inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, 
                          reinterpret_cast<std::byte*>(frame.data()));
   return frame + payload;
 }
+
+/// Writes a stream as a case wants it: held back for the next write, or in pieces that arrive one after another.
+class CaseWriter {
+ public:
+  Status Write(Transport& transport, const nlohmann::json& how, std::string bytes) {
+    held_ += bytes;
+    if (how.contains("hold")) return Status::Ok();
+    const std::string all = std::exchange(held_, {});
+    const std::size_t pieces = how.value("pieces", std::size_t{1});
+    const std::size_t size = (all.size() + pieces - 1) / pieces;
+    for (std::size_t at = 0; at < all.size(); at += size) {
+      if (at > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      CONSAC_RETURN_IF_ERROR(transport.Write(std::as_bytes(std::span(all)).subspan(at, std::min(size, all.size() - at)),
+                                             kConformancePatience));
+    }
+    return Status::Ok();
+  }
+
+ private:
+  std::string held_;
+};
 
 /// Moves every choice to the first legal one from where it is.
 inline void MakeLegal(const Layout& layout, const std::uint8_t* mask, std::byte* row) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <set>
 
 #include "cli/conformance.h"
 #include "cli/conformance_frames.h"
@@ -30,8 +31,11 @@ std::string BytesOf(const Case& pieces) {
 /// One case under way: an engine that is driven step by step.
 class EngineScript {
  public:
-  EngineScript(Listener& listener, double patience_s, const Case& spec, const Case& results)
-      : listener_(listener), patience_(patience_s), spec_(spec), results_(results) {}
+  EngineScript(Listener& listener, double patience_s, const Case& spec, const Case& results,
+               const std::string& autoreset = "same_step")
+      : listener_(listener), patience_(patience_s), spec_(spec), results_(results), autoreset_(autoreset) {
+    spec_["autoreset"] = autoreset;
+  }
   ~EngineScript() {
     if (transport_ == nullptr) return;
     (void)Send(FrameType::kGoAway, 0, R"({"reason":"the next case"})");
@@ -74,7 +78,12 @@ class EngineScript {
   }
 
   /// A RESULT to the request that has come last.
-  Status Answer(const std::string& payload) { return Send(FrameType::kResult, request_, payload); }
+  Status Answer(const std::string& payload) {
+    result_ = payload;
+    return Send(FrameType::kResult, request_, payload);
+  }
+  /// Other ways to begin an episode that the trainer has asked for.
+  const std::set<std::string>& asked() const { return asked_; }
   Status DoExpect(const Case& what) {
     if (what.contains("closed")) return ExpectClosed();
     while (true) {
@@ -91,15 +100,15 @@ class EngineScript {
   Status Send(FrameType type, std::uint64_t request, const std::string& payload) {
     return Write(WholeFrame(type, request, kSessionNumber, payload, false));
   }
-  Status Write(const std::string& bytes) {
-    return transport_->Write(std::as_bytes(std::span(bytes)), kConformancePatience);
+  Status Write(const std::string& bytes, const Case& how = Case::object()) {
+    return writer_.Write(*transport_, how, bytes);
   }
 
   Status DoSend(const Case& what) {
     if (what.contains("hex")) return Write(FromHex(what["hex"]));
     std::string payload = what.value("text", "");
     if (what.contains("json")) payload = JsonText(what["json"]);
-    if (what.contains("result")) payload = BytesOf(results_[what["result"].get<std::string>()]);
+    if (what.contains("result")) result_ = payload = BytesOf(results_[what["result"].get<std::string>()]);
     if (what.contains("spec")) {
       Case spec = spec_;
       spec.update(what["spec"]);
@@ -115,7 +124,7 @@ class EngineScript {
     const std::uint64_t request = number.is_number() ? number.get<std::uint64_t>() : answers ? request_ : 0;
     std::string frame = WholeFrame(FrameTypeOf(what["type"]), request, kSessionNumber, payload, what.contains("crc"));
     if (what.value("crc", "") == "wrong") frame[12] = static_cast<char>(frame[12] ^ 1);
-    return Write(frame);
+    return Write(frame, what);
   }
 
   /// The next frame of any kind; kUnavailable once the trainer is gone.
@@ -170,12 +179,14 @@ class EngineScript {
     return false;
   }
 
-  /// Other ways than same_step are refused; a trainer may then ask anew.
+  /// Other ways than the case's are refused; a trainer may then ask anew.
   Result<bool> TakeConfigure(const std::string& payload) {
     const Result<protocol2::Configure> configure = protocol2::ParseConfigure(std::as_bytes(std::span(payload)));
     if (!configure.ok()) return configure.status();
-    if (configure->autoreset == protocol2::Autoreset::kSameStep) return true;
-    const protocol2::ErrorMessage no{"UNSUPPORTED", false, "same_step only", {}, 0.0};
+    const std::string autoreset = ReadCase(payload).value("autoreset", "same_step");
+    if (autoreset == autoreset_) return true;
+    asked_.insert(autoreset);
+    const protocol2::ErrorMessage no{"UNSUPPORTED", false, autoreset_ + " only", {}, 0.0};
     CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, request_, protocol2::EncodeError(no)));
     return false;
   }
@@ -206,10 +217,13 @@ class EngineScript {
     return step ? CheckActions(spec->env, blocks, frame) : Status::Ok();
   }
 
-  static Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const Frame& frame) {
+  /// Of those who take part.
+  Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const Frame& frame) const {
     for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
       const Layout& layout = env.behaviours[b].action_layout;
       for (std::int32_t slot = 0; slot < env.behaviours[b].slots; ++slot) {
+        const std::size_t state = blocks.behaviours[b].states + static_cast<std::size_t>(slot);
+        if (state < result_.size() && (result_[state] & protocol2::kActive) == 0) continue;
         const std::byte* row =
             frame.payload.data() + blocks.behaviours[b].actions + static_cast<std::size_t>(slot) * layout.row_bytes;
         const Status legal = CheckRow(layout, row);
@@ -234,10 +248,17 @@ class EngineScript {
     }
   }
 
+  /// PING is answered all the while.
   Status Silent(double seconds) {
-    const Result<Frame> frame = Next(seconds);
-    if (frame.ok()) return Failed(FrameName(frame->header.type) + " came before the answer (R10)");
-    return frame.status().code() == StatusCode::kDeadlineExceeded ? Status::Ok() : frame.status();
+    const double deadline = Now() + seconds;
+    while (true) {
+      const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
+      if (!frame.ok()) return frame.status().code() == StatusCode::kDeadlineExceeded ? Status::Ok() : frame.status();
+      if (frame->header.type != FrameType::kPing)
+        return Failed(FrameName(frame->header.type) + " came before the answer (R10)");
+      const std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
+      CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
+    }
   }
 
   /// The connection breaks; the trainer comes back and repeats its request. One that does not resume holds too.
@@ -261,21 +282,27 @@ class EngineScript {
 
   Listener& listener_;
   const double patience_;
-  const Case spec_, results_;
+  Case spec_;
+  const Case results_;
+  const std::string autoreset_;
+  std::set<std::string> asked_;
+  CaseWriter writer_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_;
   std::uint64_t request_ = 0;
-  std::string last_;  // payload of the latest request
+  std::string last_, result_;  // payloads of the latest request and the latest RESULT
   bool may_resume_ = false, resuming_ = false;
 };
 
-Status RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results) {
+Status RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results,
+                 std::set<std::string>* asked) {
   EngineScript script(listener, patience_s, spec, results);
   CONSAC_RETURN_IF_ERROR(script.Accept());
   int number = 0;
   for (const Case& step : entry["steps"]) {
     ++number;
     const Status status = script.Do(step);
+    asked->insert(script.asked().begin(), script.asked().end());
     if (status.code() == StatusCode::kCancelled) return Status::Ok();
     if (!status.ok())
       return {status.code(), fmt::format("step {} ({}): {}", number, JsonText(step).substr(0, 80), status.message())};
@@ -285,7 +312,7 @@ Status RunScript(const Case& entry, Listener& listener, double patience_s, const
 
 /// The answers of one of results.json; the trainer goes on, or leaves at the one that breaks a rule.
 Status RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec) {
-  EngineScript script(listener, patience_s, spec, {});
+  EngineScript script(listener, patience_s, spec, {}, entry["autoreset"]);
   CONSAC_RETURN_IF_ERROR(script.Accept());
   CONSAC_RETURN_IF_ERROR(script.Begin({{"begin", "SPEC"}}));
   bool breaks = false;
@@ -297,10 +324,11 @@ Status RunResults(const Case& entry, Listener& listener, double patience_s, cons
   return script.DoExpect(breaks ? Case{{"closed", true}} : Case{{"type", "STEP"}});
 }
 
-/// Whether a trainer that resets once, and then steps everything, meets the case and must notice it: NaN it may
-/// overlook.
-bool OnTheWire(const Case& entry) {
-  bool fits = entry["autoreset"] == "same_step" && entry["answers"].back().value("breaks", "") != "R75";
+/// Whether a trainer that resets once, and then steps everything, in a way that it asks for, meets the case and must
+/// notice it: NaN it may overlook.
+bool OnTheWire(const Case& entry, const std::set<std::string>& asked) {
+  const bool offered = entry["autoreset"] == "same_step" || asked.contains(entry["autoreset"].get<std::string>());
+  bool fits = offered && entry["answers"].back().value("breaks", "") != "R75";
   for (std::size_t i = 0; i < entry["answers"].size(); ++i) {
     const Case& answer = entry["answers"][i];
     fits = fits && !answer.contains("environments") && (answer["to"] == "RESET") == (i == 0);
@@ -321,12 +349,14 @@ Result<int> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
     say({entry["name"], RulesText(entry["rules"]), status});
     return status.code() != StatusCode::kUnavailable || status.message().find("no trainer") == std::string::npos;
   };
+  std::set<std::string> asked;  // ways to begin an episode
   for (const Case& entry : conversations["cases"]) {
-    if (!tell(entry, RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"])))
+    if (!tell(entry,
+              RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"], &asked)))
       return failed;
   }
   for (const Case& entry : results["cases"]) {
-    if (!OnTheWire(entry)) continue;
+    if (!OnTheWire(entry, asked)) continue;
     const Case& spec = results["specs"][entry["spec"].get<std::string>()];
     if (!tell(entry, RunResults(entry, **listener, patience_s, spec))) return failed;
   }

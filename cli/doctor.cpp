@@ -134,7 +134,8 @@ int ExamineConformance(const DoctorFlags& flags) {
     FlushOutput();
   };
   if (of_trainer) {
-    Print("listening on {}; let the trainer connect, reset and step, again and again\n", flags.trainer);
+    Print("listening on {}; let the trainer connect, reset and step, again and again, within {} s each time\n",
+          flags.trainer, flags.timeout);
     FlushOutput();
   }
   const Result<int> failed =
@@ -172,8 +173,12 @@ Action AddDoctor(CLI::App& app) {
                  "an engine to examine, tcp://host:port; takes one session of it and up to 50 steps");
   app.add_option("--conformance", flags->conformance,
                  "put the server at tcp://host:port through the cases of spec/conformance/protocol2");
-  app.add_option("--conformance-trainer", flags->trainer,
-                 "be the engine at tcp://host:port for a trainer that connects again and again, a case each time");
+  app.add_option(
+      "--conformance-trainer", flags->trainer,
+      "be the engine at tcp://host:port for a trainer that connects again and again, each time within "
+      "--timeout s of the last: one case a connection, and a session in which the trainer resets once and then "
+      "steps until the engine ends it or is wrong. A trainer that asks for next_step or disabled before "
+      "same_step is put through their cases too");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
   AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint");

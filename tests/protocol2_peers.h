@@ -175,6 +175,7 @@ class RawEngine {
     ASSERT_TRUE(Accept());
     EXPECT_EQ(Next().header.type, FrameType::kHello);
     Welcome welcome;
+    welcome.session = 1;
     welcome.resume = "of this session";
     Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
     EXPECT_EQ(Next().header.type, FrameType::kConfigure);

@@ -27,7 +27,7 @@ public sealed class Engine {
   uint session;
   ulong last;
   byte[] answer;
-  DateTime since;
+  DateTime since, heard;
 
   public Engine(int port, int worlds) {
     this.worlds = worlds;
@@ -47,15 +47,18 @@ public sealed class Engine {
   /// What is due now, without waiting: once a tick. False when nothing came.
   public bool Poll() {
     if (socket == null && !Accept()) return false;
+    if (listener.Pending() && DateTime.UtcNow - heard > TimeSpan.FromSeconds(40)) phase = Phase.Over;  // its machine is gone
+    else if (listener.Pending()) Door.TurnAway(listener.AcceptSocket());
     try {
       if (phase < Phase.Reset && DateTime.UtcNow - since > TimeSpan.FromSeconds(5)) phase = Phase.Over;
       if (phase == Phase.Over) { Leave(); return true; }
       if (!socket.Poll(0, SelectMode.SelectRead)) return false;
       int count = socket.Receive(incoming);
       if (count == 0) { Leave(); return true; }
+      heard = DateTime.UtcNow;
       reader.Feed(incoming, count);
       while (phase != Phase.Over && reader.Next(out var arrived)) Handle(arrived);
-    } catch (Refused refused) { Refuse(refused, 0);
+    } catch (Refused refused) { Refuse(refused, reader.Request);
     } catch (SocketException) { Leave(); }
     return true;
   }
@@ -69,7 +72,7 @@ public sealed class Engine {
     phase = Phase.Hello;
     last = 0;
     answer = null;
-    since = DateTime.UtcNow;
+    since = heard = DateTime.UtcNow;
     return true;
   }
   /// What was said last arrives, though the trainer may be sending.
@@ -98,15 +101,15 @@ public sealed class Engine {
   }
 
   void Handle(Arrived frame) {
+    if (frame.Type == FrameType.Pong || ((ushort)frame.Type & 0x8000) != 0) return;
+    if (frame.Type == FrameType.Bye) { phase = Phase.Over; return; }
     if (phase == Phase.Hello) { Hello(frame); return; }
     if (frame.Type == FrameType.Ping) {
       if (frame.Payload.Length > 64) throw new Refused("MALFORMED", "a PING of more than 64 bytes");
       Send(FrameType.Pong, 0, frame.Payload);
       return;
     }
-    if (frame.Type == FrameType.Pong || ((ushort)frame.Type & 0x8000) != 0) return;
-    if (frame.Type == FrameType.Bye) { phase = Phase.Over; return; }
-    bool foreign = frame.Session != 0 && frame.Session != session, repeated = frame.Request == last && answer != null;
+    bool foreign = frame.Type == FrameType.Hello || (frame.Session != 0 && frame.Session != session), repeated = frame.Request == last && answer != null;
     if (foreign || (frame.Request != last + 1 && !repeated)) {
       Refuse(new Refused("BAD_STATE", "request " + frame.Request + " of session " + frame.Session), frame.Request);
       return;
@@ -139,7 +142,6 @@ public sealed class Engine {
   byte[] CarryOut(Arrived frame) {
     bool fits = true;
     switch (frame.Type) {
-      case FrameType.Hello: fits = false; break;
       case FrameType.Configure: fits = phase == Phase.Configure || phase == Phase.Reset; break;
       case FrameType.Reset: fits = phase == Phase.Reset || phase == Phase.Step; break;
       case FrameType.Step: fits = phase == Phase.Step; break;
@@ -158,35 +160,32 @@ public sealed class Engine {
     byte[] offer = Encoding.UTF8.GetBytes(spec);
     string path = expected == null ? null : Json.Difference(expected, Json.Read(offer)["behaviours"], "behaviours");
     if (path != null) throw new Refused("SPEC_MISMATCH", path + " is another; the engine offers " + spec, -1, path);
-    if (size + worlds * (RowBytes + 64) > reader.Limit) throw new Refused("UNSUPPORTED", "a RESULT does not fit into max_frame");
+    if (Math.Max(offer.Length, size + worlds * (RowBytes + 64) + 64) > reader.Limit) throw new Refused("UNSUPPORTED", "SPEC or RESULT does not fit into max_frame");
     phase = Phase.Reset;
     return offer;
   }
 
-  /// RESET's and STEP's first words and their byte for each world (R42, R43).
-  void CheckHead(byte[] payload, uint flags) {
+  /// RESET's and STEP's first words (R42), and their byte for each world (R43).
+  static uint Words(byte[] payload, uint flags) {
+    if (payload.Length < 8) throw new Refused("WRONG_SIZE", payload.Length + " bytes");
     if ((BitConverter.ToUInt32(payload, 0) & ~flags) != 0 || BitConverter.ToUInt32(payload, 4) != 0) throw new Refused("MALFORMED", "unknown flags are 0");
+    return BitConverter.ToUInt32(payload, 0);
+  }
+  void CheckChosen(byte[] payload) {
     for (int env = 0; env < worlds; ++env)
       if (payload[8 + env] > 1) throw new Refused("OUT_OF_RANGE", payload[8 + env] + " for environment " + env, env);
   }
   byte[] Reset(byte[] payload) {
-    var wrong = new Refused("WRONG_SIZE", "RESET of " + payload.Length + " bytes");
-    if (payload.Length < head) throw wrong;
-    CheckHead(payload, 3);
-    uint flags = BitConverter.ToUInt32(payload, 0);
-    bool seeded = (flags & 1) != 0;
-    long end = head + (seeded ? 8 * worlds : 0);
-    if ((flags & 2) != 0) {
-      if (payload.Length < end + 4) throw wrong;
-      uint length = BitConverter.ToUInt32(payload, (int)end);
-      long text = end + 4;
-      end = (text + length + 7) & ~7L;
-      if (payload.Length == end) Json.Read(payload, (int)text, (int)length);
-    }
-    if (payload.Length != end) throw wrong;
-    if (phase == Phase.Reset && Enumerable.Range(0, worlds).Any(env => payload[8 + env] == 0)) throw new Refused("BAD_STATE", "the first RESET is of every environment");
+    uint flags = Words(payload, 3);
+    bool seeded = (flags & 1) != 0, options = (flags & 2) != 0;
+    int text = head + (seeded ? 8 * worlds : 0) + 4;
+    uint length = options && payload.Length >= text ? BitConverter.ToUInt32(payload, text - 4) : 0;
+    if (payload.Length != (options ? ((long)text + length + 7) & ~7L : text - 4)) throw new Refused("WRONG_SIZE", "RESET of " + payload.Length + " bytes");
+    CheckChosen(payload);
     for (int env = 0; env < worlds && seeded; ++env)
       if (payload[8 + env] == 1 && BitConverter.ToInt64(payload, head + 8 * env) < 0) throw new Refused("OUT_OF_RANGE", "a negative seed", env);
+    if (options) Json.Read(payload, text, (int)length);
+    if (phase == Phase.Reset && Enumerable.Range(0, worlds).Any(env => payload[8 + env] == 0)) throw new Refused("BAD_STATE", "the first RESET is of every environment");
     phase = Phase.Step;
     for (int env = 0; env < worlds; ++env) {
       if (payload[8 + env] == 1) {
@@ -198,8 +197,9 @@ public sealed class Engine {
     return Finish(new byte[0], "");
   }
   byte[] Step(byte[] payload) {
+    Words(payload, 0);
     if (payload.Length != Align(head + worlds * ActionBytes)) throw new Refused("WRONG_SIZE", "STEP of " + payload.Length + " bytes");
-    CheckHead(payload, 0);
+    CheckChosen(payload);
     for (int env = 0; env < worlds; ++env) {
       float push = BitConverter.ToSingle(payload, head + ActionBytes * env);
       if (payload[8 + env] == 0 || (push >= -1 && push <= 1)) continue;

@@ -4,6 +4,7 @@ using System.Collections.Generic;
 using System.Globalization;
 using System.IO;
 using System.Text;
+using System.Text.RegularExpressions;
 
 namespace Consac {
 
@@ -37,6 +38,7 @@ public sealed class FrameReader {
   public const int FirstLimit = 4096, LastLimit = 1 << 26;
   const uint Magic = 0x43534EC0;
   public int Limit = FirstLimit;
+  public ulong Request;  // number in the latest header; 0 without a magic
   byte[] input = new byte[65536];
   int begin, end;
   static readonly uint[] crcTable = MakeCrcTable();
@@ -57,15 +59,16 @@ public sealed class FrameReader {
   public bool Next(out Arrived arrived) {
     arrived = new Arrived();
     int there = end - begin;
+    if (there >= 4) Request = 0;
     if (there >= 4 && BitConverter.ToUInt32(input, begin) != Magic) throw new Refused("BAD_MAGIC", "no frame of protocol 2");
     if (there < 32) return false;
+    arrived.Request = Request = BitConverter.ToUInt64(input, begin + 16);
     int flags = BitConverter.ToUInt16(input, begin + 6);
     uint length = BitConverter.ToUInt32(input, begin + 8);
     if (flags > 1 || BitConverter.ToUInt32(input, begin + 28) != 0) throw new Refused("MALFORMED", "unknown bits of a header are 0");
     if (length > Limit) throw new Refused("FRAME_TOO_LARGE", length + " bytes; at most " + Limit);
     if (there < 32 + length) return false;
     arrived.Type = (FrameType)BitConverter.ToUInt16(input, begin + 4);
-    arrived.Request = BitConverter.ToUInt64(input, begin + 16);
     arrived.Session = BitConverter.ToUInt32(input, begin + 24);
     arrived.Payload = new byte[length];
     Buffer.BlockCopy(input, begin + 32, arrived.Payload, 0, (int)length);
@@ -109,8 +112,9 @@ public sealed class FrameReader {
 /// JSON as values: Dictionary, List, string, long (whole), double, bool, null.
 public sealed class Json {
   const int Largest = 1 << 20, Deepest = 64;
+  static readonly Regex numbers = new Regex(@"\G-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][+-]?[0-9]+)?");
   readonly string text;
-  int at, depth;
+  int at, depth, values;
   Json(string text) { this.text = text; }
 
   /// One object (R7), or MALFORMED.
@@ -123,7 +127,7 @@ public sealed class Json {
       if (value != null && json.at == json.text.Length) return value;
     } catch (DecoderFallbackException) {
     } catch (FormatException) {
-    } catch (OverflowException) {
+    } catch (EncoderFallbackException) {  // half of a surrogate pair
     } catch (IndexOutOfRangeException) {  // the text is cut
     }
     throw new Refused("MALFORMED", "no JSON object");
@@ -153,7 +157,7 @@ public sealed class Json {
     if (expected is Dictionary<string, object> wanted && found is Dictionary<string, object> has) {
       foreach (var member in wanted) {
         object other;
-        has.TryGetValue(member.Key, out other);
+        if (!has.TryGetValue(member.Key, out other)) return path + "/" + member.Key;
         string below = Difference(member.Value, other, path + "/" + member.Key);
         if (below != null) return below;
       }
@@ -177,6 +181,7 @@ public sealed class Json {
     at += what.Length;
   }
   object Value() {
+    if (++values > 1 << 18) throw new FormatException();
     switch (Next()) {
       case '{': return Object();
       case '[': return List();
@@ -224,16 +229,16 @@ public sealed class Json {
       at += 4;
     }
     ++at;
+    new UTF8Encoding(false, true).GetByteCount(value.ToString());
     return value.ToString();
   }
   object Number() {
-    int from = at;
-    while (at < text.Length && "+-.0123456789eE".IndexOf(text[at]) >= 0) ++at;
-    string number = text.Substring(from, at - from);
-    bool whole = number.IndexOfAny(new[] {'.', 'e', 'E'}) < 0;
-    if (number.StartsWith("+") || number.Length == 0) throw new FormatException();
-    if (whole) return long.Parse(number, CultureInfo.InvariantCulture);
-    return double.Parse(number, NumberStyles.Float, CultureInfo.InvariantCulture);
+    var number = numbers.Match(text, at);
+    at += number.Length;
+    double value;
+    if (!number.Success || !double.TryParse(number.Value, NumberStyles.Float, CultureInfo.InvariantCulture, out value) || double.IsInfinity(value)) throw new FormatException();
+    bool whole = number.Value.IndexOfAny(new[] {'.', 'e', 'E'}) < 0 && Math.Abs(value) < 1L << 53;
+    return whole ? (object)(long)value : value;
   }
 }
 }

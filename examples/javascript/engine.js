@@ -99,29 +99,29 @@ class Session {
   }
 
   take(data) {
-    this.reader.feed(data)
+    if (this.phase !== 'over') this.reader.feed(data)
     while (this.phase !== 'over') {
+      let arrived
       try {
-        const arrived = this.reader.next()
-        if (!arrived) return
+        if (!(arrived = this.reader.next())) return
         this.handle(arrived)
       } catch (error) {
         if (!(error instanceof Refused)) throw error
-        this.refuse(error, 0)
+        this.refuse(error, error.request ?? arrived?.request ?? 0)
       }
     }
   }
 
   handle({ type, request, session, payload }) {
+    if (type === PONG || type & 0x8000) return
+    if (type === BYE) { this.phase = 'over'; return this.socket.end() }
     if (this.phase === 'hello') return this.hello(type, payload)
     if (type === PING) {
       if (payload.length > 64) throw new Refused('MALFORMED', 'a PING of more than 64 bytes')
       return this.send(PONG, 0, payload)
     }
-    if (type === PONG || type & 0x8000) return
-    if (type === BYE) { this.phase = 'over'; return this.socket.end() }
-    if ((session !== 0 && session !== this.number) || (request !== this.last && request !== this.last + 1))
-      return this.refuse(new Refused('BAD_STATE', `request ${request} of session ${session}`), request)
+    if (type === HELLO || (session !== 0 && session !== this.number) || (request !== this.last && request !== this.last + 1))
+      return this.refuse(new Refused('BAD_STATE', `type ${type}, request ${request} of session ${session}`), request)
     if (request === this.last && this.answer) return this.socket.write(this.answer)
     if (request !== this.last + 1) return this.refuse(new Refused('BAD_STATE', 'requests are numbered from 1'), request)
     this.last = request
@@ -150,7 +150,7 @@ class Session {
   }
 
   carryOut(type, request, payload) {
-    const wants = { [CONFIGURE]: ['configure', 'reset'], [RESET]: ['reset', 'step'], [STEP]: ['step'], [HELLO]: [] }[type]
+    const wants = { [CONFIGURE]: ['configure', 'reset'], [RESET]: ['reset', 'step'], [STEP]: ['step'] }[type]
     if (type === RENDER) throw new Refused('UNSUPPORTED', 'this engine draws nothing')
     if (!wants) throw new Refused('UNKNOWN_MESSAGE', `type ${type}`)
     if (!wants.includes(this.phase)) throw new Refused('BAD_STATE', `type ${type} does not belong here`)
@@ -165,35 +165,33 @@ class Session {
     if (autoreset !== 'same_step' || transport !== 'tcp') throw new Refused('UNSUPPORTED', 'same_step and tcp only')
     const path = expected ? difference(expected, this.offer.behaviours, 'behaviours') : null
     if (path) throw new Refused('SPEC_MISMATCH', `${path} is another; the engine offers ${JSON.stringify(this.offer.behaviours)}`, { path })
-    if (this.size + this.worlds * ROW > this.reader.limit) throw new Refused('UNSUPPORTED', 'a RESULT does not fit into max_frame')
+    const text = Buffer.from(JSON.stringify(this.offer)), largest = Math.max(text.length, align(this.size + this.worlds * ROW))
+    if (largest > this.reader.limit) throw new Refused('UNSUPPORTED', `${largest} bytes do not fit into max_frame`)
     this.phase = 'reset'
-    return Buffer.from(JSON.stringify(this.offer))
+    return text
   }
 
-  /// A byte for each world, judged (R42, R43).
-  chosen(payload, flags) {
+  /// The words of RESET and STEP (R42), and their byte for each world (R43).
+  words(payload, flags) {
+    if (payload.length < 8) throw new Refused('WRONG_SIZE', `${payload.length} bytes`)
     if (payload.readUInt32LE(0) & ~flags || payload.readUInt32LE(4)) throw new Refused('MALFORMED', 'unknown flags are 0')
+  }
+  chosen(payload) {
     const chosen = payload.subarray(8, 8 + this.worlds)
     const env = chosen.findIndex(byte => byte > 1)
     if (env >= 0) throw new Refused('OUT_OF_RANGE', `${chosen[env]} for environment ${env}`, { env })
     return chosen
   }
   reset(payload) {
-    const wrong = () => new Refused('WRONG_SIZE', `RESET of ${payload.length} bytes`)
-    if (payload.length < this.head) throw wrong()
-    const chosen = this.chosen(payload, 3), flags = payload.readUInt32LE(0), seeded = flags & 1
-    const seeds = this.head
-    let end = seeds + (seeded ? 8 * this.worlds : 0)
-    if (flags & 2) {
-      if (payload.length < end + 4) throw wrong()
-      const text = end + 4, length = payload.readUInt32LE(end)
-      end = align(text + length)
-      if (payload.length === end) readJson(payload.subarray(text, text + length))
-    }
-    if (payload.length !== end) throw wrong()
-    if (this.phase === 'reset' && chosen.includes(0)) throw new Refused('BAD_STATE', 'the first RESET is of every environment')
+    this.words(payload, 3)
+    const flags = payload.readUInt32LE(0), seeded = flags & 1, seeds = this.head, text = seeds + (seeded ? 8 * this.worlds : 0) + 4
+    const length = flags & 2 && payload.length >= text ? payload.readUInt32LE(text - 4) : 0
+    if (payload.length !== (flags & 2 ? align(text + length) : text - 4)) throw new Refused('WRONG_SIZE', `RESET of ${payload.length} bytes`)
+    const chosen = this.chosen(payload)
     for (let env = 0; seeded && env < this.worlds; env++)
       if (chosen[env] && payload.readBigInt64LE(seeds + 8 * env) < 0n) throw new Refused('OUT_OF_RANGE', 'a negative seed', { env })
+    if (flags & 2) readJson(payload.subarray(text, text + length))
+    if (this.phase === 'reset' && chosen.includes(0)) throw new Refused('BAD_STATE', 'the first RESET is of every environment')
     if (this.phase === 'reset') this.roads = Array.from({ length: this.worlds }, (_, env) => new Road(BigInt(1000 * this.number + env)))
     this.phase = 'step'
     for (let env = 0; env < this.worlds; env++) {
@@ -206,8 +204,9 @@ class Session {
     this.finish([])
   }
   step(payload) {
+    this.words(payload, 0)
     if (payload.length !== align(this.head + this.worlds * ACTION)) throw new Refused('WRONG_SIZE', `STEP of ${payload.length} bytes`)
-    const chosen = this.chosen(payload, 0)
+    const chosen = this.chosen(payload)
     const action = env => payload.readInt32LE(this.head + ACTION * env)
     for (let env = 0; env < this.worlds; env++)
       if (chosen[env] && action(env) !== 0 && action(env) !== 1) throw new Refused('OUT_OF_RANGE', `action ${action(env)}; 0 or 1`, { env })

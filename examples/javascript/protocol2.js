@@ -10,7 +10,7 @@ const align = n => Math.ceil(n / 8) * 8
 
 /// Something that the other end said and should not have; `code` as in the table of errors.
 class Refused extends Error {
-  constructor(code, message, more = {}) { super(message); this.code = code; this.more = more }
+  constructor(code, message, more = {}, request) { super(message); Object.assign(this, { code, more, request }) }
 }
 
 const CRC_TABLE = Array.from({ length: 256 }, (_, n) => {
@@ -23,13 +23,17 @@ function crc32c(bytes) {
   return (crc ^ 0xFFFFFFFF) >>> 0
 }
 
-/// One object (R7): JSON.parse takes names that come twice, and any depth.
+/// One object (R7): JSON.parse takes names that come twice, any depth, half a surrogate pair, and reads 1e999 as infinity.
 function readJson(bytes) {
   if (bytes.length > 1 << 20) throw new Refused('MALFORMED', 'more than 1 MiB of JSON')
-  let text, value
+  let text, value, values = 0
   try {
-    text = new TextDecoder('utf-8', { fatal: true }).decode(bytes)
-    value = JSON.parse(text)
+    text = new TextDecoder('utf-8', { fatal: true, ignoreBOM: true }).decode(bytes)
+    value = JSON.parse(text, (name, value) => {
+      const fits = name.isWellFormed() && (isText(value) ? value.isWellFormed() : typeof value !== 'number' || Number.isFinite(value))
+      if (!fits || ++values > 1 << 18) throw new Error('a name, text or number that cannot be, or too many')
+      return value
+    })
   } catch (error) { throw new Refused('MALFORMED', error.message) }
   if (value === null || typeof value !== 'object' || Array.isArray(value)) throw new Refused('MALFORMED', 'no JSON object')
   const open = []
@@ -54,9 +58,8 @@ function member(object, name, fits, otherwise) {
   if (!fits(object[name])) throw new Refused('MALFORMED', `${name} is ${JSON.stringify(object[name])}`)
   return object[name]
 }
-const isText = value => typeof value === 'string', isWhole = Number.isInteger
+const isText = value => typeof value === 'string', isWhole = Number.isSafeInteger
 const isTexts = value => Array.isArray(value) && value.every(isText)
-
 
 /// A whole frame.
 function frame(type, request, session, payload) {
@@ -79,14 +82,14 @@ class FrameReader {
     const input = this.input
     if (input.length >= 4 && input.readUInt32LE(0) !== 0x43534EC0) throw new Refused('BAD_MAGIC', 'no frame of protocol 2')
     if (input.length < 32) return null
-    const flags = input.readUInt16LE(6), length = input.readUInt32LE(8)
-    if (flags > 1 || input.readUInt32LE(28) !== 0) throw new Refused('MALFORMED', 'unknown bits of a header are 0')
-    if (length > this.limit) throw new Refused('FRAME_TOO_LARGE', `${length} bytes; at most ${this.limit}`)
+    const flags = input.readUInt16LE(6), length = input.readUInt32LE(8), request = Number(input.readBigUInt64LE(16))
+    if (flags > 1 || input.readUInt32LE(28) !== 0) throw new Refused('MALFORMED', 'unknown bits of a header are 0', {}, request)
+    if (length > this.limit) throw new Refused('FRAME_TOO_LARGE', `${length} bytes; at most ${this.limit}`, {}, request)
     if (input.length < 32 + length) return null
     const payload = input.subarray(32, 32 + length)
     this.input = input.subarray(32 + length)
-    if (flags === 1 && crc32c(payload) !== input.readUInt32LE(12)) throw new Refused('CRC_MISMATCH', 'a payload was changed')
-    return { type: input.readUInt16LE(4), request: Number(input.readBigUInt64LE(16)), session: input.readUInt32LE(24), payload }
+    if (flags === 1 && crc32c(payload) !== input.readUInt32LE(12)) throw new Refused('CRC_MISMATCH', 'a payload was changed', {}, request)
+    return { type: input.readUInt16LE(4), request, session: input.readUInt32LE(24), payload }
   }
 }
 

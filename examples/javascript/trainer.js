@@ -82,8 +82,10 @@ class Trainer {
   welcome(said) {
     if (member(said, 'protocol', isWhole) !== 2) throw new Refused('UNSUPPORTED_VERSION', 'WELCOME of another version')
     this.session = member(said, 'session', isWhole)
-    if (!this.session) throw new Refused('MALFORMED', 'WELCOME without session')
-    member(said, 'capabilities', isTexts)
+    if (!(this.session >= 1 && this.session < 2 ** 32)) throw new Refused('MALFORMED', 'WELCOME without session')
+    if (member(said, 'capabilities', isTexts, []).length > 0) throw new Refused('MALFORMED', 'a capability that HELLO has not named')
+    member(said, 'heartbeat_s', value => typeof value === 'number' && value > 0)
+    member(said, 'server', isText)
     this.reader.limit = Math.min(Math.max(member(said, 'max_frame', isWhole, LAST_LIMIT), 4096), LAST_LIMIT)
     this.ask(CONFIGURE, { autoreset: 'same_step' }, SPEC)
   }

@@ -235,4 +235,4 @@ def first_difference(expected, found, path: str = "") -> tuple[str, object, obje
             if difference:
                 return difference
         return None
-    return None if expected == found else (path, expected, found)
+    return None if expected == found and isinstance(expected, bool) == isinstance(found, bool) else (path, expected, found)

@@ -19,6 +19,7 @@ from .names import printable_line
 
 HANDSHAKE_S = 5.0
 MISSED_PINGS = 3
+GOAWAY_S = 2.0  # so long after it an answer may still come
 
 DONT_WAIT = getattr(socket, "MSG_DONTWAIT", 0)
 _PREFIX = struct.pack("<I", wire.MAGIC)
@@ -97,6 +98,8 @@ class Line:
                     left = end - time.monotonic()
                 elif was_paused and not self.paused:
                     end = time.monotonic() + left
+                if self.goaway is not None:
+                    end = min(end, time.monotonic() + GOAWAY_S)
                 self._check_deadline(end, request)  # for each frame: a flood of them must not defeat it
             begin, have = self._move_down(view, begin, have)
             try:
@@ -121,12 +124,17 @@ class Line:
 
     def _check_deadline(self, end: float, request: int) -> None:
         if not self.paused and time.monotonic() > end:
+            if self.goaway is not None:
+                raise DeadlineExceeded(f"{self.url} ends the session and did not answer any more: {self.goaway}")
             raise DeadlineExceeded(f"{self.url} did not answer within {self.timeout:g} s; is the engine stopped? A longer time: timeout=..." if request else
                                    f"{self.url} did not answer HELLO within {HANDSHAKE_S:g} s; is it an engine?")
 
     def _answer(self, frame: wire.Frame, request: int, answer: int) -> memoryview:
         if frame.type == wire.ERROR:
-            raise EngineError.from_json(read_json(frame.payload))
+            error = EngineError.from_json(read_json(frame.payload))
+            if not error.fatal and frame.request != request:
+                raise ProtocolError("MALFORMED", f"an ERROR refuses request {frame.request}; under way is {request} (R15): {error}")
+            raise error
         if frame.type != answer or frame.request != request:
             raise ProtocolError("MALFORMED", f"a frame of type {frame.type} answers request {frame.request}, expected type {answer} for request {request}")
         return frame.payload

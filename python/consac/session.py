@@ -76,9 +76,12 @@ class Session(Line):
             version = wire.member(welcome, "protocol", int)
             self.session, self.resume = wire.member(welcome, "session", int), wire.member(welcome, "resume", str, "")
             self.max_frame = min(wire.member(welcome, "max_frame", int, wire.LARGEST_FRAME), self._hello["max_frame"])
-            self.capabilities = [str(name) for name in wire.member(welcome, "capabilities", list, [])]
+            self.capabilities = wire.texts(welcome, "capabilities")
+            unasked = set(self.capabilities) - set(self._hello["capabilities"])
+            if unasked:
+                raise ValueError(f"capabilities {sorted(unasked)}, which HELLO has not named (R21)")
             self.heartbeat_s = float(wire.member(welcome, "heartbeat_s", float, 10.0))
-            if not (0 <= self.session < 1 << 32 and 0 < self.heartbeat_s < math.inf):
+            if not (0 < self.session < 1 << 32 and 0 < self.heartbeat_s < math.inf):
                 raise ValueError(f"session {self.session} or heartbeat_s {self.heartbeat_s}")
         except wire.WireError as error:
             raise ProtocolError(error.code, f"WELCOME: {error.message}") from None

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import struct
 from dataclasses import dataclass
@@ -19,6 +20,10 @@ LARGEST_JSON = 1 << 20
 DEEPEST_JSON = 64
 MOST_JSON_VALUES = 1 << 18
 _STRING = re.compile(rb'"[^"]*"?')
+_EMPTY = re.compile(rb"[\[{][ \t\r\n]*[\]}]")
+_HUGE = re.compile(rb"[eE]\+?\d{3}|\d{300}")  # a number that may be beyond a double
+_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
+LARGEST_WHOLE = (1 << 53) - 1  # that every language's JSON has exactly
 _NO_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 
 HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED, RENDER, FRAME = range(1, 17)
@@ -33,11 +38,11 @@ NAMES = {np.dtype(dtype): name for name, dtype in DTYPES.items()}
 
 
 class WireError(Exception):
-    """Bytes that are no protocol 2. `code` is the error's name in spec/protocol2.md."""
+    """Bytes that are no protocol 2. `code` is the error's name in spec/protocol2.md, `request` the number in the header that is refused, where that is known."""
 
-    def __init__(self, code: str, message: str):
+    def __init__(self, code: str, message: str, request: int | None = None):
         super().__init__(f"{code}: {message}")
-        self.code, self.message = code, message
+        self.code, self.message, self.request = code, message, request
 
 
 @dataclass
@@ -63,16 +68,16 @@ def unpack_header(data, limit: int) -> tuple[Frame, int, int]:
     if magic != MAGIC:
         raise WireError("BAD_MAGIC", f"a frame begins {bytes(data[:4])!r}, expected {struct.pack('<I', MAGIC)!r}; is this protocol 2?")
     if flags & ~FLAG_CRC or reserved != 0:
-        raise WireError("MALFORMED", f"a frame has flags {flags:#x} and reserved {reserved}; unknown bits must be 0")
+        raise WireError("MALFORMED", f"a frame has flags {flags:#x} and reserved {reserved}; unknown bits must be 0", request)
     if length > limit:
-        raise WireError("FRAME_TOO_LARGE", f"a frame claims {length} bytes, at most {limit} are taken")
+        raise WireError("FRAME_TOO_LARGE", f"a frame claims {length} bytes, at most {limit} are taken", request)
     return Frame(kind, b"", request, session, flags), length, crc
 
 
 def check_crc(frame: Frame, crc: int) -> None:
     """Raises CRC_MISMATCH unless the payload is whole."""
     if frame.flags & FLAG_CRC and crc32c(frame.payload) != crc:
-        raise WireError("CRC_MISMATCH", "a frame's payload was changed on its way")
+        raise WireError("CRC_MISMATCH", "a frame's payload was changed on its way", frame.request)
 
 
 class FrameReader:
@@ -145,10 +150,22 @@ def load_json(payload, limit: int = LARGEST_JSON, values: int = MOST_JSON_VALUES
             raise WireError("MALFORMED", f"a JSON object names {twice[:80]!r} twice")
         return read
 
+    def no_infinity(text):
+        if math.isinf(float(text)):
+            raise WireError("MALFORMED", f"{text[:40]} in a JSON payload is beyond a double")
+        return float(text)
+
+    def no_huge(text):
+        no_infinity(text)
+        return int(text)
+
     text = bytes(payload)
     _check_bounds(text, values)
+    numbers = {"parse_float": no_infinity, "parse_int": no_huge} if _HUGE.search(text) else {}
     try:
-        value = json.loads(text.decode(), parse_constant=no_constant, object_pairs_hook=no_twice)
+        value = json.loads(text.decode(), parse_constant=no_constant, object_pairs_hook=no_twice, **numbers)
+        if _SURROGATE.search(text):
+            json.dumps(value, ensure_ascii=False).encode()  # half of a pair is no text
     except (ValueError, RecursionError) as error:  # not UTF-8, not JSON, or an integer of more digits than Python converts
         raise WireError("MALFORMED", f"a JSON payload cannot be read: {str(error)[:200]}") from None
     if not isinstance(value, dict):
@@ -159,7 +176,7 @@ def load_json(payload, limit: int = LARGEST_JSON, values: int = MOST_JSON_VALUES
 def _check_bounds(text: bytes, values: int) -> None:
     """MALFORMED where JSON is nested too deep or has too many values. Without its strings, only brackets and commas count."""
     bare = _STRING.sub(b"", text.replace(b"\\\\", b"").replace(b'\\"', b""))
-    if bare.count(b",") + bare.count(b"[") + bare.count(b"{") > values:
+    if 1 + bare.count(b",") + bare.count(b"[") + bare.count(b"{") - len(_EMPTY.findall(bare)) > values:
         raise WireError("MALFORMED", f"a JSON payload of over {values} values")
     depth = deepest = 0
     for bracket in bare.translate(None, _NO_BRACKETS):
@@ -181,4 +198,14 @@ def member(value: dict, name: str, kind: type, *otherwise):
     found = value[name]
     if type(found) is not kind and not (kind is float and type(found) is int):
         raise WireError("MALFORMED", f"{name} is {str(found)[:80]!r}, expected {_KINDS[kind]}")
+    if kind is int and abs(found) > LARGEST_WHOLE:
+        raise WireError("MALFORMED", f"{name} is {found}, beyond the whole numbers that every end has")
+    return found
+
+
+def texts(value: dict, name: str) -> list[str]:
+    """A member that is a list of texts, [] where it is missing."""
+    found = member(value, name, list, [])
+    if not all(type(text) is str for text in found):
+        raise WireError("MALFORMED", f"{name} is {str(found)[:80]}, expected texts")
     return found

@@ -93,6 +93,8 @@ class ResultCheck:
         mask = block[3][0] + slot * behaviour.action.mask_bytes, block[3][0] + (slot + 1) * behaviour.action.mask_bytes
         if not chosen:
             need("R70", state == was & BEGINS)
+            if not state & wire.ACTIVE:
+                return
             need("R70", payload[row:row + size] == self.before[row:row + size])
             need("R70", not behaviour.masks_actions or payload[mask[0]:mask[1]] == self.before[mask[0]:mask[1]])
             return

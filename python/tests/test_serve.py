@@ -132,6 +132,8 @@ class Raw:
                 self.number = self.welcome.get("last_request", 0)
 
     def send(self, kind, payload=b"", request=None, session=None, flags=0):
+        if request is None and kind == HELLO:
+            request = 0
         if request is None:
             self.number += 1
         self.sock.sendall(pack(Frame(kind, payload, self.number if request is None else request, self.session if session is None else session, flags)))
@@ -149,7 +151,7 @@ class Raw:
     def ask(self, kind, payload=b"", **how):
         self.send(kind, payload, **how)
         frame = self.take()
-        assert frame.request == (self.number if how.get("request") is None else how["request"])
+        assert frame.request == (0 if kind == HELLO and how.get("request") is None else self.number if how.get("request") is None else how["request"])
         return frame
 
     def ask_json(self, kind, value, **how):
@@ -453,10 +455,10 @@ def test_wrong_states(counters):
         assert (error["code"], error["severity"]) == ("BAD_STATE", "connection")
     client = Raw(counters, hello=False)
     welcome = client.ask_json(HELLO, {"protocol": [1, 9], "capabilities": ["render", "novel"], "news": {}})
-    assert (welcome["protocol"], welcome["capabilities"], welcome["resumed"], welcome["last_request"]) == (2, ["render"], False, 1)
+    assert (welcome["protocol"], welcome["capabilities"], welcome["resumed"], welcome["last_request"]) == (2, ["render"], False, 0)
     client.session = welcome["session"]
     for kind, payload in ((STEP, bytes(24)), (RESET, bytes(10)), (RENDER, b"{}"), (HELLO, wire.dump_json({"protocol": [2, 2]}))):
-        error = client.error(kind, payload)
+        error = client.error(kind, payload)  # a second HELLO uses no number up
         assert (error["code"], error["severity"]) == ("BAD_STATE", "request")
     client.spec = client.ask_json(CONFIGURE, {})
     assert client.ask_json(CONFIGURE, {"autoreset": "disabled"})["autoreset"] == "disabled"
@@ -472,11 +474,16 @@ def test_wrong_states(counters):
     assert client.step([0, 0]).states == [16, 16]
 
 
-def test_hello_may_be_request_0(counters):
-    client = Raw(counters, hello=False)
-    welcome = client.ask_json(HELLO, {"protocol": [2, 2]}, request=0)
-    client.session = welcome["session"]
-    assert welcome["last_request"] == 0 and client.ask(CONFIGURE, b"{}").request == 1
+def test_hello_is_no_request_whatever_its_number(counters):
+    for number in (0, 1, 7):
+        client = Raw(counters, hello=False)
+        client.send(HELLO, b'{"protocol":[2,2]}', request=number)
+        frame = client.take()
+        assert frame.request == 0 and json.loads(frame.payload)["last_request"] == 0
+        client.session = json.loads(frame.payload)["session"]
+        assert client.ask(CONFIGURE, b"{}").request == 1
+        assert client.ask(RESET, reset_payload(2), session=0).type == RESULT
+        client.close()
 
 
 def test_configure_is_checked(counters):
@@ -526,14 +533,15 @@ def test_render(counters):
     client.reset(), client.step([1, 1], [0, 1])
     frame = client.ask(RENDER, b'{"env":1}')
     assert frame.type == FRAME and frame.payload == struct.pack("<II", 2, 3) + b"\1" * 18
-    for bad in (b'{"env":2}', b'{"env":-1}', b'{"env":"x"}'):
+    for bad in (b'{"env":2}', b'{"env":-1}'):
         assert client.error(RENDER, bad)["code"] == "OUT_OF_RANGE"
+    assert client.error(RENDER, b'{"env":"x"}')["code"] == "MALFORMED" and client.is_closed()
 
 
 def test_ping(counters):
-    client = Raw(counters, hello=False)
+    client = Raw(counters)
     for payload in (b"", b"x" * 64):
-        assert client.ask(PING, payload, request=0) == Frame(PONG, payload)
+        assert client.ask(PING, payload, request=0) == Frame(PONG, payload, session=client.session)
     client.send(PING, b"x" * 65, request=0)
     assert json.loads(client.take().payload)["code"] == "MALFORMED" and client.is_closed()
 
@@ -617,8 +625,9 @@ def test_frames_that_are_refused(counters):
                        (header(length=15) + b'{"protocol":[]}', "MALFORMED"), (header(length=18) + b'{"protocol":[3,9]}', "UNSUPPORTED_VERSION")]:
         client = Raw(counters, hello=False)
         client.sock.sendall(data)
-        error = json.loads(client.take().payload)
-        assert (error["code"], error["severity"]) == (code, "connection"), data
+        frame = client.take()
+        error = json.loads(frame.payload)
+        assert (error["code"], error["severity"], frame.request) == (code, "connection", 0 if code == "BAD_MAGIC" else 1), data
         assert client.is_closed()
     assert error["protocol"] == [2, 2]
 
@@ -626,14 +635,15 @@ def test_frames_that_are_refused(counters):
 def test_large_frames_after_welcome(counters):
     client = Raw(counters, hello={"max_frame": 8192})
     assert client.welcome["max_frame"] == 8192
-    client.sock.sendall(wire.HEADER.pack(wire.MAGIC, RESET, 0, 8193, 0, 3, client.session, 0))
-    assert json.loads(client.take().payload)["code"] == "FRAME_TOO_LARGE" and client.is_closed()
+    client.sock.sendall(wire.HEADER.pack(wire.MAGIC, RESET, 0, 8193, 0, 2, client.session, 0))
+    frame = client.take()
+    assert frame.request == 2 and json.loads(frame.payload)["code"] == "FRAME_TOO_LARGE" and client.is_closed()
     client = Raw(counters)
     options = {"map": "x" * 900_000}
-    payload = pack(Frame(RESET, reset_payload(2, options=options), 3, client.session))
+    payload = pack(Frame(RESET, reset_payload(2, options=options), 2, client.session))
     for at in range(0, len(payload), 65_521):
         client.sock.sendall(payload[at:at + 65_521])
-    client.number = 3
+    client.number = 2
     assert Result(client, client.take()).said == {}
     assert client.step([1, 1]).states == [16, 16]
 
@@ -649,7 +659,7 @@ def test_random_damage_never_stops_the_server(counters):
     rng = np.random.default_rng(5)
     for _ in range(60):
         client = Raw(counters)
-        good = [pack(Frame(RESET, reset_payload(2, seeds=[1, 2], options={"a": [1]}), 3, client.session)), pack(Frame(STEP, step_payload(2, [1, 1]), 4, client.session)), pack(Frame(CONFIGURE, b'{"autoreset":"disabled"}', 3, client.session))]
+        good = [pack(Frame(RESET, reset_payload(2, seeds=[1, 2], options={"a": [1]}), 2, client.session)), pack(Frame(STEP, step_payload(2, [1, 1]), 3, client.session)), pack(Frame(CONFIGURE, b'{"autoreset":"disabled"}', 2, client.session))]
         for _ in range(4):
             data = bytearray(good[rng.integers(3)])
             for at in rng.integers(4, len(data), rng.integers(1, 4)):
@@ -664,8 +674,8 @@ def test_random_damage_never_stops_the_server(counters):
 
 def test_two_frames_at_once(counters):
     client = Raw(counters)
-    client.sock.sendall(pack(Frame(RESET, reset_payload(2), 3, client.session)) + pack(Frame(STEP, step_payload(2, [1, 1]), 4, client.session)))
-    assert [client.take().request, client.take().request] == [3, 4]
+    client.sock.sendall(pack(Frame(RESET, reset_payload(2), 2, client.session)) + pack(Frame(STEP, step_payload(2, [1, 1]), 3, client.session)))
+    assert [(frame.request, frame.type) for frame in (client.take(), client.take())] == [(2, RESULT), (3, RESULT)]
 
 
 def test_results_too_large_for_the_client():
@@ -693,7 +703,7 @@ def test_a_claim_takes_no_memory():
 def test_crc(counters):
     client = Raw(counters, hello={"capabilities": ["crc"]})
     assert client.welcome["capabilities"] == ["crc"]
-    client.sock.sendall(pack(Frame(RESET, reset_payload(2), 3, client.session, wire.FLAG_CRC)))
+    client.sock.sendall(pack(Frame(RESET, reset_payload(2), 2, client.session, wire.FLAG_CRC)))
     frame = client.take()
     assert frame.type == RESULT and frame.flags == wire.FLAG_CRC
 
@@ -702,12 +712,12 @@ def test_token():
     with pytest.raises(ValueError, match="token"):
         Server(Counter, 1, host="0.0.0.0")
     with Server(Counter, 1, token="secret", training_length=5) as server:
-        for hello in (None, {"token": "wrong"}, {"token": 3}):
+        for hello, code in ((None, "AUTH_FAILED"), ({"token": "wrong"}, "AUTH_FAILED"), ({"token": 3}, "MALFORMED")):
             client = Raw(server, hello=False)
             client.sock.sendall(pack(Frame(HELLO, wire.dump_json({"protocol": [2, 2], **(hello or {})}), 1)))
             frame = client.take()
             error = json.loads(frame.payload)
-            assert frame.request == 1 and error["code"] == "AUTH_FAILED" and "secret" not in error["message"] and client.is_closed()
+            assert frame.request == 1 and error["code"] == code and "secret" not in error["message"] and client.is_closed()
         client = Raw(server, hello={"token": "secret"})
         assert client.reset().states == [24]
         client.close()
@@ -730,7 +740,8 @@ def test_handshake_deadline():
         silent, half = Raw(server, hello=False), Raw(server, hello=False)
         half.ask_json(HELLO, {"protocol": [2, 2]})
         for client in (silent, half):
-            assert client.take().type == GOAWAY and client.is_closed()
+            frame = client.take()
+            assert (frame.type, json.loads(frame.payload)["code"]) == (ERROR, "MALFORMED") and client.is_closed()
 
 
 def test_heartbeat():

@@ -117,7 +117,7 @@ class Talk:
         elif self.server.capacity is not None and len(sessions) >= self.server.capacity:
             return self.send(self.error(0, "CAPACITY", "connection"))
         else:
-            number = len(self.server.log)
+            number = len(self.server.log) + 1
             self.session = sessions[number] = {"number": number, "last": 0, "answer": b"", "rng": np.random.default_rng(0), "steps": 0, "begun": False}
         self.send(wire.pack(wire.Frame(wire.WELCOME, wire.dump_json(
             {"protocol": 2, "server": "toy", "session": self.session["number"], "resume": str(self.session["number"]), "capabilities": self.server.capabilities, "max_frame": hello["max_frame"],

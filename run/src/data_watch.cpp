@@ -146,7 +146,7 @@ Status DataWatch::Begin(Batch& batch) {
   return Status::Ok();
 }
 
-Status DataWatch::Check(Batch& batch) {
+Status DataWatch::Check(Batch& batch, std::span<const std::uint8_t> goes_on) {
   ++steps_;
   const bool clean = AllClean(batch);
   for (std::size_t row = 0; row < batch.slots.size(); ++row) {
@@ -158,7 +158,8 @@ Status DataWatch::Check(Batch& batch) {
         CONSAC_RETURN_IF_ERROR(CheckReward(slot, &batch.rewards[row]));
     }
     if (ended) CONSAC_RETURN_IF_ERROR(CheckRow(slot, batch.final_observations + row * row_bytes_, "final observation"));
-    if (!choices_.empty()) CONSAC_RETURN_IF_ERROR(CheckMask(slot, batch.next_action_masks + row * mask_bytes_));
+    if (!choices_.empty() && (goes_on.empty() || goes_on[row] != 0))
+      CONSAC_RETURN_IF_ERROR(CheckMask(slot, batch.next_action_masks + row * mask_bytes_));
     WatchStandstill(slot, batch, row);
     CONSAC_RETURN_IF_ERROR(WatchLength(slot, ended));
   }

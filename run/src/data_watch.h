@@ -4,6 +4,7 @@
 // which is shown every batch. Private to run.
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,9 @@ class DataWatch {
   /// After a reset: looks at next_observations. Episodes under way are forgotten.
   Status Begin(Batch& batch);
   /// After a step: looks at everything that the world wrote. With kReplace it mends the batch. An error names
-  /// environment, step (of this watch, from 1), leaf and element.
-  Status Check(Batch& batch);
+  /// environment, step (of this watch, from 1), leaf and element. `goes_on`: one byte per row, whether its agent takes
+  /// part in the next step, so that its mask means something; empty: all do.
+  Status Check(Batch& batch, std::span<const std::uint8_t> goes_on = {});
 
   /// Numbers that were replaced so far.
   std::int64_t replaced() const { return replaced_; }

@@ -14,12 +14,20 @@ Worker::Part::Part(const BehaviourSpec& behaviour, std::int32_t first_slot)
   std::iota(ids.begin(), ids.end(), first_slot);
   acting_ids.reserve(ids.size());
   arriving_ids.reserve(ids.size());
+  goes_on.reserve(ids.size());
 }
 
 std::span<const std::int32_t> Worker::Part::Named(const GatheredRows& rows, std::vector<std::int32_t>* to) const {
   to->clear();
   for (const std::int32_t slot : rows.slots()) to->push_back(ids[static_cast<std::size_t>(slot)]);
   return *to;
+}
+
+std::span<const std::uint8_t> Worker::Part::GoingOn(std::span<const std::uint8_t> present) {
+  goes_on.clear();
+  if (present.empty()) return goes_on;
+  for (const std::int32_t slot : acting.slots()) goes_on.push_back(present[static_cast<std::size_t>(slot)]);
+  return goes_on;
 }
 
 Worker::Worker(std::unique_ptr<WorldLink> link, std::vector<std::int32_t> first_slots, Connect connect)
@@ -105,7 +113,7 @@ Status Worker::TakeOutcome(Trainees trainees) {
     const GatheredRows& acting = parts_[b].acting;
     acting.TakeOutcome(world_batches_[b], batches_[b]);
     if (batches_[b].rows() == 0) continue;
-    CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b]));
+    CONSAC_RETURN_IF_ERROR(trainees[b].watch.Check(batches_[b], parts_[b].GoingOn(link_->present(b))));
     acting.PutNext(batches_[b], world_batches_[b]);  // as the watch has mended it
   }
   return Status::Ok();

@@ -72,6 +72,9 @@ class Worker {
     std::vector<std::int32_t> acting_ids, arriving_ids;  // the same as the learner's
     /// The learner's names of `rows`, into `to`.
     std::span<const std::int32_t> Named(const GatheredRows& rows, std::vector<std::int32_t>* to) const;
+    std::vector<std::uint8_t> goes_on;  // [acting] takes the next step too
+    /// That, by who is present after the step; empty: all do.
+    std::span<const std::uint8_t> GoingOn(std::span<const std::uint8_t> present);
   };
 
   void FindActing(std::size_t b);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -227,6 +228,18 @@ TEST(DataWatch, AChoiceWithoutALegalActionIsAnError) {
   EXPECT_EQ(status.code(), StatusCode::kProtocol);
   EXPECT_THAT(status.message(), AllOf(HasSubstr("environment 0"), HasSubstr("choice 1"), HasSubstr("step 2")));
   EXPECT_FALSE(watch.Begin(buffer.batch()).ok());
+}
+
+TEST(DataWatch, TheMaskOfAnAgentThatDoesNotGoOnMeansNothing) {
+  BehaviourSpec behaviour = BehaviourSpec::Of("default", *Space::Box(0, 1, {1}), *Space::Discrete(2), 2);
+  behaviour.masks_actions = true;
+  DataWatch watch(behaviour, {});
+  BatchBuffer buffer(behaviour);
+  const std::uint8_t legal[] = {1, 0, 0, 0};
+  std::memcpy(buffer.batch().next_action_masks, legal, sizeof(legal));
+  EXPECT_TRUE(watch.Check(buffer.batch(), std::array<std::uint8_t, 2>{1, 0}).ok());
+  EXPECT_THAT(watch.Check(buffer.batch(), std::array<std::uint8_t, 2>{0, 1}).message(), HasSubstr("environment 1"));
+  EXPECT_THAT(watch.Check(buffer.batch()).message(), HasSubstr("environment 1"));
 }
 
 TEST(DataWatch, AnObservationThatStandsStillIsSaidOnce) {

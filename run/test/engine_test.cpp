@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstring>
+#include <limits>
 #include <thread>
 
 #include "consac/base/hooks.h"
@@ -353,6 +356,84 @@ TEST(Engine, ATakenNameIsRefusedBeforeTheEngineIsDisturbed) {
   EXPECT_EQ(FailureWith(config).code(), StatusCode::kInvalidArgument);
   const Result<std::unique_ptr<Transport>> trainer = listener->Accept(0.05);
   EXPECT_TRUE(trainer.ok() && *trainer == nullptr) << "nobody has connected";
+}
+
+/// Three agents of one world with masks: one is always there, one vanishes, one ends, and both come again while the
+/// episode goes on. What nobody looks at, rows and masks of those who are away, is nonsense.
+class MaskedTeam {
+ public:
+  MaskedTeam() {
+    BehaviourSpec team = BehaviourSpec::Of("team", *Space::Box(-1, 1, {2}), *Space::Discrete(3), 3);
+    team.agents = {"leader", "guest", "walker"};
+    team.masks_actions = true;
+    engine_.message.env.behaviours = {team};
+    engine_.blocks = protocol2::Blocks(engine_.message.env);
+    thread_ = std::thread([this] { Serve(); });
+  }
+  ~MaskedTeam() { thread_.join(); }
+  std::string url() const { return "tcp://127.0.0.1:" + std::to_string(engine_.port()); }
+  int illegal() const { return illegal_; }
+  int steps() const { return steps_; }
+
+ private:
+  static constexpr unsigned kGuest[] = {16, 16, 2, 0, 0, 24}, kWalker[] = {16, 5, 0, 0, 24, 16};
+
+  void Serve() {
+    engine_.Begin(false);
+    std::array<unsigned, 3> was = {}, now = {24, 24, 24};
+    for (auto frame = engine_.Next(); frame.header.type >= protocol2::FrameType::kReset; frame = engine_.Next()) {
+      if (frame.header.type != protocol2::FrameType::kReset && frame.header.type != protocol2::FrameType::kStep) break;
+      if (frame.header.type == protocol2::FrameType::kStep) {
+        for (std::size_t slot = 0; slot < 3; ++slot) {
+          std::int32_t action = 0;
+          std::memcpy(&action, frame.payload.data() + engine_.blocks.behaviours[0].actions + 4 * slot, sizeof(action));
+          illegal_ += (was[slot] & 16u) != 0 && action == 1 ? 1 : 0;
+        }
+        now = {16, kGuest[steps_ % 6], kWalker[steps_ % 6]};
+        ++steps_;
+      }
+      engine_.Send(consac::testing::FrameBytes(protocol2::FrameType::kResult, frame.header.request, Payload(was, now)));
+      was = now;
+    }
+  }
+
+  std::vector<std::byte> Payload(const std::array<unsigned, 3>& was, const std::array<unsigned, 3>& now) const {
+    const bool final = (now[2] & 4u) != 0;
+    std::vector<std::byte> payload(engine_.blocks.result_bytes + (final ? 8 : 0));
+    payload[0] = std::byte{final};
+    const protocol2::BehaviourBlocks& at = engine_.blocks.behaviours[0];
+    for (std::size_t slot = 0; slot < 3; ++slot) {
+      const bool plays = (now[slot] & 16u) != 0, seen = (now[slot] & 19u) != 0;
+      const float value = seen ? 0.25f * static_cast<float>(slot) : std::numeric_limits<float>::quiet_NaN();
+      const float row[2] = {value, value};
+      const double reward = (was[slot] & 16u) != 0 && now[slot] != 24 ? 1.0 : 0.0;
+      const std::uint8_t legal[] = {1, 0, 1}, nothing[] = {0, 0, 0}, nonsense[] = {7, 0, 9};
+      std::memcpy(payload.data() + at.observations + slot * sizeof(row), row, sizeof(row));
+      std::memcpy(payload.data() + at.rewards + slot * sizeof(reward), &reward, sizeof(reward));
+      payload[at.states + slot] = static_cast<std::byte>(now[slot]);
+      std::memcpy(payload.data() + at.masks + slot * 3, plays ? legal : seen ? nothing : nonsense, 3);
+    }
+    return payload;
+  }
+
+  consac::testing::RawEngine engine_;
+  std::atomic<int> illegal_{0}, steps_{0};
+  std::thread thread_;
+};
+
+TEST(Engine, AMaskedTeamWhoseMembersEndOrVanishWhileTheEpisodeGoesOnIsLearned) {
+  for (const char* algorithm : {"ppo", "a2c"}) {
+    consac::testing::ScratchFolder scratch("team");
+    MaskedTeam engine;
+    RunConfig config = EngineRun(scratch.path(), engine.url());
+    config.algorithm = algorithm;
+    config.steps = 1200;
+    const Result<RunSummary> summary = Train(config, kNeverStop);
+    ASSERT_TRUE(summary.ok()) << algorithm << ": " << summary.status().message();
+    EXPECT_EQ(summary->steps, 1200);
+    EXPECT_EQ(engine.illegal(), 0);
+    EXPECT_GT(engine.steps(), 400);
+  }
 }
 
 TEST(Engine, OneThatAsksToBeLeftAloneIs) {

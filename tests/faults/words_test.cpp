@@ -146,7 +146,9 @@ TEST(Words, AnEngineThatTakesASessionUpAndClosesIsGivenTime) {
       ++connections;
       (void)engine.Next();
       Welcome welcome;
+      welcome.session = 1;
       welcome.resumed = true;
+      welcome.last_request = 2;  // RESET
       welcome.resume = "of this session";
       engine.Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
       engine.Close();

@@ -35,6 +35,13 @@ def test_every_rule_has_a_case_and_every_case_rules():
     assert set(known) == named
 
 
+def test_rules_of_both_ends_have_cases_for_both():
+    """What both an engine and a trainer read: frames, JSON, answers."""
+    named = {file: {rule for name, case in cases() if name == file for rule in case["rules"]} for file in ("server.json", "trainer.json")}
+    for file in named:
+        assert {"R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9", "R10", "R16", "R17", "R20", "R21", "R24", "R31", "R33"} <= named[file], file
+
+
 def test_every_case_has_a_name_of_its_own_and_breaks_one_of_its_rules():
     names = [(file, case["name"]) for file, case in cases()]
     assert len(names) == len(set(names))

@@ -140,7 +140,10 @@ Result<bool> FrameReader::Next(Frame* frame) {
     return false;
   }
   const Result<FrameHeader> header = ReadHeader(at, limit_);
-  if (!header.ok()) return header.status();
+  if (!header.ok()) {
+    refused_request_ = Load<std::uint32_t>(at) == kMagic ? Load<std::uint64_t>(at + 16) : 0;
+    return header.status();
+  }
   const std::size_t whole = kHeaderBytes + header->length;
   if (there < whole) {
     CONSAC_RETURN_IF_ERROR(MakeRoom(whole));
@@ -150,8 +153,10 @@ Result<bool> FrameReader::Next(Frame* frame) {
   frame->payload = {at + kHeaderBytes, header->length};
   begin_ += whole;
   usual_ = whole > usual_ ? whole : usual_ - (usual_ - whole) / kForgetting;
-  if (header->checked && Crc32c(frame->payload) != header->crc)
+  if (header->checked && Crc32c(frame->payload) != header->crc) {
+    refused_request_ = header->request;
     return Fault("CRC_MISMATCH", "a frame's payload was changed on its way");
+  }
   return true;
 }
 

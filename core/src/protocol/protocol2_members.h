@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -17,6 +18,13 @@ namespace consac::protocol2 {
 
 using Json = nlohmann::json;
 
+/// A number that every language's JSON has exactly.
+inline bool IsWhole(const Json& value) {
+  constexpr std::int64_t kMost = (std::int64_t{1} << 53) - 1;
+  if (value.is_number_unsigned()) return value.get<std::uint64_t>() <= static_cast<std::uint64_t>(kMost);
+  return value.is_number_integer() && value.get<std::int64_t>() >= -kMost && value.get<std::int64_t>() <= kMost;
+}
+
 /// Members of an object, and what holds where they are missing. One of another type than it should have is remembered.
 struct Members {
   const Json& json;
@@ -27,9 +35,10 @@ struct Members {
     return found == json.end() ? nullptr : &*found;
   }
   /// The member if it is `what`; null where it is missing or something else.
-  const Json* Find(const char* name, bool (Json::*is)() const noexcept, const char* what) const {
+  template <class Is>
+  const Json* Find(const char* name, Is is, const char* what) const {
     const Json* value = Find(name);
-    if (value == nullptr || (value->*is)()) return value;
+    if (value == nullptr || std::invoke(is, *value)) return value;
     if (wrong.empty()) wrong = std::string(name) + " is " + Quote(JsonText(*value)) + ", expected " + what;
     return nullptr;
   }
@@ -38,7 +47,7 @@ struct Members {
     return value != nullptr ? value->get<std::string>() : std::string();
   }
   std::int64_t Whole(const char* name, std::int64_t otherwise = 0) const {
-    const Json* value = Find(name, &Json::is_number_integer, "a whole number");
+    const Json* value = Find(name, IsWhole, "a whole number below 2^53");
     return value != nullptr ? value->get<std::int64_t>() : otherwise;
   }
   double Number(const char* name, double otherwise) const {

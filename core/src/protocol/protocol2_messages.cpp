@@ -1,5 +1,6 @@
 // The control messages of protocol 2 as JSON, but for those in which an engine and a trainer agree on what is stepped
 // (protocol2_spec.cpp).
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "consac/base/json.h"
@@ -17,6 +18,8 @@ constexpr JsonLimits kMessageLimits = {.bytes = kLargestJson, .values = std::siz
 
 Result<Json> ParseObject(std::span<const std::byte> payload) {
   const std::string_view text(reinterpret_cast<const char*>(payload.data()), payload.size());
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // which the library would pass over
+  if (text.starts_with(kByteOrderMark)) return Fault("MALFORMED", "a payload begins with a byte order mark");
   Result<Json> json = ReadJson<Json>(text, kMessageLimits);
   if (!json.ok()) return Fault("MALFORMED", json.status().message() + ", in " + Quote(text));
   if (!json->is_object()) return Fault("MALFORMED", "a payload is no JSON object: " + Quote(text));
@@ -38,12 +41,13 @@ Result<Hello> ParseHello(std::span<const std::byte> payload) {
   if (!json.ok()) return json.status();
   const Members members{*json};
   const Json* range = members.Find("protocol");
-  const bool whole = range != nullptr && range->is_array() && range->size() == 2 && (*range)[0].is_number_integer() &&
-                     (*range)[1].is_number_integer();
+  const bool whole =
+      range != nullptr && range->is_array() && range->size() == 2 && IsWhole((*range)[0]) && IsWhole((*range)[1]);
   if (!whole) return Fault("MALFORMED", "HELLO lacks \"protocol\": [lowest, highest]");
   Hello hello;
   hello.lowest = static_cast<int>(std::clamp<std::int64_t>((*range)[0].get<std::int64_t>(), 0, 1 << 30));
   hello.highest = static_cast<int>(std::clamp<std::int64_t>((*range)[1].get<std::int64_t>(), 0, 1 << 30));
+  if (hello.lowest > kVersion || hello.highest < kVersion) return hello;  // of another version nothing else is known
   hello.client = members.Text("client");
   hello.capabilities = members.Texts("capabilities");
   hello.token = members.Text("token");
@@ -74,11 +78,16 @@ Result<Welcome> ParseWelcome(std::span<const std::byte> payload) {
                  "the engine chose protocol " + std::to_string(members.Whole("protocol")) + ", which was not offered");
   Welcome welcome;
   welcome.server = members.Text("server");
-  welcome.session = static_cast<std::uint32_t>(members.Whole("session"));
+  const std::int64_t session = members.Whole("session");
+  if (members.wrong.empty() && (session < 1 || session > std::numeric_limits<std::uint32_t>::max()))
+    return Fault("MALFORMED", "WELCOME: session is " + std::to_string(session) + ", expected 1 to 2^32-1");
+  welcome.session = static_cast<std::uint32_t>(session);
   welcome.resume = members.Text("resume");
   welcome.capabilities = members.Texts("capabilities");
   welcome.max_frame = members.FrameLimit();
-  welcome.heartbeat_s = std::clamp(members.Number("heartbeat_s", 10.0), 0.1, 1e6);
+  const double heartbeat_s = members.Number("heartbeat_s", 10.0);
+  if (!(heartbeat_s > 0.0)) return Fault("MALFORMED", "WELCOME: heartbeat_s is not above 0");
+  welcome.heartbeat_s = std::clamp(heartbeat_s, 0.1, 1e6);
   welcome.last_request = static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole("last_request"), 0));
   welcome.resumed = members.Truth("resumed");
   return members.Checked("WELCOME", std::move(welcome));

@@ -57,7 +57,11 @@ std::string FirstDifference(const Json& expected, const Json& found, const std::
   if (expected.is_object() && found.is_object()) {
     for (const auto& [key, value] : expected.items()) {
       const auto other = found.find(key);
-      const std::string difference = FirstDifference(value, other == found.end() ? Json() : *other, below(key), text);
+      if (other == found.end()) {
+        *text = Quote(JsonText(value)) + " was expected, the engine offers nothing";
+        return below(key);
+      }
+      const std::string difference = FirstDifference(value, *other, below(key), text);
       if (!difference.empty()) return difference;
     }
     return "";
@@ -208,7 +212,7 @@ namespace {
 
 Result<Autoreset> AutoresetOf(const Members& members) {
   const std::string name = members.Text("autoreset");
-  if (name.empty()) return Autoreset::kSameStep;
+  if (!members.json.contains("autoreset") || !members.wrong.empty()) return Autoreset::kSameStep;
   for (std::size_t i = 0; i < std::size(kAutoresetNames); ++i) {
     if (kAutoresetNames[i] == name) return static_cast<Autoreset>(i);
   }
@@ -222,18 +226,19 @@ Result<Configure> ParseConfigure(std::span<const std::byte> payload) {
   if (!json.ok()) return json.status();
   const Members members{*json};
   const Result<Autoreset> autoreset = AutoresetOf(members);
-  if (!autoreset.ok()) return autoreset.status();
   Configure configure;
-  configure.autoreset = *autoreset;
   if (const Json* expect = members.List("expect"); expect != nullptr) {
     CONSAC_RETURN_IF_ERROR(CheckExpectedNames(*expect));
     configure.expect_json = JsonText(*expect);
   }
   const std::string transport = members.Text("transport");
+  if (!members.wrong.empty()) return Fault("MALFORMED", "CONFIGURE: " + members.wrong);  // types come first
+  if (!autoreset.ok()) return autoreset.status();
+  configure.autoreset = *autoreset;
   configure.shared_memory = transport == "shm";
-  if (!transport.empty() && transport != "tcp" && transport != "shm")
+  if (json->contains("transport") && transport != "tcp" && transport != "shm")
     return Fault("UNSUPPORTED", "transport " + Quote(transport) + " is neither tcp nor shm");
-  return members.Checked("CONFIGURE", std::move(configure));
+  return configure;
 }
 
 std::string BehavioursJson(const EnvSpec& env) {

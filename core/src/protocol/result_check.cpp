@@ -262,7 +262,7 @@ Status ResultCheck::JudgeRepeated(const Site& site) const {
     return Breaks("R70", site.Name() + " was not stepped and has " + StateText(site.state) + ", before it had " +
                              StateText(site.was));
   }
-  if (site.before.size() < blocks_.result_bytes) return Status::Ok();
+  if (site.before.size() < blocks_.result_bytes || !site.Has(kActive)) return Status::Ok();
   const std::byte* row = site.before.data() + (site.row() - site.payload.data());
   const std::byte* mask = site.before.data() + (site.mask() - site.payload.data());
   if (std::memcmp(row, site.row(), site.row_bytes()) != 0)

@@ -57,6 +57,16 @@ Status Client2::SayHello() {
   if (answer->header.type != FrameType::kWelcome) return Unexpected(*answer, "WELCOME");
   Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(answer->payload);
   if (!welcome.ok()) return welcome.status();
+  for (const std::string& agreed : welcome->capabilities) {
+    if (std::find(hello.capabilities.begin(), hello.capabilities.end(), agreed) != hello.capabilities.end()) continue;
+    return {StatusCode::kProtocol,
+            transport_->peer() + " agrees to capability " + Quote(agreed) + ", which was not asked for (R21)"};
+  }
+  const bool follows = welcome->last_request == request_ || welcome->last_request + 1 == request_;
+  if (welcome->resumed && !follows) {
+    return {StatusCode::kProtocol, transport_->peer() + " says that request " + std::to_string(welcome->last_request) +
+                                       " was the last, not " + std::to_string(request_) + " or the one before (R24)"};
+  }
   welcome_ = std::move(*welcome);
   reader_.SetLimit(welcome_.max_frame);
   open_ = true;

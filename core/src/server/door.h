@@ -9,6 +9,7 @@
 #include "consac/base/hooks.h"
 #include "consac/protocol/protocol2.h"
 #include "consac/transport/transport.h"
+#include "server/farewells.h"
 
 namespace consac {
 
@@ -23,7 +24,8 @@ struct Undecided {
   double since = 0.0;
   protocol2::FrameReader reader;
   std::optional<protocol2::Hello> hello = std::nullopt;  // that was good
-  std::uint64_t request = 0;                             // its
+  std::uint64_t request = 0;                             // in the header of its latest frame
+  bool speaks_2 = false;                                 // a frame has come that is skipped
   bool looked_for_room = false;  // every session there is was asked whether its trainer has left
 };
 
@@ -34,16 +36,19 @@ inline void Dismiss(Undecided& one, std::string_view line) {
 }
 
 /// With an ERROR, unless it left by itself or never said which protocol it speaks.
-inline void TurnAway(Undecided& one, const Status& why) {
+inline void TurnAway(Undecided& one, const Status& why, Farewells& farewells) {
   if (why.code() != StatusCode::kProtocol) return one.transport->Close();
   Log(LogLevel::kWarning, one.transport->peer() + " was turned away: " + why.message());
   const bool later = protocol2::FaultName(why) == "CAPACITY";
   const std::string json = protocol2::EncodeError(
       {std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, later ? 1.0 : 0.0, -1});
   std::string frame(protocol2::kHeaderBytes, '\0');
-  protocol2::WriteHeader({protocol2::FrameType::kError, false, static_cast<std::uint32_t>(json.size()), 0, 0, 0},
-                         reinterpret_cast<std::byte*>(frame.data()));
-  Dismiss(one, frame + json);
+  protocol2::WriteHeader(
+      {protocol2::FrameType::kError, false, static_cast<std::uint32_t>(json.size()), 0, one.request, 0},
+      reinterpret_cast<std::byte*>(frame.data()));
+  frame += json;
+  (void)one.transport->Write(std::as_bytes(std::span(frame)), 0.0);
+  farewells.Add(std::move(one.transport));
 }
 
 }  // namespace consac

@@ -40,7 +40,7 @@ class EnvServerOfEither final : public EnvServer {
  public:
   EnvServerOfEither(VectorEnv& env, std::unique_ptr<Listener> listener, const EnvServerOptions& options)
       : listener_(std::move(listener)), options_(options), text_fits_(TextFits(env.spec(), options)) {
-    seats_.push_back(std::make_unique<Seat>(env, options_, steps_));
+    seats_.push_back(std::make_unique<Seat>(env, options_, steps_, farewells_));
   }
   ~EnvServerOfEither() override { EnvServerOfEither::Close("the engine closes"); }
 
@@ -100,6 +100,7 @@ class EnvServerOfEither final : public EnvServer {
   void Close(const std::string& why) override {
     EndAll({StatusCode::kCancelled, why});
     waiting_.clear();
+    farewells_.Clear();
     listener_->Close();
     open_ = false;
   }
@@ -171,6 +172,7 @@ class EnvServerOfEither final : public EnvServer {
 
   /// Takes waiting connections and decides about those that have said enough, or nothing for long enough.
   Status Accept(double timeout_s) {
+    farewells_.Look();
     Result<std::unique_ptr<Transport>> accepted = Knock(timeout_s);
     if (!accepted.ok()) return accepted.status();
     if (*accepted != nullptr && (waiting_.size() < kMostUndecided || SendAwayMute())) LetIn(std::move(*accepted));
@@ -183,7 +185,7 @@ class EnvServerOfEither final : public EnvServer {
       Undecided one = std::move(waiting_[i]);
       waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
       if (!protocol.ok()) {
-        TurnAway(one, protocol.status());
+        TurnAway(one, protocol.status(), farewells_);
       } else if (*protocol == Protocol::kText1) {
         WelcomeText(std::move(one));
       } else {
@@ -245,7 +247,7 @@ class EnvServerOfEither final : public EnvServer {
     if (!count.ok()) return count.status();
     one.reader.Commit(*count);
     const double waited = Now() - one.since;
-    if (one.reader.pending().empty()) {
+    if (one.reader.pending().empty() && !one.speaks_2) {
       if (text_fits_.ok() && options_.protocol == Protocol::kAuto)
         return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
       if (waited < options_.handshake_s) return Protocol::kAuto;
@@ -253,27 +255,38 @@ class EnvServerOfEither final : public EnvServer {
       DismissText(one);
       return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
     }
-    if (one.reader.pending()[0] != std::byte{0xC0}) return Protocol::kText1;
+    if (!one.speaks_2 && one.reader.pending()[0] != std::byte{0xC0}) return Protocol::kText1;
     protocol2::Frame frame;
-    const Result<bool> whole = one.reader.Next(&frame);
-    if (!whole.ok()) return whole.status();
+    Result<bool> whole = one.reader.Next(&frame);
+    while (whole.ok() && *whole && MayComeBeforeHello(frame.header.type)) {
+      one.speaks_2 = true;
+      whole = one.reader.Next(&frame);
+    }
+    if (!whole.ok()) {
+      one.request = one.reader.refused_request();
+      return whole.status();
+    }
     if (!*whole) {
       if (waited < options_.handshake_s) return Protocol::kAuto;
       return Fault("MALFORMED", "no whole HELLO came within " + NumberText(options_.handshake_s) + " s");
     }
+    if (frame.header.type == FrameType::kBye) return Status{StatusCode::kUnavailable, "it left without a HELLO"};
     protocol2::Hello hello;
+    one.request = frame.header.request;
     CONSAC_RETURN_IF_ERROR(ReadHello(frame, &hello));
     one.hello = std::move(hello);
-    one.request = frame.header.request;
     return Protocol::kProtocol2;
+  }
+
+  static bool MayComeBeforeHello(FrameType type) {
+    return type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
   }
 
   void Welcome(Undecided one) {
     Result<Seat*> seat = SeatFor(*one.hello);
-    if (!seat.ok()) return TurnAway(one, seat.status());
+    if (!seat.ok()) return TurnAway(one, seat.status(), farewells_);
     Arrival arrival;
     arrival.hello = std::move(*one.hello);
-    arrival.request = one.request;
     arrival.transport = std::move(one.transport);
     arrival.reader = std::move(one.reader);
     arrival.since = one.since;
@@ -335,7 +348,8 @@ class EnvServerOfEither final : public EnvServer {
     if (CanMakeRoom()) {
       std::unique_ptr<VectorEnv> env = options_.make_env();
       const bool afforded = env != nullptr && CheckMemory(SeatBytes(env->spec()), "a further trainer").ok();
-      if (afforded) return seats_.emplace_back(std::make_unique<Seat>(std::move(env), options_, steps_)).get();
+      if (afforded)
+        return seats_.emplace_back(std::make_unique<Seat>(std::move(env), options_, steps_, farewells_)).get();
     }
     Seat* mute = MuteSeat();
     return mute != nullptr ? mute : left;
@@ -374,6 +388,7 @@ class EnvServerOfEither final : public EnvServer {
   }
 
   std::unique_ptr<Listener> listener_;
+  Farewells farewells_;  // outlives the seats
   const EnvServerOptions options_;
   const Status text_fits_;
   std::atomic<std::int64_t> steps_{0};

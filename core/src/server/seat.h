@@ -15,10 +15,15 @@ namespace consac {
 /// Worlds and whom they serve: a session of either protocol, or nobody.
 class Seat {
  public:
-  Seat(VectorEnv& env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps)
-      : env_(env), options_(options), steps_(steps), session2_(Session2::Create({env_, options_, steps_})) {}
-  Seat(std::unique_ptr<VectorEnv> env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps)
-      : Seat(*env, options, steps) {
+  Seat(VectorEnv& env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps, Farewells& farewells)
+      : env_(env),
+        options_(options),
+        steps_(steps),
+        farewells_(farewells),
+        session2_(Session2::Create({env_, options_, steps_, farewells_})) {}
+  Seat(std::unique_ptr<VectorEnv> env, const EnvServerOptions& options, std::atomic<std::int64_t>& steps,
+       Farewells& farewells)
+      : Seat(*env, options, steps, farewells) {
     owned_ = std::move(env);
   }
 
@@ -39,7 +44,7 @@ class Seat {
   Status Connect(Undecided one, std::int64_t number) {
     session2_->Forget();
     Result<std::unique_ptr<ServerSession>> session =
-        BeginTextSession({env_, options_, steps_}, std::move(one.transport), one.reader.pending(), number);
+        BeginTextSession({env_, options_, steps_, farewells_}, std::move(one.transport), one.reader.pending(), number);
     if (session.ok()) text_ = std::move(*session);
     return session.ok() ? Status::Ok() : session.status();
   }
@@ -59,6 +64,7 @@ class Seat {
   VectorEnv& env_;
   const EnvServerOptions& options_;
   StepCount steps_;
+  Farewells& farewells_;
   std::unique_ptr<Session2> session2_;
   bool connected2_ = false;
   std::unique_ptr<ServerSession> text_;

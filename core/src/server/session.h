@@ -8,6 +8,7 @@
 
 #include "consac/protocol/protocol2.h"
 #include "consac/server/env_server.h"
+#include "server/farewells.h"
 
 namespace consac {
 
@@ -32,6 +33,7 @@ struct SessionHost {
   VectorEnv& env;
   const EnvServerOptions& options;
   StepCount& steps;
+  Farewells& farewells;  ///< of connections that end with an ERROR
 };
 
 /// One trainer's session.
@@ -64,9 +66,8 @@ struct Arrival {
   std::unique_ptr<Transport> transport;
   protocol2::FrameReader reader;  ///< with what came behind HELLO
   protocol2::Hello hello;
-  std::uint64_t request = 0;  ///< HELLO's
-  double since = 0.0;         ///< when it connected
-  std::uint32_t number = 0;   ///< of the session, from 1
+  double since = 0.0;        ///< when it connected
+  std::uint32_t number = 0;  ///< of the session, from 1
 };
 
 /// Protocol 2. A session that lost its connection can go on with another.

@@ -36,7 +36,7 @@ Status Session2Server::Connect(Arrival arrival) {
     --request_;
     under_way_ = UnderWay::kNothing;
   }
-  finished_ = through_memory_ = false;
+  finished_ = through_memory_ = refused_ = false;
   connected_at_ = arrival.since;
   last_heard_ = Now();
 
@@ -68,12 +68,13 @@ Status Session2Server::Connect(Arrival arrival) {
   welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
   welcome.resume = resume_;
   max_frame_ = welcome.max_frame = std::min(arrival.hello.max_frame, protocol2::kLargestFrame);
-  if (welcome.resumed && result_room() > max_frame_)
-    return Fatal(Fault("FRAME_TOO_LARGE", "a RESULT may take " + std::to_string(result_room()) +
+  stepper_.LimitInfos(max_frame_);
+  if (welcome.resumed && stepper_.result_room() > max_frame_)
+    return Fatal(Fault("FRAME_TOO_LARGE", "a RESULT may take " + std::to_string(stepper_.result_room()) +
                                               " bytes, which does not fit over TCP; begin a new session"));
   welcome.last_request = request_;
   reader_.SetLimit(std::min(welcome.max_frame, LargestRequest()));
-  return SendJson(FrameType::kWelcome, arrival.request, protocol2::EncodeWelcome(welcome));
+  return SendJson(FrameType::kWelcome, 0, protocol2::EncodeWelcome(welcome));
 }
 
 bool Session2Server::Owns(std::string_view token) const {
@@ -107,7 +108,7 @@ Result<bool> Session2Server::Pump(double timeout_s) {
     reader_.Commit(*count);
     whole = reader_.Next(&frame);
   }
-  if (!whole.ok()) return Fatal(whole.status());
+  if (!whole.ok()) return Fatal(whole.status(), reader_.refused_request());
   if (!*whole) return CheckTime();
   last_heard_ = Now();  // of a whole frame: bytes that trickle are silence
   const Status status = Handle(frame);
@@ -121,7 +122,11 @@ Status Session2Server::End(const Status& why) {
   if (why.code() == StatusCode::kCancelled)
     (void)SendJson(FrameType::kGoAway, 0, protocol2::EncodeGoAway(why.message()));
   if (!outbox_.empty()) (void)outbox_.Flush(*transport_, 0.0, options_.write_s);
-  transport_->Close();
+  if (refused_) {
+    farewells_.Add(std::move(transport_));
+  } else {
+    transport_->Close();
+  }
   reader_ = protocol2::FrameReader();  // what had come of a frame goes
   outbox_.Clear();
   connected_ = false;
@@ -176,7 +181,7 @@ Status Session2Server::HandleShared() {
   std::byte head[protocol2::kHeaderBytes];
   std::memcpy(head, shared_->request(), sizeof(head));
   const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->request_bytes - sizeof(head));
-  if (!header.ok()) return Fatal(header.status());
+  if (!header.ok()) return Fatal(header.status(), request_ + 1);
   last_heard_ = Now();
   through_memory_ = true;
   const Status status = Handle({*header, {shared_->request() + sizeof(head), header->length}});
@@ -267,7 +272,7 @@ Status Session2Server::Repeat() {
 }
 
 Status Session2Server::Refuse(const Status& why, const std::string& path) {
-  if (protocol2::FaultName(why) == "MALFORMED") return Fatal(why);
+  if (protocol2::FaultName(why) == "MALFORMED") return Fatal(why, request_);
   protocol2::ErrorMessage error{
       std::string(protocol2::FaultName(why)), false, protocol2::FaultText(why), path, 0.0, stepper_.TakeBlamed()};
   return Answer(FrameType::kError, protocol2::EncodeError(error));
@@ -278,9 +283,10 @@ Status Session2Server::RefuseUncounted(std::uint64_t request, const std::string&
   return SendJson(FrameType::kError, request, protocol2::EncodeError(error));
 }
 
-Status Session2Server::Fatal(const Status& why) {
+Status Session2Server::Fatal(const Status& why, std::uint64_t request) {
   protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, 0.0, -1};
-  (void)SendJson(FrameType::kError, request_, protocol2::EncodeError(error));
+  (void)SendJson(FrameType::kError, request, protocol2::EncodeError(error));
+  refused_ = true;
   return why;
 }
 

@@ -19,7 +19,7 @@ namespace consac {
 class Session2Server final : public Session2 {
  public:
   explicit Session2Server(const SessionHost& host)
-      : env_(host.env), options_(host.options), steps_(host.steps), stepper_(host.env) {
+      : env_(host.env), options_(host.options), steps_(host.steps), farewells_(host.farewells), stepper_(host.env) {
     result_.Resize(protocol2::kHeaderBytes + stepper_.result_room());
     PlaceResult(result_.data());
   }
@@ -30,7 +30,7 @@ class Session2Server final : public Session2 {
   Result<bool> Pump(double timeout_s) override;
   Status End(const Status& why) override;
 
-  std::string peer() const override { return transport_->peer(); }
+  std::string peer() const override { return transport_ == nullptr ? "" : transport_->peer(); }
   bool finished() const override { return finished_; }
   void Forget() override;
   bool resumable() const override { return resumable_ && Now() - broke_at_ < options_.resume_s; }
@@ -95,8 +95,8 @@ class Session2Server final : public Session2 {
   /// Tells the trainer; its number is not used up.
   Status RefuseUncounted(std::uint64_t request, const std::string& why);
 
-  /// Tells the trainer and ends the connection.
-  Status Fatal(const Status& why);
+  /// Tells the trainer and ends the connection. `request`: the number in the header that is refused, 0 for none.
+  Status Fatal(const Status& why, std::uint64_t request = 0);
 
   // ---- frames in
 
@@ -112,6 +112,7 @@ class Session2Server final : public Session2 {
   VectorEnv& env_;
   const EnvServerOptions& options_;
   StepCount& steps_;
+  Farewells& farewells_;
   Stepper stepper_;
 
   // The connection.
@@ -122,7 +123,7 @@ class Session2Server final : public Session2 {
   double connected_at_ = 0.0, last_heard_ = 0.0, broke_at_ = 0.0;
   std::size_t max_frame_ = protocol2::kLargestFrame;
   bool renders_ = false;  // was agreed
-  bool connected_ = false, finished_ = false, resumable_ = false;
+  bool connected_ = false, finished_ = false, resumable_ = false, refused_ = false;
 
   // The session.
   std::uint32_t number_ = 0;

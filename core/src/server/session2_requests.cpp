@@ -23,7 +23,8 @@ Status Session2Server::Handle(const Frame& frame) {
   const auto type = static_cast<std::uint16_t>(header.type);
   switch (header.type) {
     case FrameType::kPing:
-      if (frame.payload.size() > kLargestPing) return Fatal(Fault("MALFORMED", "a PING has more than 64 bytes"));
+      if (frame.payload.size() > kLargestPing)
+        return Fatal(Fault("MALFORMED", "a PING has more than 64 bytes"), header.request);
       return SendFrame(FrameType::kPong, 0, frame.payload);
     case FrameType::kPong:
       return Status::Ok();
@@ -70,8 +71,9 @@ Status Session2Server::OnConfigure(const Frame& frame) {
         protocol2::CompareBehaviours(configure->expect_json, protocol2::BehavioursJson(env_.spec()), &path);
     if (!same.ok()) return Refuse(same, path);
   }
-  if (!configure->shared_memory && result_room() > max_frame_) {
-    return Refuse(Fault("UNSUPPORTED", "a RESULT may take " + std::to_string(result_room()) +
+  const std::size_t largest = stepper_.blocks().largest_result;
+  if (!configure->shared_memory && largest > max_frame_) {
+    return Refuse(Fault("UNSUPPORTED", "a RESULT may take " + std::to_string(largest) +
                                            " bytes, more than the trainer's max_frame of " +
                                            std::to_string(max_frame_)));
   }
@@ -88,8 +90,14 @@ Status Session2Server::OnConfigure(const Frame& frame) {
     if (!shared.ok()) return Refuse(Fault("UNSUPPORTED", shared.message()));
     spec.shared_memory = shared_->Spec();
   }
+  const std::string text = protocol2::EncodeSpec(spec);
+  if (text.size() > max_frame_) {
+    return Refuse(Fault("UNSUPPORTED", "SPEC has " + std::to_string(text.size()) +
+                                           " bytes, more than the trainer's max_frame of " +
+                                           std::to_string(max_frame_)));
+  }
   phase_ = Phase::kBegin;
-  return Answer(FrameType::kSpec, protocol2::EncodeSpec(spec));
+  return Answer(FrameType::kSpec, text);
 }
 
 Status Session2Server::OnReset(std::span<const std::byte> payload) {

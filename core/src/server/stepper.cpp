@@ -89,13 +89,28 @@ bool Stepper::Present(std::size_t b, std::size_t slot) const {
 
 // ---- RESET
 
-/// What RESET and STEP begin with: flags, and a byte for each environment that is 0 or 1.
-Status Stepper::CheckHead(std::span<const std::byte> request, std::uint32_t flags, const char* name) {
+namespace {
+
+Status WrongSize(const char* name, std::size_t bytes, std::size_t expected) {
+  return Fault("WRONG_SIZE",
+               std::string(name) + " has " + std::to_string(bytes) + " bytes, expected " + std::to_string(expected));
+}
+
+/// The two words that RESET and STEP begin with.
+Status CheckWords(std::span<const std::byte> request, std::uint32_t flags, const char* name) {
+  if (request.size() < protocol2::kActiveOffset) return WrongSize(name, request.size(), protocol2::kActiveOffset);
   const std::uint32_t said = WordAt(request, 0), zero = WordAt(request, sizeof(said));
   if ((said & ~flags) != 0 || zero != 0) {
     return Fault("MALFORMED", std::string(name) + " has flags " + std::to_string(said) + " and " +
                                   std::to_string(zero) + " behind them; what is not known must be 0");
   }
+  return Status::Ok();
+}
+
+}  // namespace
+
+/// A byte for each environment that is 0 or 1.
+Status Stepper::CheckChosen(std::span<const std::byte> request, const char* name) {
   for (std::size_t world = 0; world < blocks_.environments; ++world) {
     const auto chosen = std::to_integer<int>(request[protocol2::kActiveOffset + world]);
     if (chosen <= 1) continue;
@@ -106,24 +121,21 @@ Status Stepper::CheckHead(std::span<const std::byte> request, std::uint32_t flag
   return Status::Ok();
 }
 
+/// In the order of R18.
 Status Stepper::CheckReset(std::span<const std::byte> request) {
-  const auto wrong_size = [&](std::size_t expected) {
-    return Fault("WRONG_SIZE",
-                 "RESET has " + std::to_string(request.size()) + " bytes, expected " + std::to_string(expected));
-  };
-  if (request.size() < blocks_.seeds) return wrong_size(blocks_.seeds);
-  CONSAC_RETURN_IF_ERROR(CheckHead(request, protocol2::kWithSeeds | protocol2::kWithOptions, "RESET"));
+  CONSAC_RETURN_IF_ERROR(CheckWords(request, protocol2::kWithSeeds | protocol2::kWithOptions, "RESET"));
   const std::uint32_t flags = WordAt(request, 0);
   std::size_t end = (flags & protocol2::kWithSeeds) != 0 ? blocks_.options : blocks_.seeds;
   const std::size_t options = end + sizeof(std::uint32_t);
   std::span<const std::byte> text;
   if ((flags & protocol2::kWithOptions) != 0) {
-    if (request.size() < options) return wrong_size(options);
+    if (request.size() < options) return WrongSize("RESET", request.size(), options);
     const std::size_t length = WordAt(request, end);
     end = protocol2::AlignBlock(options + length);
     if (request.size() == end) text = request.subspan(options, length);
   }
-  if (request.size() != end) return wrong_size(end);
+  if (request.size() != end) return WrongSize("RESET", request.size(), end);
+  CONSAC_RETURN_IF_ERROR(CheckChosen(request, "RESET"));
   for (std::size_t world = 0; world < blocks_.environments && (flags & protocol2::kWithSeeds) != 0; ++world) {
     std::int64_t seed = 0;
     std::memcpy(&seed, request.data() + blocks_.seeds + world * sizeof(seed), sizeof(seed));
@@ -201,12 +213,12 @@ Status Stepper::ResetOne(std::size_t world, std::optional<std::uint64_t> seed) {
 // ---- STEP
 
 Status Stepper::ReadStep(std::span<const std::byte> request) {
-  if (request.size() != blocks_.step_bytes) {
-    return Fault("WRONG_SIZE", "STEP has " + std::to_string(request.size()) + " bytes, expected " +
-                                   std::to_string(blocks_.step_bytes));
-  }
-  std::memcpy(request_.data(), request.data(), request.size());
-  CONSAC_RETURN_IF_ERROR(CheckHead({request_.data(), request.size()}, 0, "STEP"));
+  // Copied, since in shared memory it might change while it is looked at.
+  const std::size_t taken = std::min(request.size(), blocks_.step_bytes);
+  std::memcpy(request_.data(), request.data(), taken);
+  CONSAC_RETURN_IF_ERROR(CheckWords({request_.data(), taken}, 0, "STEP"));
+  if (request.size() != blocks_.step_bytes) return WrongSize("STEP", request.size(), blocks_.step_bytes);
+  CONSAC_RETURN_IF_ERROR(CheckChosen({request_.data(), taken}, "STEP"));
   const std::byte* wanted = request_.data() + protocol2::kActiveOffset;
   stepped_count_ = 0;
   begins_next_ = false;
@@ -225,13 +237,32 @@ Status Stepper::ReadStep(std::span<const std::byte> request) {
   return CheckActions();
 }
 
+namespace {
+
+/// What an agent of which the trainer does not know yet does: 0, or what is next to it in the space.
+void RestAction(const Layout& layout, std::byte* row) {
+  for (const Leaf& leaf : layout.leaves) {
+    for (std::int64_t i = 0; i < leaf.count; ++i) {
+      const auto [low, high] = ElementBounds(leaf, i);
+      WriteElement(leaf, row, i, std::clamp(0.0, low, high));
+    }
+  }
+}
+
+}  // namespace
+
 Status Stepper::CheckActions() {
   for (std::size_t b = 0; b < groups_.size(); ++b) {
     const Group& group = groups_[b];
     for (std::int32_t slot = 0; slot < group.spec->slots; ++slot) {
       const auto row = static_cast<std::size_t>(slot);
-      if (stepped_[group.WorldOf(slot)] == 0 || (group.active[row] == 0 && !Present(b, row))) continue;
-      const Status legal = CheckRow(group.spec->action_layout, whole_[b].actions + row * group.action_bytes);
+      if (stepped_[group.WorldOf(slot)] == 0) continue;
+      std::byte* action = whole_[b].actions + row * group.action_bytes;
+      if (group.active[row] == 0) {
+        if (Present(b, row)) RestAction(group.spec->action_layout, action);
+        continue;
+      }
+      const Status legal = CheckRow(group.spec->action_layout, action);
       if (legal.ok()) continue;
       blamed_ = static_cast<std::int64_t>(group.WorldOf(slot));
       return Fault(legal.code() == StatusCode::kNonFinite ? "NON_FINITE" : "OUT_OF_RANGE",

@@ -34,6 +34,8 @@ class Stepper {
   const protocol2::Blocks& blocks() const { return blocks_; }
   /// The largest payload of a RESULT.
   std::size_t result_room() const { return blocks_.largest_result + info_room_; }
+  /// Infos with which a RESULT would have more bytes are left out.
+  void LimitInfos(std::size_t bytes) { most_with_infos_ = bytes; }
   /// From now on RESULT's payload is written to `payload` (8-byte aligned); what was there must have been moved.
   void WriteTo(std::byte* payload);
 
@@ -76,7 +78,7 @@ class Stepper {
   bool Present(std::size_t b, std::size_t slot) const;
   bool Ended(std::size_t b, std::size_t slot);
   std::byte* States(std::size_t b) { return payload_ + blocks_.behaviours[b].states; }
-  Status CheckHead(std::span<const std::byte> request, std::uint32_t flags, const char* name);
+  Status CheckChosen(std::span<const std::byte> request, const char* name);
   Status CheckReset(std::span<const std::byte> request);
   Status ResetChosen(const std::vector<std::uint64_t>& seeds, bool all);
   void BeginAll(std::uint64_t seed);
@@ -102,6 +104,7 @@ class Stepper {
   const EnvSpec& spec_;
   const protocol2::Blocks blocks_;
   std::size_t info_room_ = 0;
+  std::size_t most_with_infos_ = protocol2::kLargestFrame;
   bool agents_leave_ = false;  // the world says who is present
   protocol2::Autoreset autoreset_ = protocol2::Autoreset::kSameStep;
 

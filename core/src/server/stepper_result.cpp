@@ -98,7 +98,7 @@ void Stepper::WriteOutcomes(std::size_t b, const Batch& batch) {
       group.active[slot] = 0;
     }
     States(b)[slot] = static_cast<std::byte>(state);
-    if (group.mask_bytes > 0 && !said_no_choice_) CheckMask(b, slot);
+    if (group.mask_bytes > 0 && group.active[slot] != 0 && !said_no_choice_) CheckMask(b, slot);
   }
   const std::size_t padded = protocol2::AlignBlock(result_bytes_);
   std::memset(payload_ + result_bytes_, 0, padded - result_bytes_);
@@ -177,7 +177,7 @@ bool Stepper::WriteInfos() {
   const std::string text = JsonText(all);
   const auto length = static_cast<std::uint32_t>(text.size());
   const std::size_t end = result_bytes_ + sizeof(length) + text.size();
-  if (protocol2::AlignBlock(end) > result_room()) return false;
+  if (protocol2::AlignBlock(end) > std::min(result_room(), most_with_infos_)) return false;
   std::memcpy(payload_ + result_bytes_, &length, sizeof(length));
   std::memcpy(payload_ + result_bytes_ + sizeof(length), text.data(), text.size());
   result_bytes_ = protocol2::AlignBlock(end);

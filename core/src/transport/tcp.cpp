@@ -197,6 +197,10 @@ class TcpTransport final : public Transport {
     }
   }
 
+  void CloseWriting() override {
+    asio::error_code ignored;
+    if (socket_.is_open()) socket_.shutdown(tcp::socket::shutdown_send, ignored);
+  }
   void Close() override {
     asio::error_code ignored;
     if (!socket_.is_open()) return;

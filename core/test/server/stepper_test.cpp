@@ -133,6 +133,16 @@ TEST_F(StepperTest, ActionsOfAgentsThatAreAwayAreNotLookedAt) {
   EXPECT_EQ(protocol2::FaultName(stepper_->ReadStep(step)), "OUT_OF_RANGE");
 }
 
+TEST_F(StepperTest, InfosThatDoNotFitAreLeftOut) {
+  Begin(Autoreset::kSameStep);
+  stepper_->LimitInfos(stepper_->blocks().largest_result);
+  for (int step = 0; step < 4; ++step) {
+    ASSERT_TRUE(Step().ok());
+    EXPECT_EQ(Infos(), "");
+    EXPECT_LE(stepper_->result_bytes(), stepper_->blocks().largest_result);
+  }
+}
+
 TEST_F(StepperTest, InfosOfTheLastStepOfAnEpisodeAreFinal) {
   Begin(Autoreset::kSameStep);
   ASSERT_TRUE(Step().ok());

@@ -72,13 +72,10 @@ class Batch:
 
     def reset(self, payload) -> None:
         count = len(self.envs)
-        if len(payload) < 8 + count:
-            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; {8 + count} are the least for {count} environments")
-        flags, zero = _TWO_U32.unpack_from(payload)
-        if flags & ~(wire.WITH_SEEDS | wire.WITH_OPTIONS) or zero:
-            raise Refused("MALFORMED", f"a RESET with flags {flags:#x} and {zero} where 0 belongs; flags are 1 (seeds) and 2 (options)")
-        chosen = self._chosen(bytes(payload[8:8 + count]), "RESET")
-        end, seeds, options = 8 + count, None, None
+        flags = self._flags(payload, wire.WITH_SEEDS | wire.WITH_OPTIONS, "RESET")
+        end, seeds, options, text = 8 + count, None, None, None
+        if len(payload) < end:
+            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; {end} are the least for {count} environments")
         if flags & wire.WITH_SEEDS:
             at, end = align(end), align(end) + 8 * count
             if len(payload) < end:
@@ -88,15 +85,17 @@ class Batch:
             at = align(end)
             length = _U32.unpack_from(payload, at)[0] if len(payload) >= at + 4 else 0
             end = at + 4 + length
-            if len(payload) == align(end):
-                options = wire.load_json(payload[at + 4:end])
+            text = payload[at + 4:end]
         if len(payload) != align(end):
             raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; by its flags it has {align(end)}")
-        if not self.started and len(chosen) != count:
-            raise Refused("BAD_STATE", f"the first RESET resets {len(chosen)} of {count} environments; reset all of them first")
+        chosen = self._chosen(bytes(payload[8:8 + count]), "RESET")
         for env in chosen if seeds else ():
             if seeds[env] < 0:
                 raise Refused("OUT_OF_RANGE", f"seed {seeds[env]} of environment {env}; seeds are 0 or more", env=env)
+        if text is not None:
+            options = wire.load_json(text)
+        if not self.started and len(chosen) != count:
+            raise Refused("BAD_STATE", f"the first RESET resets {len(chosen)} of {count} environments; reset all of them first")
         self._forget(every=True)
         for env in chosen:
             self.broken[env] = True
@@ -107,11 +106,10 @@ class Batch:
         self.started = True
 
     def step(self, payload) -> None:
+        self._flags(payload, 0, "STEP")
         if len(payload) != len(self.request):
             raise Refused("WRONG_SIZE", f"a STEP of {len(payload)} bytes; with these spaces and {len(self.envs)} environments it has {len(self.request)}")
         chosen = self._chosen(bytes(payload[8:8 + len(self.envs)]), "STEP")
-        if payload[:8] != bytes(8):
-            raise Refused("MALFORMED", f"a STEP begins {bytes(payload[:8]).hex()}; its first 8 bytes are 0")
         for env in chosen:
             if self.broken[env] or self.over[env] and self.autoreset == "disabled":
                 raise Refused("RESET_REQUIRED", f"environment {env} {'failed' if self.broken[env] else 'has ended its episode'}; reset it before it is stepped", env=env)
@@ -134,11 +132,9 @@ class Batch:
                 raise self._failed(env, error) from error
 
     def render(self, request: dict) -> bytes:
-        env = request.get("env", 0)
-        if not isinstance(env, int) or not 0 <= env < len(self.envs):
+        env = wire.member(request, "env", int, 0)
+        if not 0 <= env < len(self.envs):
             raise Refused("OUT_OF_RANGE", f"RENDER of environment {env!r}; there are 0 to {len(self.envs) - 1}")
-        if not self.started:
-            raise Refused("BAD_STATE", "RENDER before a first RESET; reset first")
         try:
             image = np.asarray(self.envs[env].render())
         except Exception as error:
@@ -147,6 +143,16 @@ class Batch:
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise Refused("UNSUPPORTED", f"the environment draws {image.dtype} of shape {image.shape}; wanted are bytes of height x width x 3", env=env)
         return _TWO_U32.pack(*image.shape[:2]) + image.tobytes()
+
+    @staticmethod
+    def _flags(payload, known: int, what: str) -> int:
+        """The first of the two words that RESET and STEP begin with."""
+        if len(payload) < 8:
+            raise Refused("WRONG_SIZE", f"a {what} of {len(payload)} bytes; its first words alone have 8")
+        flags, zero = _TWO_U32.unpack_from(payload)
+        if flags & ~known or zero:
+            raise Refused("MALFORMED", f"a {what} begins with {flags:#x} and {zero}; what is not known is 0")
+        return flags
 
     def _chosen(self, mask: bytes, what: str):
         if mask == self.all_ones:

@@ -180,8 +180,9 @@ class Server:
                 session.serve(connection, lambda: self._look(connection, session.deadline))
                 self._end(session, "said BYE")
         except (WireError, Refused) as error:
+            refused = getattr(error, "request", None)  # of a header; else of what was being carried out
             connection.last_word(connection.pack(wire.ERROR, error_json(error.code, error.message, **getattr(error, "extra", {})),
-                                                        connection.request, session=session.number if session else 0))
+                                                        connection.request if refused is None else refused, session=session.number if session else 0))
             self._log(f"closed a connection: {error}")
         except Gone as error:
             if connection.closing.is_set():
@@ -235,8 +236,7 @@ class Server:
         if connection.closing.is_set():
             raise Gone("the server shuts down")
         if deadline is not None and time.monotonic() > deadline:
-            connection.last_word(connection.pack(wire.GOAWAY, wire.dump_json({"reason": f"no HELLO and CONFIGURE within {self.limits.handshake_s:g} s"})))
-            raise Gone("the handshake took too long")
+            raise WireError("MALFORMED", f"no HELLO and CONFIGURE within {self.limits.handshake_s:g} s", 0)
         if deadline is None:
             connection.heartbeat()
 
@@ -245,52 +245,44 @@ class Server:
         deadline = time.monotonic() + self.limits.handshake_s
         while True:
             connection.request = 0
-            kind, request, number, payload = connection.read(lambda: self._look(connection, deadline))
+            kind, request, _, payload = connection.read(lambda: self._look(connection, deadline))
             self._check_deadline(connection, deadline)
             connection.request = request
             if kind == wire.HELLO:
-                hello = wire.load_json(payload)
-                if hello.get("resume") or number == 0 and request <= 1:  # whoever resumes may say the session's number already
-                    session = self._welcome(connection, request, hello)
-                    session.deadline = None if session.configured else deadline
-                    return session
-                why = f"HELLO has request {request} and session {number}; a new session begins with request 1 (or 0) and session 0"
-                raise Refused("BAD_STATE", why, severity="connection")
+                session = self._welcome(connection, wire.load_json(payload))
+                session.deadline = None if session.configured else deadline
+                return session
             if kind == wire.BYE:
                 return None
-            if not connection.aside(kind, payload, 0):
+            if kind == wire.PING or not connection.aside(kind, payload, 0):
                 raise Refused("BAD_STATE", f"a frame of type {kind} before HELLO; send HELLO first", severity="connection")
 
     def _check_deadline(self, connection: Connection, deadline: float) -> None:
         if time.monotonic() > deadline:
             self._look(connection, deadline)
 
-    def _welcome(self, connection: Connection, request: int, hello: dict) -> Session:
+    def _welcome(self, connection: Connection, hello: dict) -> Session:
         versions = hello.get("protocol")
-        if not (isinstance(versions, list) and len(versions) == 2 and all(type(version) is int for version in versions)):
+        if not (isinstance(versions, list) and len(versions) == 2 and all(type(version) is int and abs(version) <= wire.LARGEST_WHOLE for version in versions)):
             raise WireError("MALFORMED", f"HELLO has protocol {versions!r}; it is [lowest, highest]")
-        given = hello.get("token", "")
-        if self.token and not _same_secret(given, self.token):
-            raise Refused("AUTH_FAILED", "this server asks for a token and HELLO's is " + ("another; check it" if given else "missing; add it"))
         if not versions[0] <= wire.VERSION <= versions[1]:
             raise Refused("UNSUPPORTED_VERSION", f"the client speaks protocols {versions[0]} to {versions[1]}, this server {wire.VERSION}; update one of them",
                           protocol=[wire.VERSION, wire.VERSION])
-        offered, most = hello.get("capabilities", []), hello.get("max_frame", self.limits.max_frame)
-        if not isinstance(offered, list) or type(most) is not int:
-            raise WireError("MALFORMED", f"HELLO has capabilities {offered!r} and max_frame {most!r}; a list and a whole number")
+        offered, most = wire.texts(hello, "capabilities"), wire.member(hello, "max_frame", int, self.limits.max_frame)
+        given, resume, _ = (wire.member(hello, name, str, "") for name in ("token", "resume", "client"))
+        if self.token and not _same_secret(given, self.token):
+            raise Refused("AUTH_FAILED", "this server asks for a token and HELLO's is " + ("another; check it" if given else "missing; add it"))
         most = max(most, wire.LARGEST_BEFORE_WELCOME)
         if self._stop.is_set():
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
         has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
         capabilities = [name for name in has if name in offered and has[name]]
-        session, resumed = self._take_up(connection, hello["resume"]) if hello.get("resume") else self._open(connection, request)
+        session, resumed = self._take_up(connection, resume) if resume else self._open(connection)
         connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
         session.renders = "render" in capabilities
         answer = connection.pack(wire.WELCOME, wire.dump_json({
             "protocol": wire.VERSION, "server": "consac-python 0.1.0", "session": session.number, "resume": session.token, "capabilities": capabilities,
-            "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), request, session.number)
-        if not resumed:
-            session.answer = answer
+            "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), 0, session.number)
         try:
             connection.write(answer)
         except Gone:
@@ -298,7 +290,7 @@ class Server:
             raise
         return session
 
-    def _open(self, connection: Connection, request: int) -> tuple[Session, bool]:
+    def _open(self, connection: Connection) -> tuple[Session, bool]:
         with self._lock:
             if len(self._sessions) >= self.limits.max_sessions:
                 lost = [session.lost_at for session in self._sessions.values() if session.connection is None]
@@ -308,7 +300,7 @@ class Server:
             session = Session(self._next_session, self._offer)
             self._next_session += 1
             self._sessions[session.number] = session
-            session.connection, session.last_request = connection, request
+            session.connection = connection
             session.lock.acquire()
         return session, False
 

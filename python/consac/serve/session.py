@@ -11,7 +11,7 @@ from typing import Callable
 from consac import shared_memory, wire
 from consac.layout import align, first_difference
 from consac.names import check_expected_names
-from consac.wire import HEADER, WireError
+from consac.wire import HEADER
 
 from .agents import AgentBatch
 from .batch import AUTORESETS, Batch
@@ -63,12 +63,15 @@ class Session:
                 return
             if connection.aside(kind, payload, self.number):
                 continue
-            if request != self.last_request + 1 or number != self.number:
-                if request == self.last_request != 0 and number == self.number:
+            known = number in (0, self.number) and kind != wire.HELLO
+            if request != self.last_request + 1 or not known:
+                if request == self.last_request != 0 and known:
                     connection.answer(self.answer)
                     continue
                 why = f"request {request} after {self.last_request}; the next is {self.last_request + 1}"
-                if number != self.number:
+                if kind == wire.HELLO:
+                    why = "HELLO twice on one connection; go on with CONFIGURE or RESET"
+                elif not known:
                     why = f"session {number} on the connection of session {self.number}"
                 connection.answer(connection.pack(wire.ERROR, error_json("BAD_STATE", why), request, self.number))
                 continue
@@ -102,27 +105,23 @@ class Session:
                 answer = batch.result(request, self.number, connection.crc)
             return answer
         if kind == wire.CONFIGURE:
+            if batch is not None and batch.started:
+                raise Refused("BAD_STATE", "CONFIGURE after a RESET; begin a new session")
             return connection.pack(wire.SPEC, self._configure(connection, wire.load_json(payload)), request, self.number)
         if kind == wire.RENDER:
             if not self.renders:
                 raise Refused("UNSUPPORTED", "RENDER without the capability `render`" + ("" if self.offer.world.renders else "; this server's environments do not draw"))
-            if batch is None:
-                raise Refused("BAD_STATE", "RENDER before CONFIGURE; configure first")
+            if batch is None or not batch.started:
+                raise Refused("BAD_STATE", "RENDER before a first RESET; reset first")
             image = batch.render(wire.load_json(payload))
             if len(image) > connection.limit:
                 raise Refused("UNSUPPORTED", f"an image of {len(image)} bytes, over the client's max_frame {connection.limit}; raise it")
             return connection.pack(wire.FRAME, image, request, self.number)
-        if kind == wire.HELLO:
-            raise Refused("BAD_STATE", "HELLO twice on one connection; go on with CONFIGURE or RESET")
         raise Refused("UNKNOWN_MESSAGE", f"a frame of type {kind} is not {'sent by a client' if kind <= wire.FRAME else 'known here'}")
 
     def _configure(self, connection: Connection, wanted: dict) -> bytes:
-        if self.batch is not None and self.batch.started:
-            raise Refused("BAD_STATE", "CONFIGURE after a RESET; begin a new session")
-        autoreset, transport = wanted.get("autoreset", "same_step"), wanted.get("transport", "tcp")
-        expect = wanted.get("expect", [])
-        if not isinstance(autoreset, str) or not isinstance(transport, str) or not isinstance(expect, list):
-            raise WireError("MALFORMED", f"CONFIGURE has autoreset {autoreset!r}, transport {transport!r} and expect {str(expect)[:80]}; two texts and a list")
+        autoreset, transport = wire.member(wanted, "autoreset", str, "same_step"), wire.member(wanted, "transport", str, "tcp")
+        expect = wire.member(wanted, "expect", list, [])
         try:
             check_expected_names(expect)
         except ValueError as error:

@@ -91,6 +91,8 @@ class FrameReader {
   std::span<const std::byte> pending() const { return {buffer_.get() + begin_, end_ - begin_}; }
   /// Bytes that it holds.
   std::size_t capacity() const { return capacity_; }
+  /// The number in the header of the frame that Next has refused; 0 where there was no magic.
+  std::uint64_t refused_request() const { return refused_request_; }
 
  private:
   Status MakeRoom(std::size_t whole);
@@ -99,6 +101,7 @@ class FrameReader {
   std::unique_ptr<std::byte[]> buffer_;
   std::size_t capacity_ = 0, begin_ = 0, end_ = 0, limit_;
   std::size_t usual_ = 0;  // bytes of the latest frames, the longest forgotten last
+  std::uint64_t refused_request_ = 0;
 };
 
 /// Who a client is and what it can do.

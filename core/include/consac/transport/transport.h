@@ -27,6 +27,8 @@ class Transport {
   virtual Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) = 0;
   /// Writes all of `bytes` or fails; kDeadlineExceeded when the peer takes none for `timeout_s`.
   Status Write(std::span<const std::byte> bytes, double timeout_s);
+  /// Nothing more is written; the peer reads what was, then its end. Where that cannot be done alone, as Close.
+  virtual void CloseWriting() { Close(); }
   /// Ends the connection; calling it again does nothing.
   virtual void Close() = 0;
   /// "127.0.0.1:5005" or "in-process", for messages.

@@ -1,0 +1,150 @@
+#pragma once
+// RESET and STEP as the conformance cases of a server want them, right ones and wrong ones, made from SPEC.
+
+#include <cstring>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "cli/conformance_frames.h"
+#include "consac/base/rng.h"
+#include "consac/protocol/protocol2.h"
+#include "consac/space/layout.h"
+
+namespace consac::cli {
+
+/// Payloads of RESET and STEP for what a SPEC offers, right ones and wrong ones.
+class Payloads {
+ public:
+  Payloads() = default;
+  explicit Payloads(const EnvSpec& env) : env_(&env), blocks_(env) {}
+
+  /// What the cases call `kind`. `result`: the latest RESULT, whose masks say what is legal.
+  std::string Of(const std::string& kind, const std::string& result) const {
+    if (kind == "empty") return "";
+    if (kind == "none") return Reset(0, 0);
+    if (kind == "all") return Reset(0, 1);
+    if (kind == "two reset") return With(Reset(0, 1), protocol2::kActiveOffset, 2);
+    if (kind == "first reset") return OnlyFirst(Reset(0, 0), 1);
+    if (kind == "unknown flag") return With(Reset(0, 1), 0, 64);
+    if (kind == "seeded") return Reset(protocol2::kWithSeeds, 1);
+    if (kind == "negative seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.seeds + 7, 0x80);
+    if (kind == "options") return Options("{\"difficulty\":1}");
+    if (kind == "bad options") return Options("{\"difficulty\"");
+    if (kind == "short reset") return Reset(0, 1).substr(0, blocks_.seeds - 8);
+    if (kind == "long reset") return Reset(0, 1) + std::string(8, '\0');
+    if (kind == "short") return Step(1, result).substr(0, blocks_.step_bytes - 1);
+    if (kind == "long") return Step(1, result) + std::string(8, '\0');
+    if (kind == "nonzero") return With(Step(1, result), 4, 1);
+    if (kind == "two") return With(Step(1, result), protocol2::kActiveOffset, 2);
+    if (kind == "nobody") return Step(0, result);
+    if (kind == "unknown flag, long") return With(Reset(0, 1), 0, 64) + std::string(3, '\0');
+    if (kind == "nonzero, short") return With(Step(1, result), 4, 1).substr(0, blocks_.step_bytes - 1);
+    if (kind == "two, short")
+      return With(Step(1, result), protocol2::kActiveOffset, 2).substr(0, blocks_.step_bytes - 1);
+    if (kind == "four bytes") return std::string(4, '\0');
+    if (kind == "no options") return Options("");
+    if (kind == "first") return OnlyFirst(Step(0, result), 1);
+    if (kind == "others") return OnlyFirst(Step(1, result), 0);
+    if (kind == "illegal") return Illegal(Step(1, result), result);
+    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0), result);
+    return Step(1, result);
+  }
+
+  /// A RESULT without what is not looked at: rows of slots without 16, 1 and 2, mask rows of slots without 16.
+  std::string LookedAt(std::string result) const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const BehaviourSpec& behaviour = env_->behaviours[b];
+      const protocol2::BehaviourBlocks& at = blocks_.behaviours[b];
+      const std::size_t row_bytes = behaviour.observation_layout.row_bytes;
+      const auto mask_bytes =
+          behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : std::size_t{0};
+      for (std::size_t slot = 0; slot < static_cast<std::size_t>(behaviour.slots); ++slot) {
+        const int state = result[at.states + slot];
+        const bool plays = (state & protocol2::kActive) != 0;
+        if (!plays && (state & (protocol2::kTerminated | protocol2::kTruncated)) == 0)
+          std::memset(result.data() + at.observations + slot * row_bytes, 0, row_bytes);
+        if (!plays) std::memset(result.data() + at.masks + slot * mask_bytes, 0, mask_bytes);
+      }
+    }
+    return result;
+  }
+
+  /// RESET of the environments for which `chosen` is true.
+  template <class Chosen>
+  std::string ResetWhere(Chosen chosen) const {
+    std::string payload = Reset(0, 0);
+    for (std::size_t i = 0; i < blocks_.environments; ++i)
+      payload[protocol2::kActiveOffset + i] = static_cast<char>(chosen(i));
+    return payload;
+  }
+
+ private:
+  static std::string With(std::string payload, std::size_t at, int value) {
+    payload[at] = static_cast<char>(value);
+    return payload;
+  }
+  static std::string OnlyFirst(std::string payload, int value) {
+    return With(std::move(payload), protocol2::kActiveOffset, value);
+  }
+
+  std::string Reset(std::uint32_t flags, int chosen) const {
+    const bool seeded = (flags & protocol2::kWithSeeds) != 0;
+    std::string payload(seeded ? blocks_.options : blocks_.seeds, '\0');
+    std::memcpy(payload.data(), &flags, sizeof(flags));
+    std::memset(payload.data() + protocol2::kActiveOffset, chosen, blocks_.environments);
+    for (std::size_t i = 0; seeded && i < blocks_.environments; ++i) {
+      const std::uint64_t seed = 11 + i;
+      std::memcpy(payload.data() + blocks_.seeds + i * sizeof(seed), &seed, sizeof(seed));
+    }
+    return payload;
+  }
+
+  std::string Options(const std::string& text) const {
+    std::string payload = With(Reset(0, 1), 0, protocol2::kWithOptions);
+    const auto length = static_cast<std::uint32_t>(text.size());
+    payload.append(reinterpret_cast<const char*>(&length), sizeof(length)).append(text);
+    payload.resize(protocol2::AlignBlock(payload.size()));
+    return payload;
+  }
+
+  /// Legal actions, the same each time.
+  std::string Step(int chosen, const std::string& result) const {
+    std::string payload(blocks_.step_bytes, '\0');
+    std::memset(payload.data() + protocol2::kActiveOffset, chosen, blocks_.environments);
+    Rng rng(1, StreamId("conformance"));
+    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
+      const BehaviourSpec& behaviour = env_->behaviours[b];
+      const Layout& layout = behaviour.action_layout;
+      auto* row = reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[b].actions;
+      const auto* mask = reinterpret_cast<const std::uint8_t*>(result.data()) + blocks_.behaviours[b].masks;
+      for (std::int32_t slot = 0; slot < behaviour.slots; ++slot, row += layout.row_bytes, mask += layout.mask_bytes) {
+        SampleRow(layout, rng, row);
+        if (behaviour.masks_actions && result.size() >= blocks_.result_bytes) MakeLegal(layout, mask, row);
+      }
+    }
+    return payload;
+  }
+
+  /// The first environment's first agent that takes part does what cannot be done.
+  std::string Illegal(std::string payload, const std::string& result) const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const Layout& layout = env_->behaviours[b].action_layout;
+      const Leaf& leaf = layout.leaves[0];
+      for (std::size_t slot = 0; slot < env_->behaviours[b].agents.size(); ++slot) {
+        if ((result[blocks_.behaviours[b].states + slot] & protocol2::kActive) == 0) continue;
+        std::byte* row =
+            reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[b].actions + slot * layout.row_bytes;
+        const bool box = leaf.space.kind() == SpaceKind::kBox;
+        WriteElement(leaf, row, 0, box ? std::numeric_limits<double>::quiet_NaN() : 100000.0);
+        return payload;
+      }
+    }
+    return payload;
+  }
+
+  const EnvSpec* env_ = nullptr;
+  protocol2::Blocks blocks_;
+};
+
+}  // namespace consac::cli
