@@ -47,12 +47,13 @@ public sealed class Engine {
   /// What is due now, without waiting: once a tick. False when nothing came.
   public bool Poll() {
     if (socket == null && !Accept()) return false;
-    if (listener.Pending() && DateTime.UtcNow - heard > TimeSpan.FromSeconds(40)) phase = Phase.Over;  // its machine is gone
-    else if (listener.Pending()) Door.TurnAway(listener.AcceptSocket());
     try {
       if (phase < Phase.Reset && DateTime.UtcNow - since > TimeSpan.FromSeconds(5)) phase = Phase.Over;
       if (phase == Phase.Over) { Leave(); return true; }
-      if (!socket.Poll(0, SelectMode.SelectRead)) return false;
+      if (!socket.Poll(0, SelectMode.SelectRead)) {
+        if (listener.Pending() && !Door.TurnAway(listener, heard)) phase = Phase.Over;
+        return false;
+      }
       int count = socket.Receive(incoming);
       if (count == 0) { Leave(); return true; }
       heard = DateTime.UtcNow;
