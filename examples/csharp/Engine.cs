@@ -51,7 +51,7 @@ public sealed class Engine {
       if (phase < Phase.Reset && DateTime.UtcNow - since > TimeSpan.FromSeconds(5)) phase = Phase.Over;
       if (phase == Phase.Over) { Leave(); return true; }
       if (!socket.Poll(0, SelectMode.SelectRead)) {
-        if (listener.Pending() && !Door.TurnAway(listener, heard)) phase = Phase.Over;
+        if (listener.Pending() && !socket.Poll(0, SelectMode.SelectRead) && !Door.TurnAway(listener, heard)) phase = Phase.Over;
         return false;
       }
       int count = socket.Receive(incoming);

@@ -127,6 +127,7 @@ Status Training::WriteConfig() const {
 
 Status Training::Start(std::vector<WorldSource> worlds) {
   CONSAC_RETURN_IF_ERROR(AddWorkers(std::move(worlds)));
+  CONSAC_RETURN_IF_ERROR(CheckCheckpointFits());
   CONSAC_RETURN_IF_ERROR(MakeLearners());
   Result<std::unique_ptr<RunDirectory>> directory =
       RunDirectory::Open(config_.directory, config_.name, ExistingRunOf(config_));

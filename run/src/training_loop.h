@@ -99,6 +99,7 @@ class Training {
   std::string Description() const;
   void Visit(Archive& archive);
   std::size_t SavingBytes();
+  Status CheckCheckpointFits();
 
   RunConfig config_;
   const Length length_;

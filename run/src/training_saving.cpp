@@ -34,6 +34,18 @@ std::size_t Training::SavingBytes() {
   return kCopies * state.bytes() + kBeside;
 }
 
+// The header of a file has limits (budget.h); a checkpoint beyond them could be written and never read.
+Status Training::CheckCheckpointFits() {
+  constexpr std::size_t kMostFields = 100'000;
+  if (IsUrl(config_.world)) return Status::Ok();
+  StateSize state;
+  crew_[0].link().Visit(state);
+  if (state.fields() <= kMostFields) return Status::Ok();
+  return {StatusCode::kResourceExhausted,
+          std::to_string(config_.envs) + " copies of the world have " + std::to_string(state.fields()) +
+              " fields to save, and a checkpoint takes " + std::to_string(kMostFields) + "; lower --envs"};
+}
+
 void Training::Visit(Archive& archive) {
   for (Trainee& trainee : trainees_) {
     const std::string name =

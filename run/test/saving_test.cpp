@@ -64,6 +64,28 @@ TEST(Saving, TheRunThatGoesOnAfterAFullDiskIsTheSameRun) {
   EXPECT_EQ(resumed->weights_hash, whole->weights_hash);
 }
 
+// A checkpoint that could not be read again is refused before anything is trained, and one just below is resumed.
+TEST(Saving, SoManyCopiesAreTakenAsACheckpointHolds) {
+  consac::testing::ScratchFolder scratch("copies");
+  RunConfig config = SmallRun(scratch.path(), "many");
+  config.world = "cartpole-v1";
+  config.hyperparameters = {{"n_steps", "1"}, {"nminibatches", "1"}, {"noptepochs", "1"}, {"net_arch", "[4]"}};
+  config.envs = 40000;
+  config.steps = 40000;
+  const Result<RunSummary> refused = Train(config, kNeverStop);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.status().code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(refused.status().message().find("lower --envs"), std::string::npos) << refused.status().message();
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/many"));
+  config.envs = 10000;
+  config.steps = 10000;
+  ASSERT_TRUE(Train(config, kNeverStop).ok());
+  config.resume = true;
+  config.steps = 20000;
+  const Result<RunSummary> resumed = Train(config, kNeverStop);
+  EXPECT_TRUE(resumed.ok()) << resumed.status().message();
+}
+
 }  // namespace
 }  // namespace consac::run
 #endif

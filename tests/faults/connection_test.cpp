@@ -140,7 +140,7 @@ TEST(FaultA, A5_SlowLorisIsClosedAtTheHandshakeDeadline) {
   const double start = Now();
   const std::size_t sent = Trickle(*loris, hello, 0.03, [] { return false; });
   EXPECT_LT(sent, hello.size()) << "each byte came in time, the whole did not";
-  EXPECT_LT(Now() - start, 2.0);
+  EXPECT_LT(Now() - start, 3.5) << "0.3 s, and 2 s in which what still comes is read (R80)";
   Session next(engine.Connect(), Impatient(Way::kTcp));
   EXPECT_TRUE(next.Step().ok());
 }

@@ -62,7 +62,9 @@ TEST(Words, TwoAgentsOfOneNameAreToldAsThat) {
   std::thread peer([&] {
     ASSERT_TRUE(engine.Accept());
     (void)engine.Next();
-    engine.Send(FrameType::kWelcome, 0, EncodeWelcome({}));
+    Welcome welcome;
+    welcome.session = 1;
+    engine.Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
     engine.Send(FrameType::kSpec, engine.Next().header.request, EncodeSpec(spec));
     (void)engine.Next();
   });

@@ -7,7 +7,7 @@ import time
 
 from judge import Arena, Ended, Limits, Running
 
-TRAIN = ["train", "cartpole-v1", "--name", "r", "--steps", "200_000", "--envs", "4", "--set", "n_steps=64", "nminibatches=4", "checkpoint_every_updates=3"]
+TRAIN = ["train", "cartpole-v1", "--name", "r", "--steps", "200_000", "--envs", "4", "--set", "n_steps=64", "nminibatches=4", "checkpoint_every_updates=3", "--no-table"]
 
 
 def experiment(program: str, arena: Arena, rng: random.Random) -> Ended:

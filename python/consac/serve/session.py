@@ -11,7 +11,7 @@ from typing import Callable
 from consac import shared_memory, wire
 from consac.layout import align, first_difference
 from consac.names import check_expected_names
-from consac.wire import HEADER
+from consac.wire import HEADER, WireError
 
 from .agents import AgentBatch
 from .batch import AUTORESETS, Batch
