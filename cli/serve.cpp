@@ -3,6 +3,7 @@
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/run/shortage.h"
 #include "consac/server/env_server.h"
@@ -56,6 +57,8 @@ int Serve(const ServeFlags& flags) {
   const std::atomic<bool>& stop = StopSignal();
   const Result<const worlds::World*> world = worlds::FindWorld(flags.world);
   if (!world.ok()) return Fail("serve", world.status());
+  const Status named = flags.model.empty() ? Status::Ok() : CheckFolderName("model", flags.model);
+  if (!named.ok()) return Fail("serve", {named.code(), "--model: " + named.message()});
   const Status exposure = CheckExposure({flags.host, static_cast<int>(flags.port)}, flags.token);
   if (!exposure.ok()) return Fail("serve", {exposure.code(), "--host, --token: " + exposure.message()});
   const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);

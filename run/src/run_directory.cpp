@@ -35,7 +35,8 @@ std::vector<std::string> FilesIn(const std::string& folder) {
 }
 
 constexpr std::string_view kModelEnd = ".consac", kHalfWritten = ".tmp-";
-constexpr std::string_view kRunFiles[] = {"config.yaml", "progress.csv", "evaluations.csv"};
+constexpr std::string_view kConfigFile = "config.yaml";
+constexpr std::string_view kRunFiles[] = {kConfigFile, "progress.csv", "evaluations.csv"};
 // Of each behaviour; where a run has several, behind its model's name: "hunter.monitor.csv".
 constexpr std::string_view kBehaviourFiles[] = {"monitor.csv", "curve.svg", "curve.png"};
 
@@ -93,9 +94,12 @@ bool IsOwnModel(const std::string& path, const std::string& name) {
          FileNameOf(behaviour->get_ref<const std::string&>(), kModelEnd) == name;
 }
 
-// Only what a run writes; whatever else somebody put there stays.
+// Only what a run writes; whatever else somebody put there stays, and so does config.yaml, by which the folder is known
+// for a run's whenever this is interrupted: the new run writes its own over it.
 void RemoveRun(const std::string& path) {
-  for (const std::string_view name : kRunFiles) Remove(path + "/" + std::string(name));
+  for (const std::string_view name : kRunFiles) {
+    if (name != kConfigFile) Remove(path + "/" + std::string(name));
+  }
   for (const std::string_view name : kBehaviourFiles) Remove(path + "/" + std::string(name));
   for (const std::string& name : FilesIn(path + "/checkpoints")) {
     if (IsCheckpoint(name) || name.ends_with(kSegmentEnd)) Remove(path + "/checkpoints/" + name);
@@ -192,6 +196,14 @@ Status RunDirectory::CheckOurs() const {
                                      "latest checkpoint cannot be saved in it"};
 }
 
+Status RunDirectory::CheckCheckpointsReadable() const {
+  std::error_code error;
+  const fs::directory_iterator entry(ToPath(path_ + "/checkpoints"), error);
+  if (!error || error == std::errc::no_such_file_or_directory) return Status::Ok();
+  return {StatusCode::kDataLoss, "cannot look into '" + path_ + "/checkpoints': " + error.message() +
+                                     "; what is there may be whole, so make it readable"};
+}
+
 std::vector<std::string> RunDirectory::Checkpoints() const {
   std::vector<std::string> found;
   for (const std::string& name : FilesIn(path_ + "/checkpoints")) {
@@ -218,6 +230,7 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
 }
 
 Result<StateMap> RunDirectory::LoadCheckpoint() const {
+  CONSAC_RETURN_IF_ERROR(CheckCheckpointsReadable());
   std::vector<std::string> all = Checkpoints();
   for (auto path = all.rbegin(); path != all.rend(); ++path) {
     const Result<ModelFile> file = ModelFile::Load(*path);

@@ -127,8 +127,8 @@ Status Training::WriteConfig() const {
 
 Status Training::Start(std::vector<WorldSource> worlds) {
   CONSAC_RETURN_IF_ERROR(AddWorkers(std::move(worlds)));
-  CONSAC_RETURN_IF_ERROR(CheckCheckpointFits());
   CONSAC_RETURN_IF_ERROR(MakeLearners());
+  CONSAC_RETURN_IF_ERROR(CheckCheckpointFits());
   Result<std::unique_ptr<RunDirectory>> directory =
       RunDirectory::Open(config_.directory, config_.name, ExistingRunOf(config_));
   if (!directory.ok()) return directory.status();

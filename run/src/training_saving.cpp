@@ -36,9 +36,15 @@ std::size_t Training::SavingBytes() {
 
 // The header of a file has limits (budget.h); a checkpoint beyond them could be written and never read.
 Status Training::CheckCheckpointFits() {
-  constexpr std::size_t kMostFields = 100'000;
-  if (IsUrl(config_.world)) return Status::Ok();
+  constexpr std::size_t kMostFields = 100'000, kMostBytes = (std::size_t{1} << 31) - (std::size_t{32} << 20);
   StateSize state;
+  for (const Trainee& trainee : trainees_) trainee.learner->Visit(state);
+  if (state.bytes() > kMostBytes) {
+    return {StatusCode::kResourceExhausted, "a checkpoint would have " + std::to_string(state.bytes() >> 20) +
+                                                " MiB, of which at most " + std::to_string(kMostBytes >> 20) +
+                                                " are read again; lower n_steps, --envs or the network"};
+  }
+  if (IsUrl(config_.world)) return Status::Ok();
   crew_[0].link().Visit(state);
   if (state.fields() <= kMostFields) return Status::Ok();
   return {StatusCode::kResourceExhausted,

@@ -174,7 +174,8 @@ TEST(RunDirectory, OverwritingRemovesWhatARunWritesAndNothingElse) {
   const std::string run = scratch.path() + "/run/";
   ModelFile model;
   model.spec_json = R"({"kind": "policy", "interface": {"behaviour": "walker"}})";
-  for (const char* file : {"config.yaml", "progress.csv", "monitor.csv", "curve.svg", "curve.png", "model.consac",
+  Write(run + "config.yaml", "a run's, which the new one replaces");
+  for (const char* file : {"progress.csv", "monitor.csv", "curve.svg", "curve.png", "model.consac",
                            "checkpoints/step_000000000100.consac", "tensorboard/PPO2_1/events.out.tfevents.1.host.2",
                            "evaluations.csv", "config.yaml.tmp-77", "checkpoints/step_000000000200.consac.tmp-77",
                            "walker.monitor.csv", "walker.curve.svg", "walker.curve.png", "walker.curve.png.tmp-77"})
@@ -190,9 +191,26 @@ TEST(RunDirectory, OverwritingRemovesWhatARunWritesAndNothingElse) {
   std::vector<std::string> left;
   for (const auto& [path, text] : FilesBelow(run)) left.push_back(path.substr(run.size()));
   EXPECT_THAT(left, ::testing::UnorderedElementsAre(
-                        ".lock", "notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me",
+                        ".lock", "config.yaml", "notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me",
                         "checkpoints/mine.txt", "tensorboard/mine.txt", "tensorboard/PPO2_2/mine.txt", "best/mine.txt",
                         "checkpoints/best.consac", "favourite.consac", "my.curve.png"));
+}
+
+// Killed, or out of descriptors, before the new run has a configuration: it is a run's folder still.
+TEST(RunDirectory, OverwritingThatIsInterruptedMayBeTriedAgain) {
+  testing::ScratchFolder scratch("interrupted");
+  for (const char* file : {"config.yaml", "model.consac", "notes.txt"}) Write(scratch.path() + "/run/" + file, "old");
+  for (int i = 0; i < 2; ++i) ASSERT_NE(Open(scratch.path(), ExistingRun::kOverwrite), nullptr) << i;
+}
+
+TEST(RunDirectory, CheckpointsThatCannotBeLookedAtMayBeWhole) {
+  testing::ScratchFolder scratch("closed");
+  const auto directory = Open(scratch.path(), ExistingRun::kRefuse);
+  std::filesystem::remove_all(scratch.path() + "/run/checkpoints");
+  Write(scratch.path() + "/run/checkpoints", "no folder");  // which nobody can look into, root neither
+  const Result<StateMap> state = directory->LoadCheckpoint();
+  EXPECT_EQ(state.status().code(), StatusCode::kDataLoss);
+  EXPECT_THAT(state.status().message(), HasSubstr("may be whole"));
 }
 
 #if !defined(_WIN32)  // where a folder with an open file cannot be deleted

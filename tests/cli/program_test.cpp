@@ -71,6 +71,7 @@ TEST_F(ProgramTest, NumbersThatCannotBeMeantAreRefusedByEveryVerb) {
   ExpectRefusal(RunProgram(folder(), {"train", "tcp://127.0.0.1:1", "--deadline", "nan"}), 2, "deadline_s");
   ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--rate", "nan"}), 2, "--rate");
   ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "70000"}), 2, "from 0 to 65535");
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "0", "--model", "a#b"}), 2, "--model: ");
   ExpectRefusal(RunProgram(folder(), {"play", "x", "--delay", "inf"}), 2, "--delay");
   ExpectRefusal(RunProgram(folder(), {"eval", "x", "--episodes", "0"}), 2, "at least 1");
   EXPECT_EQ(RunProgram(folder(), {"train", "road-v0", "--steps", "1e3", "--name", "e", "--no-table"}).code, 0);

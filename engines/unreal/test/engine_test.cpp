@@ -85,7 +85,7 @@ TEST(Engine, AnArgumentKeepsItsBlanksOrIsRefused) {
   EXPECT_NE(all.find("\na=b c d\n"), std::string::npos) << all;
   for (const char* name : {"one  two", " one", "one   "}) {
     settings.RunName = Text(name);
-    EXPECT_FALSE(program->Start(settings, {}, error)) << name;
+    EXPECT_FALSE(NewObject<UConsacTrainerProgram>()->Start(settings, {}, error)) << name;
     EXPECT_NE(Text(error).find("blanks"), std::string::npos) << Text(error);
   }
 }

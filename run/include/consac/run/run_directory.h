@@ -48,6 +48,7 @@ class RunDirectory {
 
  private:
   RunDirectory(std::string path, int lock);
+  Status CheckCheckpointsReadable() const;
   std::vector<std::string> Checkpoints() const;
 
   std::string path_;
