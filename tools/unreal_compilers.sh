@@ -45,11 +45,25 @@ compile() {
     eval "$COMMAND" -c \"\$1\" -o \"\$object\" || { echo "unreal_compilers: $1 does not compile"; exit 1; }' - {}
 }
 
+# joined FOLDER SOURCE...: the sources, a dozen in a file, as Unreal's build tool joins them; the kernels, which include themselves
+# for each instruction set, alone. Prints the files.
+joined() {
+  local folder=$1 count=0 file= source
+  shift
+  rm -rf "$folder" && mkdir -p "$folder"
+  for source in "$@"; do
+    if [[ $source == *kernels* ]]; then echo "$source"; continue; fi
+    if ((count++ % 12 == 0)); then file=$folder/joined_$((count / 12)).cpp; echo "$file"; fi
+    printf '#include "%s"\n' "$(realpath "$source")" >>"$file"
+  done
+}
+mapfile -t staged_sources < <(joined "$build/joined" "$staged"/Consac/Private/Staged/*.cpp)
+
 # everything FOLDER WHAT COMPILER...: what is staged, and the plugin against the shim, but for the stand-in's own Linux.
 everything() {
   local folder=$1 said=$2 plugin=engines/unreal/Consac/Source folders=() module
   shift 2
-  compile "$build/$folder" "$@" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "$staged"/Consac/Private/Staged/*.cpp
+  compile "$build/$folder" "$@" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: $said: what is staged compiles"
   for module in Consac ConsacSamples ConsacTests; do folders+=(-I"$plugin/$module/Public" -I"$plugin/$module/Private"); done
   compile "$build/$folder-plugin" "$@" -Wsuggest-override -Iengines/unreal/shim/include -I"$build/generated" "${folders[@]}" "${parts[@]}" -- \
@@ -69,8 +83,7 @@ linux() {
 linux18() {
   local zig18
   zig18=$(.venv-unreal-5.5/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
-  compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- \
-    "$staged"/Consac/Private/Staged/*.cpp
+  compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: clang 18, libc++ 18, glibc 2.28: what is staged compiles"
 }
 
@@ -85,8 +98,7 @@ windows() {
 
 macos() {
   local target=aarch64-macos
-  compile "$build/$target" "$zig" c++ -target "$target" -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- \
-    "$staged"/Consac/Private/Staged/*.cpp
+  compile "$build/$target" "$zig" c++ -target "$target" -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   "$zig" c++ -target "$target" -shared -o "$build/$target/libconsac.dylib" "$build/$target"/*.o
   echo "unreal_compilers: what is staged compiles and links for $target; nothing of it was run"
 }
