@@ -180,6 +180,31 @@ TEST(Agents, WhoeverHearsThatAModelCouldNotBeKeptMayStopOrStart) {
   EXPECT_TRUE(trainer->IsTraining()) << "it was started anew by whoever heard";
 }
 
+TEST(Agents, NothingIsStartedByATrainerThatLeaves) {
+  Shim::Game game;
+  Agents agents = Spawn(game, 8);
+  AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
+  trainer->Mode = EConsacMode::Train;
+  trainer->TotalSteps = 1000000;
+  trainer->WhileLearning = EConsacWhileLearning::Wait;
+  trainer->SaveFolder = TEXT("/proc/nowhere");
+  trainer->bLockStep = true;
+  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  int told = 0;
+  trainer->OnTrainerError.ShimBind(nullptr, [&](const FString&) {
+    ++told;
+    EConsacResult result = EConsacResult::Success;
+    FString error;
+    trainer->StartTraining(result, error);
+    EXPECT_EQ(result, EConsacResult::Failed);
+  });
+  EXPECT_TRUE(TickUntil(
+      60.0, [&] { game.Tick(); }, [&] { return trainer->GetTrainerProgress().Updates >= 1; }));
+  Shim::StreamOut(*trainer);
+  EXPECT_EQ(told, 1);
+  EXPECT_FALSE(trainer->IsTraining());
+}
+
 TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {
   const ProgramFolder scratch("unreal_serve");
   Shim::Game game;

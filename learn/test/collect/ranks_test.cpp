@@ -1,10 +1,11 @@
 // One training on several ranks: what is summed is summed over all of them, and all end with the same bits. The ranks
-// here are threads that meet at a barrier.
-#include <barrier>
+// here are threads that meet.
 #include <cmath>
+#include <condition_variable>
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <mutex>
 #include <numeric>
 #include <thread>
 
@@ -18,10 +19,32 @@
 namespace consac::learn {
 namespace {
 
+/// Where a number of threads wait for each other, again and again. (std::barrier hangs under Wine.)
+class MeetingPoint {
+ public:
+  explicit MeetingPoint(std::int64_t size) : size_(size) {}
+  void Wait() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const std::int64_t round = round_;
+    if (++here_ == size_) {
+      here_ = 0;
+      ++round_;
+      all_here_.notify_all();
+    }
+    all_here_.wait(lock, [&] { return round_ != round; });
+  }
+
+ private:
+  const std::int64_t size_;
+  std::int64_t here_ = 0, round_ = 0;
+  std::mutex mutex_;
+  std::condition_variable all_here_;
+};
+
 /// Threads as the ranks of one training.
 class ThreadRanks {
  public:
-  explicit ThreadRanks(std::int64_t size) : seats_(static_cast<std::size_t>(size)), barrier_(size) {
+  explicit ThreadRanks(std::int64_t size) : seats_(static_cast<std::size_t>(size)), meeting_(size) {
     for (std::int64_t rank = 0; rank < size; ++rank) seats_[static_cast<std::size_t>(rank)] = {this, rank, {}};
   }
 
@@ -65,15 +88,15 @@ class ThreadRanks {
     /// Reads what everybody has brought; nobody goes on before all have read.
     void Meet(std::span<std::byte> own, const std::function<void()>& read) {
       numbers = own;
-      all->barrier_.arrive_and_wait();
+      all->meeting_.Wait();
       for (const Seat& other : all->seats_) EXPECT_EQ(other.numbers.size(), own.size());
       read();
-      all->barrier_.arrive_and_wait();
+      all->meeting_.Wait();
     }
   };
 
   std::vector<Seat> seats_;
-  std::barrier<> barrier_;
+  MeetingPoint meeting_;
 };
 
 constexpr std::int64_t kRanks = 3;

@@ -144,11 +144,12 @@ void AConsacTrainer::BeginPlay()
 
 void AConsacTrainer::EndPlay(const EEndPlayReason::Type EndPlayReason)
 {
-	StopTraining();
+	// First, so that whoever hears of a model that could not be kept starts nothing here any more.
 	if (UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this))
 	{
 		Subsystem->RemoveTrainer(this);
 	}
+	StopTraining();
 	State->bStarted = false;
 	Super::EndPlay(EndPlayReason);
 }
