@@ -142,7 +142,7 @@ Action AddTrain(CLI::App& app) {
   AddField(app, flags, "--steps", "steps", "agent steps; what the engine says, or 100000, unless given");
   AddField(app, flags, "--seed", "seed", "seed of everything");
   AddField(app, flags, "--envs", "envs", "copies of a built-in world");
-  AddField(app, flags, "--init", "init", "begin with the weights of this model or run");
+  AddField(app, flags, "--init", "init_model", "begin with the weights of this model or run");
   AddField(app, flags, "--eval-every", "eval_every",
            "judge the models every so many agent steps and keep the best in DIR/NAME/best");
   AddField(app, flags, "--stop-reward", "stop_reward",

@@ -78,7 +78,7 @@ constexpr Field kFields[] = {
      "where they are evaluated: a built-in world or an engine of its own; empty: as the world trained on"},
     {"stop_reward", &RunConfig::stop_reward, 0, 0, OnResume::kMayChange, CheckReward,
      "a mean reward, of an evaluation or else of the last 100 episodes, that ends the training; empty: none does"},
-    {"init", &RunConfig::init, 0, 0, OnResume::kMustStay, nullptr,
+    {"init_model", &RunConfig::init_model, 0, 0, OnResume::kMustStay, nullptr,
      "a model or a run whose weights the training begins with; empty: fresh ones"},
     {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr, "updates between tables"},
     {"table", &RunConfig::table, 0, 0, OnResume::kMayChange, nullptr, "print the table of each update"},

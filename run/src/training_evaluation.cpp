@@ -93,6 +93,8 @@ Status Training::SaveBest() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   const std::string folder = directory_->File(kBestFolder);
   std::error_code error;
+  if (std::filesystem::is_symlink(ToPath(folder), error))
+    return {StatusCode::kDataLoss, "'" + folder + "' is a link and no folder of this run; take it away"};
   std::filesystem::create_directories(ToPath(folder), error);
   if (error) return {StatusCode::kDataLoss, "cannot make folder '" + folder + "': " + error.message()};
   return SaveModels(folder);
@@ -121,15 +123,15 @@ void Training::ReachGoal(const std::string& means) {
 
 // Weights of another run; what it does besides (optimiser, generators, steps) begins anew.
 Status Training::StartFromModels() {
-  if (config_.init.empty()) return Status::Ok();
-  const Result<std::vector<std::string>> files = FindModels(config_.init, config_.directory);
+  if (config_.init_model.empty()) return Status::Ok();
+  const Result<std::vector<std::string>> files = FindModels(config_.init_model, config_.directory);
   if (!files.ok()) return files.status();
   const Result<Actors> actors = Actors::Load(*files, spec());
   if (!actors.ok()) return actors.status();
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
     const Status started = trainees_[b].learner->StartFrom(actors->policy(b).data());
     if (!started.ok())
-      return {started.code(), "init: '" + actors->file(b) + "'" + " cannot be begun with: " + started.message()};
+      return {started.code(), "init_model: '" + actors->file(b) + "'" + " cannot be begun with: " + started.message()};
   }
   return Status::Ok();
 }

@@ -129,13 +129,14 @@ Status Training::Start(std::vector<WorldSource> worlds) {
   CONSAC_RETURN_IF_ERROR(AddWorkers(std::move(worlds)));
   CONSAC_RETURN_IF_ERROR(MakeLearners());
   CONSAC_RETURN_IF_ERROR(CheckCheckpointFits());
+  // Before the folder, where --force takes an earlier run away, be it the one to begin with.
+  CONSAC_RETURN_IF_ERROR(CheckEvaluation());
+  if (!config_.resume) CONSAC_RETURN_IF_ERROR(StartFromModels());
   Result<std::unique_ptr<RunDirectory>> directory =
       RunDirectory::Open(config_.directory, config_.name, ExistingRunOf(config_));
   if (!directory.ok()) return directory.status();
   directory_ = std::move(*directory);
   if (double goal = 0.0; ParseHumanNumber(config_.stop_reward, &goal)) goal_ = goal;
-  CONSAC_RETURN_IF_ERROR(CheckEvaluation());
-  if (!config_.resume) CONSAC_RETURN_IF_ERROR(StartFromModels());
   if (config_.resume) {
     CONSAC_RETURN_IF_ERROR(Restore());  // one that is refused leaves config.yaml as it was
     CONSAC_RETURN_IF_ERROR(WriteConfig());

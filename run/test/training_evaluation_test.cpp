@@ -147,7 +147,7 @@ TEST(Init, BeginsWithTheWeightsOfAModel) {
   consac::testing::ScratchFolder scratch("init");
   const std::uint64_t first = Trained(Pole(scratch.path(), "first")).weights_hash;
   RunConfig config = Pole(scratch.path(), "second");
-  config.init = "first";
+  config.init_model = "first";
   config.steps = 16;  // fewer than a rollout: nothing is learned
   EXPECT_EQ(Trained(config).weights_hash, first);
   const Result<Policy> model = Policy::Load(scratch.path() + "/second/model.consac");
@@ -162,7 +162,7 @@ TEST(Init, WhatDoesNotFitIsRefused) {
   Trained(Pole(scratch.path(), "first"));
   const auto error = [&](auto&& change) {
     RunConfig config = Pole(scratch.path(), "second");
-    config.init = "first";
+    config.init_model = "first";
     change(config);
     const Result<RunSummary> refused = Train(config, kNeverStop);
     EXPECT_FALSE(refused.ok());
@@ -173,7 +173,27 @@ TEST(Init, WhatDoesNotFitIsRefused) {
               HasSubstr("net_arch"));
   EXPECT_THAT(error([](RunConfig& c) { c.hyperparameters[2].second = "false"; }), HasSubstr("norm_obs=true"));
   EXPECT_THAT(error([](RunConfig& c) { c.world = "road-v0"; }), HasSubstr("observation"));
-  EXPECT_THAT(error([](RunConfig& c) { c.init = "nobody"; }), HasSubstr("nobody"));
+  EXPECT_THAT(error([](RunConfig& c) { c.init_model = "nobody"; }), HasSubstr("nobody"));
+}
+
+// A run may begin with its own weights; what is refused takes nothing away.
+TEST(Init, AnEarlierRunGoesOnlyOnceTheNewOneCanBegin) {
+  consac::testing::ScratchFolder scratch("init_forced");
+  const std::uint64_t first = Trained(Pole(scratch.path(), "again")).weights_hash;
+  const std::string model = Read(scratch.path() + "/again/model.consac");
+  RunConfig config = Pole(scratch.path(), "again");
+  config.force = true;
+  config.init_model = "nobody";
+  EXPECT_FALSE(Train(config, kNeverStop).ok());
+  config.init_model.clear();
+  config.eval_every = 100;
+  config.eval_world = "road-v0";
+  EXPECT_FALSE(Train(config, kNeverStop).ok());
+  EXPECT_EQ(Read(scratch.path() + "/again/model.consac"), model);
+  config.eval_every = 0;
+  config.init_model = "again";
+  config.steps = 16;
+  EXPECT_EQ(Trained(config).weights_hash, first);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ struct RunConfig {
   std::int64_t eval_episodes = 5;             ///< of an evaluation
   std::string eval_world;                     ///< where models are evaluated; "": a world like the training's own
   std::string stop_reward;                    ///< a mean reward that ends the training; "": none does
-  std::string init;                           ///< model or run whose weights the training begins with; "": fresh ones
+  std::string init_model;                     ///< model or run whose weights the training begins with; "": fresh ones
   std::int64_t log_interval = 1;              ///< updates between console tables
   bool table = true;                          ///< console table
   double table_every_s = 1.0;                 ///< on a terminal: seconds between tables at least; 0: each is shown
