@@ -78,6 +78,7 @@ Status CheckJson(std::string_view text, const JsonLimits& limits) {
     return Refused("JSON of " + std::to_string(text.size()) + " bytes; at most " + std::to_string(limits.bytes) +
                    " are taken");
   }
+  if (text.find('\0') != std::string_view::npos) return Refused("JSON with a NUL byte");  // nlohmann's end of input
   JsonWatch watch(limits);
   (void)SaxJson::sax_parse(text.begin(), text.end(), &watch);
   return watch.status();

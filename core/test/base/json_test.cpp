@@ -74,5 +74,12 @@ TEST(Json, TextNeedsNoUtf8) {
   EXPECT_EQ(AsciiJsonText(json("\xc3\xa4\x1b\x7f")), R"("\u00e4\u001b\u007f")");
 }
 
+// nlohmann's reader takes it for the end, and whatever follows for nothing.
+TEST(Json, ANulByteIsNotTheEnd) {
+  EXPECT_TRUE(CheckJson("{}").ok());
+  EXPECT_EQ(CheckJson(std::string_view("{}\0[[[", 6)).code(), StatusCode::kDataLoss);
+  EXPECT_FALSE(CheckJson(std::string_view("2\0", 2)).ok());
+}
+
 }  // namespace
 }  // namespace consac
