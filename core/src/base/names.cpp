@@ -118,10 +118,10 @@ Status CheckFolderName(std::string_view what, std::string_view name) {
 std::string AsFolderName(std::string_view text) {
   std::string name(text.substr(0, kLongestFolder));
   for (char& c : name) c = IsPlain(c) ? c : '_';
-  if (name.empty() || name.front() == '.') name.insert(name.begin(), '_');
+  if (name.empty() || name.front() == '.' || IsDevice(name)) name.insert(name.begin(), '_');
   if (name.size() > kLongestFolder) name.pop_back();
   if (name.back() == '.') name.back() = '_';
-  return IsDevice(name) ? "_" + name : name;
+  return name;
 }
 
 std::string FileNameOf(std::string_view name, std::string_view extension) {
