@@ -156,6 +156,49 @@ Figure CartPoleEight(const BenchContext& context) {
       4);
 }
 
+Figure RateFigure(const BenchContext& context, const Job& job) {
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
+  return {static_cast<double>(job.steps) / seconds / 1e3, "k steps/s", fmt::format("{:.2f} s", seconds)};
+}
+
+// Stable Baselines3's defaults: n_steps 5; learning every fourth step of one world, batch 32.
+Figure CartPoleA2c(const BenchContext& context) {
+  return RateFigure(context, {"cartpole-v1", "a2c", 1, 102400, {}});
+}
+Figure CartPoleA2cEight(const BenchContext& context) {
+  return RateFigure(context, {"cartpole-v1", "a2c", 8, 409600, {}});
+}
+Figure CartPoleDqn(const BenchContext& context) {
+  return RateFigure(context, {"cartpole-v1", "dqn", 1, 102400, {}});
+}
+
+// The Zoo's settings. Counted: both networks forward and the online one backward for a minibatch, nothing else.
+Figure CartPoleDqnWide(const BenchContext& context) {
+  constexpr std::int64_t kSteps = 50000;
+  constexpr double kUpdates = (kSteps - 1000) / 256 * 128.0;
+  constexpr double kMultiplyAdds = 4.0 * 256 + 256 * 256 + 256 * 2;
+  constexpr double kFlopsPerRow = 2.0 * (4.0 * kMultiplyAdds - 4 * 256);  // no gradient of the observation
+  const double seconds = Median(context.repeats, [&] {
+    return TrainSeconds(ConfigOf({"cartpole-v1",
+                                  "dqn",
+                                  1,
+                                  kSteps,
+                                  {{"learning_rate", "2.3e-3"},
+                                   {"batch_size", "64"},
+                                   {"buffer_size", "100000"},
+                                   {"learning_starts", "1000"},
+                                   {"target_update_interval", "10"},
+                                   {"train_freq", "256"},
+                                   {"gradient_steps", "128"},
+                                   {"exploration_fraction", "0.16"},
+                                   {"exploration_final_eps", "0.04"},
+                                   {"net_arch", "[256, 256]"}}}));
+  });
+  return {kSteps / seconds / 1e3, "k steps/s",
+          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
+                      100.0 * kUpdates * 64 * kFlopsPerRow / seconds / context.peak, seconds)};
+}
+
 // The settings of the strongest native peer's own Pendulum benchmark.
 Figure PendulumPpo(const BenchContext& context) {
   const Job job{"pendulum-v1",
@@ -285,6 +328,10 @@ constexpr BenchRow kRows[] = {
     {"action", "one action", OneAction},
     {"cartpole", "CartPole PPO, 1 world, n_steps 2048, batch 64, 10 epochs", CartPoleDefaults},
     {"cartpole8", "CartPole PPO, 8 worlds, n_steps 128, batch 256, 4 epochs", CartPoleEight},
+    {"a2c", "CartPole A2C, 1 world, n_steps 5", CartPoleA2c},
+    {"a2c8", "CartPole A2C, 8 worlds, n_steps 5", CartPoleA2cEight},
+    {"dqn", "CartPole DQN, 1 world, train_freq 4, batch 32, 64x64", CartPoleDqn},
+    {"dqn256", "CartPole DQN, train_freq 256, gradient_steps 128, batch 64, 256x256", CartPoleDqnWide},
     {"pendulum", "Pendulum PPO, whole training", PendulumPpo},
     {"thesis", "the thesis' job", ThesisJob},
     {"step", "one step over TCP", StepOverTcp},
