@@ -5,6 +5,8 @@
 
 #include <cstring>
 
+#include "nn/denormals.h"
+
 // Every processor with SSSE3 that runs a game of today has SSE4 as well. Clang 18 to 21 want vectors of 512 bits
 // declared in a way that Highway has known since 1.1 (google/highway#1864): by these compilers kernels go up to AVX2.
 #ifndef HWY_DISABLED_TARGETS
@@ -164,12 +166,14 @@ double SumOfSquares(std::span<const float> values) {
 void AdamStep(const AdamCall& call, std::span<const float> gradient, std::span<float> m, std::span<float> v,
               std::span<float> p) {
   CONSAC_ASSERT(gradient.size() == p.size() && m.size() == p.size() && v.size() == p.size());
+  const DenormalsAreZero quick;
   HWY_DYNAMIC_DISPATCH(AdamRun)
   (call, gradient.data(), m.data(), v.data(), p.data(), static_cast<std::int64_t>(p.size()));
 }
 void RmsPropStep(const RmsPropCall& call, std::span<const float> gradient, std::span<float> s, std::span<float> b,
                  std::span<float> p) {
   CONSAC_ASSERT(gradient.size() == p.size() && s.size() == p.size() && b.size() == p.size());
+  const DenormalsAreZero quick;
   HWY_DYNAMIC_DISPATCH(RmsPropRun)
   (call, gradient.data(), s.data(), b.data(), p.data(), static_cast<std::int64_t>(p.size()));
 }

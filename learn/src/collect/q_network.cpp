@@ -1,5 +1,7 @@
 #include "collect/q_network.h"
 
+#include <utility>
+
 #include "collect/same_network.h"
 #include "consac/nn/kernels.h"
 
@@ -14,8 +16,6 @@ QNetwork::QNetwork(nn::Network network, std::uint64_t seed, std::int64_t max_row
   network_.Initialise(rng, parameters_);
   ranks.Broadcast(parameters_);
   target_ = parameters_;
-  Publish();
-  target_evaluator_.Load(target_);
 }
 
 Status QNetwork::StartFrom(const PolicyData& model) {
@@ -25,22 +25,23 @@ Status QNetwork::StartFrom(const PolicyData& model) {
             "with"};
   }
   parameters_ = target_ = model.parameters;
-  Publish();
-  target_evaluator_.Load(target_);
+  packed_ = target_packed_ = false;
   return Status::Ok();
 }
 
 void QNetwork::UpdateTarget(double tau) {
   nn::Polyak(static_cast<float>(tau), parameters_, target_);
-  target_evaluator_.Load(target_);
+  target_packed_ = false;
 }
 
 const float* QNetwork::Values(const float* features, std::int64_t rows) {
+  if (!std::exchange(packed_, true)) evaluator_.Load(parameters_);
   evaluator_.Forward({&features, 1}, rows);
   return evaluator_.output(0);
 }
 
 const float* QNetwork::TargetValues(const float* features, std::int64_t rows) {
+  if (!std::exchange(target_packed_, true)) target_evaluator_.Load(target_);
   target_evaluator_.Forward({&features, 1}, rows);
   return target_evaluator_.output(0);
 }
@@ -62,9 +63,7 @@ PolicyData QNetwork::Snapshot(const BehaviourSpec& behaviour, const ObservationN
 void QNetwork::Visit(Archive& archive) {
   archive("parameters", std::span<float>(parameters_));
   archive("target", std::span<float>(target_));
-  if (!archive.loading()) return;
-  Publish();
-  target_evaluator_.Load(target_);
+  if (archive.loading()) packed_ = target_packed_ = false;
 }
 
 }  // namespace consac::learn

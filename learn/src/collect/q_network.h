@@ -26,8 +26,8 @@ class QNetwork {
   const nn::Network& network() const { return network_; }
   /// [parameters]: what an optimiser steps.
   std::span<float> parameters() { return parameters_; }
-  /// The parameters of now are those that act.
-  void Publish() { evaluator_.Load(parameters_); }
+  /// The parameters of now are those that act; they are packed when they first do.
+  void Publish() { packed_ = false; }
   /// target = tau parameters + (1 - tau) target.
   void UpdateTarget(double tau);
 
@@ -46,6 +46,7 @@ class QNetwork {
   nn::Network network_;
   std::vector<float> parameters_, target_;  // [parameters]
   nn::Evaluator evaluator_, target_evaluator_;
+  bool packed_ = false, target_packed_ = false;  // packed into the evaluators
 };
 
 }  // namespace consac::learn
