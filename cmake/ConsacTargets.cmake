@@ -46,9 +46,9 @@ function(consac_define_where_used DEFINITION)
 endfunction()
 
 # One test program per part; private headers of the part may be included. EXCLUDE: a folder that is a program of its own.
-# EACH_FILE_ALONE: its files share names.
+# EACH_FILE_ALONE: its files share names. WITH_THREADS: which of its tests have threads; ThreadSanitizer runs those alone.
 function(consac_tests NAME FOLDER)
-  cmake_parse_arguments(ARG "EACH_FILE_ALONE" "EXCLUDE" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "EACH_FILE_ALONE" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)
   if(ARG_EXCLUDE)
     list(FILTER sources EXCLUDE REGEX "/${ARG_EXCLUDE}/")
@@ -64,5 +64,9 @@ function(consac_tests NAME FOLDER)
   target_include_directories(consac_${NAME}_tests PRIVATE ${FOLDER}/src ${PROJECT_SOURCE_DIR})
   consac_define_where_used(CONSAC_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOURCES ${sources})
   target_link_libraries(consac_${NAME}_tests PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
-  gtest_discover_tests(consac_${NAME}_tests TEST_PREFIX ${NAME}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  set(filter "")
+  if(ARG_WITH_THREADS AND CMAKE_CXX_FLAGS MATCHES "sanitize=thread")
+    set(filter TEST_FILTER ${ARG_WITH_THREADS})
+  endif()
+  gtest_discover_tests(consac_${NAME}_tests TEST_PREFIX ${NAME}. DISCOVERY_TIMEOUT 60 ${filter} PROPERTIES TIMEOUT 300)
 endfunction()
