@@ -65,14 +65,20 @@ Result<Segment> WriteSegment(const std::string& file, const StateRows& rows, std
   return Segment{begin, end, digest};
 }
 
+/// kFailedPrecondition where the system does not let it be read: it may be whole.
+Status Unreadable(const FileReader& in, const Status& why) {
+  return in.refused() ? Status{StatusCode::kFailedPrecondition, why.message()} : why;
+}
+
 /// Calls take(first row, count, rows) for every piece, checked; false from it ends the reading.
 Status ReadSegment(const std::string& file, const Segment& segment, std::size_t row_bytes,
                    const std::function<bool(std::int64_t, std::int64_t, const std::byte*)>& take) {
   const Status damaged = {StatusCode::kDataLoss, "'" + file + "' is damaged"};
   FileReader in;
-  CONSAC_RETURN_IF_ERROR(in.Open(file));
+  const auto read = [&in](std::span<std::byte> bytes) { return Unreadable(in, in.Read(bytes)); };
+  CONSAC_RETURN_IF_ERROR(Unreadable(in, in.Open(file)));
   SegmentHeader header{};
-  CONSAC_RETURN_IF_ERROR(in.Read(std::as_writable_bytes(std::span(&header, 1))));
+  CONSAC_RETURN_IF_ERROR(read(std::as_writable_bytes(std::span(&header, 1))));
   if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 || header.begin != segment.begin ||
       header.end != segment.end || header.row_bytes == 0 || (row_bytes != 0 && header.row_bytes != row_bytes) ||
       header.row_bytes > (std::uint64_t{1} << 32) || header.end < header.begin) {
@@ -85,8 +91,8 @@ Status ReadSegment(const std::string& file, const Segment& segment, std::size_t 
     const std::int64_t count = std::min(most, header.end - at);
     std::uint32_t check = 0;
     piece.resize(static_cast<std::size_t>(count) * header.row_bytes);
-    CONSAC_RETURN_IF_ERROR(in.Read(std::as_writable_bytes(std::span(&check, 1))));
-    CONSAC_RETURN_IF_ERROR(in.Read(piece));
+    CONSAC_RETURN_IF_ERROR(read(std::as_writable_bytes(std::span(&check, 1))));
+    CONSAC_RETURN_IF_ERROR(read(std::as_writable_bytes(std::span(piece))));
     if (Crc32c(piece) != check) return damaged;
     Mix(&digest, check);
     if (take && !take(at, count, piece.data())) break;

@@ -123,6 +123,26 @@ void RemoveRun(const std::string& path) {
   }
 }
 
+// Whoever opens a pipe waits for ever, and whoever appends to a link writes into a file that is no run's.
+Status CheckFiles(const std::string& path) {
+  for (const std::string& name : FilesIn(path)) {
+    if (!IsRunsFile(name)) continue;
+    const std::string file = path + "/" + name;
+    std::error_code ignored;
+    if (fs::is_symlink(ToPath(file), ignored))
+      return {StatusCode::kDataLoss,
+              "'" + file + "' is a link and no file of this run; put the file there, or take it away"};
+    if (fs::is_fifo(ToPath(file), ignored))
+      return {StatusCode::kDataLoss, "'" + file + "' is a pipe and no file; take it away"};
+  }
+  return Status::Ok();
+}
+
+Status CannotBeRead(const std::string& checkpoint, const Status& why) {
+  return {StatusCode::kDataLoss, "checkpoint '" + checkpoint + "' cannot be read (" + why.message() +
+                                     "), and may be whole; make it readable, or take it away"};
+}
+
 // Only under the lock.
 void RemoveHalfWritten(const std::string& folder) {
   for (const std::string& name : FilesIn(folder)) {
@@ -139,11 +159,7 @@ Status CheckRunName(const std::string& directory, const std::string& name, Exist
   const bool exists = Exists(path + "/config.yaml");
   if (existing == ExistingRun::kResume && !exists)
     return {StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
-  for (const std::string& file : FilesIn(path)) {  // whoever opens a pipe waits for ever
-    std::error_code ignored;
-    if (existing == ExistingRun::kResume && IsRunsFile(file) && fs::is_fifo(ToPath(path + "/" + file), ignored))
-      return {StatusCode::kDataLoss, "'" + path + "/" + file + "' is a pipe and no file; take it away"};
-  }
+  if (existing == ExistingRun::kResume) CONSAC_RETURN_IF_ERROR(CheckFiles(path));
   if (!exists && !IsUnborn(path)) {
     return {StatusCode::kAlreadyExists, "'" + path +
                                             "' holds files but no config.yaml, so it is no run's folder and is left "
@@ -161,8 +177,10 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   CONSAC_RETURN_IF_ERROR(CheckRunName(directory, name, existing));
   const std::string path = directory + "/" + name;
   std::error_code error;
-  fs::create_directories(ToPath(path + "/checkpoints"), error);
-  if (error) return Status{StatusCode::kDataLoss, "cannot make folder '" + path + "': " + error.message()};
+  for (const std::string& folder : {path, path + "/checkpoints"}) {
+    fs::create_directories(ToPath(folder), error);
+    if (error) return Status{StatusCode::kDataLoss, "cannot make folder '" + folder + "': " + error.message()};
+  }
   int lock = -1;
   switch (LockFile(path + "/.lock", &lock)) {
     case Locked::kByUs:
@@ -238,13 +256,11 @@ Result<StateMap> RunDirectory::LoadCheckpoint() const {
       StateMap state = file->TakeState();
       const Status whole = segments_->Check(state);
       if (whole.ok()) return state;
+      if (whole.code() == StatusCode::kFailedPrecondition) return CannotBeRead(*path, whole);
       Log(LogLevel::kWarning, "passing over checkpoint '" + *path + "': " + whole.message());
       continue;
     }
-    if (!ReadRegularFile(*path).ok()) {
-      return Status{StatusCode::kDataLoss, "checkpoint '" + *path + "' cannot be read (" + file.status().message() +
-                                               "), and may be whole; make it readable, or take it away"};
-    }
+    if (!ReadRegularFile(*path).ok()) return CannotBeRead(*path, file.status());
     Log(LogLevel::kWarning, "passing over a checkpoint: " + file.status().message());
   }
   if (all.empty()) return Status{StatusCode::kNotFound, "run '" + path_ + "' has no checkpoint yet"};

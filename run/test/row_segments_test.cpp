@@ -5,6 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#if !defined(_WIN32)
+#include <sys/stat.h>
+#endif
+
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -16,6 +20,7 @@ namespace consac::run {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// The latest `most` of a row of numbers.
@@ -147,6 +152,35 @@ TEST(RowSegments, ADamagedOneMakesItsCheckpointBePassedOver) {
   EXPECT_EQ(HashState(again), HashState(last));
   fs::remove(SegmentFiles(scratch.path()).front());
   EXPECT_THAT(Load(*directory, last).message(), HasSubstr("whole"));
+}
+
+// It may be whole, and then an older checkpoint would be gone on from for nothing.
+TEST(RowSegments, OneThatCannotBeReadIsAnErrorThatLosesNothing) {
+  testing::ScratchFolder scratch("unreadable");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(2500, 4000);
+  for (const std::int64_t more : {1100, 1200}) {
+    numbers.Add(more);
+    ASSERT_TRUE(Save(*directory, numbers, 3).ok());
+  }
+  const std::string newest = SegmentFiles(scratch.path()).back();
+  fs::rename(newest, scratch.path() + "/aside");
+  Numbers again(2500, 4000);
+  const auto refused = [&] {
+    const Status status = Load(*directory, again);
+    EXPECT_EQ(status.code(), StatusCode::kDataLoss);
+    EXPECT_THAT(status.message(), AllOf(HasSubstr(newest), HasSubstr("no regular file"), HasSubstr("may be whole")));
+    fs::remove(newest);
+  };
+  fs::create_directory(newest);  // which nobody can read, root neither
+  refused();
+#if !defined(_WIN32)
+  ASSERT_EQ(mkfifo(newest.c_str(), 0600), 0);
+  refused();
+#endif
+  fs::rename(scratch.path() + "/aside", newest);
+  ASSERT_TRUE(Load(*directory, again).ok());
+  EXPECT_EQ(HashState(numbers), HashState(again));
 }
 
 TEST(RowSegments, AnotherRowSizeIsRefusedAndForceClearsThem) {

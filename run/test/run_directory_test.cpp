@@ -213,6 +213,14 @@ TEST(RunDirectory, CheckpointsThatCannotBeLookedAtMayBeWhole) {
   EXPECT_THAT(state.status().message(), HasSubstr("may be whole"));
 }
 
+TEST(RunDirectory, AFolderThatCannotBeMadeIsTheOneThatIsNamed) {
+  testing::ScratchFolder scratch("no_folder");
+  Write(scratch.path() + "/run/config.yaml", "seed: 1\n");
+  Write(scratch.path() + "/run/checkpoints", "no folder");
+  const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kResume);
+  EXPECT_THAT(directory.status().message(), HasSubstr("cannot make folder '" + scratch.path() + "/run/checkpoints'"));
+}
+
 #if !defined(_WIN32)  // where a folder with an open file cannot be deleted
 TEST(RunDirectory, AFolderThatWasDeletedBelongsToWhoeverMakesItAnew) {
   testing::ScratchFolder scratch("deleted");

@@ -152,15 +152,20 @@ Status FileReader::Open(const std::string& path) {
   if (file_ != nullptr) std::fclose(file_);
   file_ = nullptr;
   path_ = path;
-  if (IsSpecial(path)) return {StatusCode::kInvalidArgument, "'" + path + "' is no regular file; take it away"};
+  refused_ = IsSpecial(path);
+  if (refused_) return {StatusCode::kInvalidArgument, "'" + path + "' is no regular file; take it away"};
   file_ = OpenFile(path, "rb");
-  return file_ == nullptr ? FileError("open", path, errno) : Status::Ok();
+  if (file_ != nullptr) return Status::Ok();
+  const int error = errno;
+  refused_ = error != ENOENT;
+  return FileError("open", path, error);
 }
 
 Status FileReader::Read(std::span<std::byte> bytes) {
   errno = 0;
   if (file_ != nullptr && std::fread(bytes.data(), 1, bytes.size(), file_) == bytes.size()) return Status::Ok();
-  if (file_ != nullptr && std::ferror(file_) != 0) return FileError("read", path_, errno);
+  refused_ = file_ != nullptr && std::ferror(file_) != 0;
+  if (refused_) return FileError("read", path_, errno);
   return {StatusCode::kDataLoss, "'" + path_ + "' ends too early"};
 }
 

@@ -46,6 +46,8 @@ Result<std::unique_ptr<OutputFile>> OutputFile::Open(const std::string& path, Op
   if (size < 0) {
     const int error = errno;
     if (descriptor >= 0) Close(descriptor);
+    if (error == ELOOP)
+      return Status{StatusCode::kDataLoss, "'" + path + "' is a link and no file of this run; take it away"};
     return Status{CodeOf(error), "cannot open '" + path + "' for writing: " + std::strerror(error)};
   }
   return std::unique_ptr<OutputFile>(new OutputFile(path, descriptor, static_cast<std::uint64_t>(size)));

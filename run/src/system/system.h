@@ -18,7 +18,8 @@ bool UnderstandsEscapeCodes(std::FILE* stream);
 /// Characters beside each other on the terminal that shows `stream`; 0 when none does.
 int TerminalColumns(std::FILE* stream);
 
-/// Opens a file for reading and for writing at its end, making it where it is not. -1 and errno when that fails.
+/// Opens a file for reading and for writing at its end, making it where it is not. -1 and errno when that fails;
+/// a link is not followed (ELOOP; Windows does).
 int OpenToAppend(const std::string& path, bool truncate);
 /// Writes some of `bytes` at the end; how many, or -1 and errno.
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count);

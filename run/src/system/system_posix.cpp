@@ -40,7 +40,7 @@ bool TakesOutput(std::FILE* stream, double wait_s) {
 }
 
 int OpenToAppend(const std::string& path, bool truncate) {
-  return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (truncate ? O_TRUNC : 0), 0644);
+  return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | (truncate ? O_TRUNC : 0), 0644);
 }
 
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {

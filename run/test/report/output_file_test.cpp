@@ -48,6 +48,18 @@ TEST(OutputFile, AFullDiskLosesRecordsNeverHalfOfOne) {
   EXPECT_EQ(file->status().code(), StatusCode::kResourceExhausted) << "the first failure stays";
 }
 
+TEST(OutputFile, ALinkIsNotFollowed) {
+  const TestFolder folder;
+  Put(folder.File("theirs"), "theirs\n");
+  ASSERT_EQ(symlink(folder.File("theirs").c_str(), folder.File("a").c_str()), 0);
+  for (const OpenMode mode : {OpenMode::kAppend, OpenMode::kTruncate}) {
+    const auto file = OutputFile::Open(folder.File("a"), mode);
+    ASSERT_FALSE(file.ok());
+    EXPECT_NE(file.status().message().find("is a link"), std::string::npos) << file.status().message();
+  }
+  EXPECT_EQ(Contents(folder.File("theirs")), "theirs\n");
+}
+
 TEST(OutputFile, ADeviceThatIsFull) {
   auto file = std::move(*OutputFile::Open("/dev/full", OpenMode::kAppend));
   file->Append("row\n");

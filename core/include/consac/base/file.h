@@ -55,10 +55,14 @@ class FileReader {
   Status Open(const std::string& path);
   /// The next bytes.size() bytes; kDataLoss where there are fewer.
   Status Read(std::span<std::byte> bytes);
+  /// Whether the latest failure was the system's, or the file no regular one: what it holds may be whole. False where
+  /// there is no such file and where it ends too early.
+  bool refused() const { return refused_; }
 
  private:
   std::string path_;
   std::FILE* file_ = nullptr;
+  bool refused_ = false;
 };
 #if defined(_WIN32)
 /// A path as Windows takes it.
