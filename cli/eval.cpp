@@ -79,6 +79,7 @@ Action AddEval(CLI::App& app) {
             "seconds to keep trying to reach an engine");
   AddNumber(app, "--deadline", &flags->options.deadline_s, 0, kMostSeconds,
             "seconds of an engine's silence that end the session");
+  AddToken(app, &flags->options.token, "access token that the engine asks for");
   app.add_flag("--stochastic", flags->stochastic, "draw actions instead of taking the most likely");
   app.add_flag("--json", flags->json, "one line of JSON");
   return [flags] { return Eval(*flags); };

@@ -32,7 +32,7 @@ std::string RowText(const Layout& layout, const std::byte* row) {
 constexpr double kConnectTimeout = 3.0;  // s
 
 struct PlayFlags {
-  std::string model, world, directory = "runs";
+  std::string model, world, directory = "runs", token;
   WalkOptions walk;
 };
 
@@ -46,6 +46,7 @@ Status PlayWithEngine(const std::vector<std::string>& models, const PlayFlags& f
   }
   EnvClientOptions options;
   options.stop = &StopSignal();
+  options.token = flags.token;
   const Result<std::unique_ptr<EnvClient>> engine = EnvClient::Open(std::move(*transport), options);
   if (!engine.ok()) return engine.status();
   return Walk(models, **engine, flags.walk, StopSignal());
@@ -173,6 +174,7 @@ Action AddPlay(CLI::App& app) {
   AddWhole(app, "--episodes", &flags->walk.episodes, 1, kMostWhole, "at most so many episodes");
   AddWhole(app, "--seed", &flags->walk.seed, 0, kMostWhole, "seed of the world");
   AddNumber(app, "--delay", &flags->walk.delay_s, 0, 3600, "seconds between steps");
+  AddToken(app, &flags->token, "access token that the engine asks for");
   app.add_flag("--stochastic", flags->walk.stochastic, "draw actions instead of taking the most likely");
   return [flags] { return Play(*flags); };
 }

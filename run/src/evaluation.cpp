@@ -170,6 +170,7 @@ Result<std::unique_ptr<WorldLink>> OpenToJudge(const EvaluateOptions& options, c
   engine.url = world;
   engine.connect_timeout_s = options.connect_timeout_s;
   engine.client.deadline_s = options.deadline_s;
+  engine.client.token = options.token;
   engine.client.stop = &stop;
   return ConnectEngine(engine, options.say);
 }

@@ -42,19 +42,21 @@ Status Training::CheckEvaluation() {
   return fits.ok() ? fits : Status{fits.code(), "eval_world " + Quote(config_.eval_world) + ": " + fits.message()};
 }
 
-Status Training::EvaluateIfDue() {
-  if (config_.eval_every > 0 && steps() >= next_evaluation_ && !stop_.load(std::memory_order_relaxed)) {
+// One that was stopped stays due: the run that goes on makes up for it before its first step.
+void Training::EvaluateIfDue() {
+  if (EvaluationDue() && !stop_.load(std::memory_order_relaxed)) {
     const Status status = Evaluation();
-    const bool failed = !status.ok() && status.code() != StatusCode::kCancelled;
+    const bool stopped = status.code() == StatusCode::kCancelled;
+    const bool failed = !status.ok() && !stopped;
     if (failed && !evaluation_failed_)  // once, until it works again
       report_->Line("warning: an evaluation failed: " + status.message() + "; training goes on");
     evaluation_failed_ = failed;
-    if (!stop_.load(std::memory_order_relaxed)) PlanEvaluation();
+    if (!stopped) PlanEvaluation();
   }
   if (config_.eval_every == 0) LookAtEpisodes();
-  return Status::Ok();
 }
 
+// kCancelled where `stop_` came before all episodes had ended.
 Status Training::Evaluation() {
   EvaluateOptions options;
   options.world = config_.eval_world.empty() ? config_.world : config_.eval_world;
@@ -62,6 +64,7 @@ Status Training::Evaluation() {
   options.seed = config_.seed + options.seed;
   options.connect_timeout_s = config_.connect_timeout_s;
   options.deadline_s = config_.deadline_s;
+  options.token = config_.token;
   options.say = [this](const std::string& line) { report_->Line(line); };
   const Result<std::unique_ptr<WorldLink>> link = OpenToJudge(options, options.world, stop_);
   if (!link.ok()) return link.status();
@@ -70,7 +73,10 @@ Status Training::Evaluation() {
   const auto meanwhile = [this] { crew_.KeepAlive(); };
   const Result<std::vector<EvaluateSummary>> judged = Judge(options, **link, *actors, stop_, meanwhile);
   if (!judged.ok()) return judged.status();
-  if (stop_.load(std::memory_order_relaxed)) return Status::Ok();  // of too few episodes
+  const bool whole = std::all_of(judged->begin(), judged->end(), [this](const EvaluateSummary& summary) {
+    return summary.episodes == config_.eval_episodes;
+  });
+  if (!whole && stop_.load(std::memory_order_relaxed)) return {StatusCode::kCancelled, "stopped while it was judged"};
 
   double sum = 0.0;
   for (const EvaluateSummary& summary : *judged) sum += summary.mean_reward;

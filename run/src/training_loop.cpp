@@ -276,6 +276,7 @@ void Training::SendIdle() {
 
 Status Training::Loop() {
   done_ = asked_ = steps();
+  if (EvaluationDue()) EvaluateIfDue();  // which a stop has interrupted
   round_began_ = Now();
   while (true) {
     SendIdle();
@@ -293,7 +294,7 @@ Status Training::Loop() {
     ReportUpdates();  // of a learner that reports without learning just now
     for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
     CONSAC_RETURN_IF_ERROR(reserve_->health());
-    if (config_.eval_every > 0 || goal_.has_value()) CONSAC_RETURN_IF_ERROR(EvaluateIfDue());
+    EvaluateIfDue();
     if (CheckpointDue()) {
       (void)Save();
       CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
@@ -341,7 +342,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   summary.directory = directory_->path();
   summary.steps = steps();
   summary.seconds = seconds;
-  summary.interrupted = summary.steps < config_.steps && !goal_reached_;
+  summary.interrupted = !goal_reached_ && (summary.steps < config_.steps || EvaluationDue());
   for (const Trainee& trainee : trainees_) summary.interrupted = summary.interrupted || trainee.learner->LearningDue();
   StateHasher hasher;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {

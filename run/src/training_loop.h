@@ -85,7 +85,8 @@ class Training {
   void TellTime();
   void PlanEvaluation();
   Status CheckEvaluation();
-  Status EvaluateIfDue();
+  bool EvaluationDue() const { return config_.eval_every > 0 && steps() >= next_evaluation_; }
+  void EvaluateIfDue();
   Status Evaluation();
   Status SaveBest();
   void LookAtEpisodes();

@@ -90,6 +90,39 @@ TEST(TrainingEvaluation, AResumedRunIsJudgedAsOneThatWasNeverStopped) {
   EXPECT_EQ(Read(scratch.path() + "/cut/best/model.consac"), Read(scratch.path() + "/whole/best/model.consac"));
 }
 
+// In the middle of one, by Ctrl-C: on resume it is made up for at the step at which it was due.
+TEST(TrainingEvaluation, OneThatWasStoppedIsMadeUpForAtTheSameStep) {
+  consac::testing::ScratchFolder scratch("stopped");
+  EnvServerOptions slow;
+  slow.training_length = 1000000;
+  slow.seed = 7;
+  slow.min_step_s = 0.01;
+  const consac::testing::ServedWorld judge("cartpole-v1", slow);
+  RunConfig config = Pole(scratch.path(), "whole");
+  config.steps = 512;
+  config.eval_every = 200;
+  config.eval_episodes = 1;
+  config.eval_world = judge.url();
+  Trained(config);
+  config.name = "cut";
+  for (int stopped = 0; stopped < 2; ++stopped, config.resume = true) {
+    std::atomic<bool> stop{false};
+    const std::int64_t steps = judge.steps();
+    std::thread hand([&] {
+      while (judge.steps() == steps || judge.steps() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      stop = true;
+    });
+    const Result<RunSummary> summary = Train(config, stop);
+    hand.join();
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_TRUE(summary->interrupted);
+    EXPECT_LT(summary->steps, 256) << "no step further than the one at which it is due";
+  }
+  Trained(config);
+  EXPECT_EQ(Read(scratch.path() + "/cut/evaluations.csv"), Read(scratch.path() + "/whole/evaluations.csv"));
+  EXPECT_EQ(Read(scratch.path() + "/cut/best/model.consac"), Read(scratch.path() + "/whole/best/model.consac"));
+}
+
 TEST(TrainingEvaluation, AHighEnoughRewardEndsTheTraining) {
   consac::testing::ScratchFolder scratch("goal");
   RunConfig config = Pole(scratch.path(), "judged");

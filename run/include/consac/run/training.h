@@ -54,6 +54,7 @@ struct EvaluateOptions {
   std::int64_t max_episode_steps = 1000;
   double connect_timeout_s = 60.0;  ///< keep trying to reach an engine for so long
   double deadline_s = 60.0;         ///< longest silence of an engine
+  std::string token;                ///< access token that an engine asks for
   /// Hears at once, and every few seconds, what is waited for: an engine that is not there, agents that do not come.
   std::function<void(const std::string&)> say = [](const std::string& line) { Log(LogLevel::kInfo, line); };
 };
