@@ -609,6 +609,7 @@ def test_resume_is_refused_after_bye_and_after_its_time():
     with Server(Counter, 1, limits=Limits(resume_s=0.3)) as server:
         for leave in (lambda client: client.send(BYE, request=0), lambda client: (client.close(), time.sleep(1.0))):
             client = Raw(server)
+            client.reset()
             leave(client)
             time.sleep(0.1)
             late = Raw(server, hello={"resume": client.welcome["resume"]})
@@ -733,6 +734,43 @@ def test_capacity():
         time.sleep(0.1)
         assert Raw(server).reset().states == [24]
         assert b.reset().states == [24]
+
+
+def test_a_trainer_that_vanishes_before_its_first_result_leaves_no_place_taken():
+    with Server(Counter, 1, limits=Limits(max_sessions=1)) as server:
+        for _ in range(3):
+            client = Raw(server)
+            assert "code" not in client.welcome
+            client.close()
+            time.sleep(0.2)
+        late = Raw(server, hello={"resume": client.welcome["resume"]})
+        assert late.welcome["code"] == "AUTH_FAILED"
+        held = Raw(server)
+        held.reset()
+        held.close()
+        time.sleep(0.2)
+        assert Raw(server, hello=False).ask_json(HELLO, {"protocol": [2, 2]})["code"] == "CAPACITY"
+        assert Raw(server, hello={"resume": held.welcome["resume"]}).welcome["resumed"]
+
+
+def test_a_flood_of_refused_connections_is_told_in_a_few_lines():
+    said = []
+    with Server(Counter, token="sesame", limits=Limits(), log=said.append) as server:
+        for _ in range(60):
+            assert Raw(server, hello=False).ask_json(HELLO, {"protocol": [2, 2]})["code"] == "AUTH_FAILED"
+        time.sleep(0.2)
+        assert len(said) == 5
+    assert len(said) == 6 and said[-1].endswith("(and 54 more like it)"), said
+
+
+def test_a_bad_action_of_text_protocol_1_is_one_line():
+    said = []
+    with Server(Counter, protocol="text1", training_length=9, limits=QUICK, log=said.append) as server:
+        text = Text(server)
+        text.line(), text.line()
+        assert text.ask("1\0\n").startswith("error: action '1\\x00'") and text.line() == ""
+        time.sleep(0.2)
+    assert len(said) == 1 and said[0].startswith("text protocol 1: action '1"), said
 
 
 def test_handshake_deadline():

@@ -260,6 +260,21 @@ TEST(FaultA, A6_AFloodOfConnectionsIsTurnedAwayWhileTheSessionGoesOn) {
   EXPECT_EQ(engine.steps(), 160 * kCopies);
 }
 
+TEST(FaultA, A6_AFloodOfRefusedConnectionsIsToldInAFewLines) {
+  LogLines log;
+  {
+    const Engine engine{EnvServerOptions()};
+    for (int i = 0; i < 60; ++i) {
+      RawTrainer trainer(engine.Connect());
+      trainer.Send(FrameType::kStep, 1, "no HELLO");
+      EXPECT_EQ(trainer.Next().header.type, FrameType::kError);
+    }
+    EXPECT_THAT(log.lines(), ::testing::SizeIs(5));
+  }
+  EXPECT_THAT(log.lines(), ::testing::SizeIs(6));
+  EXPECT_THAT(log.lines().back(), AllOf(HasSubstr("was turned away"), HasSubstr("(and 54 more like it)")));
+}
+
 TEST(FaultA, A7_ASessionWhoseTrainerVanishedIsHeldAndThenFreed) {
   EnvServerOptions options;
   options.resume_s = 0.4;

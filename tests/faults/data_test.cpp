@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <limits>
-#include <mutex>
 
 #include "tests/faults/fault_peers.h"
 
@@ -241,21 +240,13 @@ class MaskingWorld final : public PlainWorld {
 
 // The designer reads the engine's log, not the trainer's.
 TEST(FaultC, C7_AWorldWithoutALegalActionIsToldInTheEnginesLog) {
-  static std::mutex guard;
-  static std::vector<std::string> lines;
-  Hooks hooks;
-  hooks.log = [](void*, LogLevel level, std::string_view line) {
-    const std::lock_guard lock(guard);
-    if (level >= LogLevel::kWarning) lines.emplace_back(line);
-  };
-  SetHooks(hooks);
+  LogLines log;
   {
     const Engine engine(std::make_unique<MaskingWorld>(), {});
     Session session(engine.Connect(), Impatient(Way::kTcp));
     for (int i = 0; i < 5; ++i) (void)session.Step();
   }
-  SetHooks({});
-  EXPECT_THAT(lines, Contains(::testing::AllOf(HasSubstr("environment 1"), HasSubstr("no legal action"))));
+  EXPECT_THAT(log.lines(), Contains(::testing::AllOf(HasSubstr("environment 1"), HasSubstr("no legal action"))));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <functional>
+#include <mutex>
 
 #include "consac/base/hooks.h"
 #include "consac/env/buffer.h"
@@ -97,6 +98,33 @@ class BrittleSocket final : public Transport {
 
  private:
   int socket_;
+};
+
+/// What is logged as long as it lives. One at a time, and nothing of ours may be running when it comes and goes.
+class LogLines {
+ public:
+  LogLines() {
+    Hooks hooks;
+    hooks.log = [](void* user, LogLevel, std::string_view line) {
+      auto& self = *static_cast<LogLines*>(user);
+      const std::lock_guard lock(self.guard_);
+      self.lines_.emplace_back(line);
+    };
+    hooks.user = this;
+    SetHooks(hooks);
+  }
+  ~LogLines() { SetHooks({}); }
+  LogLines(const LogLines&) = delete;
+  LogLines& operator=(const LogLines&) = delete;
+  /// So far.
+  std::vector<std::string> lines() {
+    const std::lock_guard lock(guard_);
+    return lines_;
+  }
+
+ private:
+  std::mutex guard_;
+  std::vector<std::string> lines_;
 };
 
 /// Writes text.

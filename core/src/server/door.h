@@ -35,10 +35,8 @@ inline void Dismiss(Undecided& one, std::string_view line) {
   one.transport->Close();
 }
 
-/// With an ERROR, unless it left by itself or never said which protocol it speaks.
-inline void TurnAway(Undecided& one, const Status& why, Farewells& farewells) {
-  if (why.code() != StatusCode::kProtocol) return one.transport->Close();
-  Log(LogLevel::kWarning, one.transport->peer() + " was turned away: " + why.message());
+/// An ERROR, and the end once it is read.
+inline void DismissWithError(Undecided& one, const Status& why, Farewells& farewells) {
   const bool later = protocol2::FaultName(why) == "CAPACITY";
   const std::string json = protocol2::EncodeError(
       {std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, later ? 1.0 : 0.0, -1});

@@ -11,6 +11,7 @@
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
+#include "server/refusals.h"
 #include "server/seat.h"
 #include "server/secret.h"
 
@@ -173,6 +174,7 @@ class EnvServerOfEither final : public EnvServer {
   /// Takes waiting connections and decides about those that have said enough, or nothing for long enough.
   Status Accept(double timeout_s) {
     farewells_.Look();
+    refusals_.Look();
     Result<std::unique_ptr<Transport>> accepted = Knock(timeout_s);
     if (!accepted.ok()) return accepted.status();
     if (*accepted != nullptr && (waiting_.size() < kMostUndecided || SendAwayMute())) LetIn(std::move(*accepted));
@@ -185,7 +187,7 @@ class EnvServerOfEither final : public EnvServer {
       Undecided one = std::move(waiting_[i]);
       waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
       if (!protocol.ok()) {
-        TurnAway(one, protocol.status(), farewells_);
+        TurnAway(one, protocol.status());
       } else if (*protocol == Protocol::kText1) {
         WelcomeText(std::move(one));
       } else {
@@ -198,7 +200,7 @@ class EnvServerOfEither final : public EnvServer {
   void LetIn(std::unique_ptr<Transport> transport) {
     Undecided one{std::move(transport), Now(), protocol2::FrameReader()};
     if (one.reader.capacity() > 0) return waiting_.push_back(std::move(one));
-    Log(LogLevel::kWarning, one.transport->peer() + " was turned away: there is no memory to read what it says");
+    refusals_.Say(one.transport->peer() + " was turned away: there is no memory to read what it says");
     Dismiss(one, kNoMemoryLine);
   }
 
@@ -278,13 +280,20 @@ class EnvServerOfEither final : public EnvServer {
     return Protocol::kProtocol2;
   }
 
+  /// Whoever left by itself, or never said which protocol it speaks, hears and is worth nothing.
+  void TurnAway(Undecided& one, const Status& why) {
+    if (why.code() != StatusCode::kProtocol) return one.transport->Close();
+    refusals_.Say(one.transport->peer() + " was turned away: " + why.message());
+    DismissWithError(one, why, farewells_);
+  }
+
   static bool MayComeBeforeHello(FrameType type) {
     return type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
   }
 
   void Welcome(Undecided one) {
     Result<Seat*> seat = SeatFor(*one.hello);
-    if (!seat.ok()) return TurnAway(one, seat.status(), farewells_);
+    if (!seat.ok()) return TurnAway(one, seat.status());
     Arrival arrival;
     arrival.hello = std::move(*one.hello);
     arrival.transport = std::move(one.transport);
@@ -374,11 +383,11 @@ class EnvServerOfEither final : public EnvServer {
     }
     Seat* seat = FreeSeat();
     if (seat == nullptr) {
-      Log(LogLevel::kWarning, "a further trainer, " + one.transport->peer() + ", was turned away");
+      refusals_.Say("a further trainer, " + one.transport->peer() + ", was turned away");
       return Dismiss(one, kBusyLine);
     }
     const Status status = seat->Connect(std::move(one), sessions_++);
-    if (!status.ok()) Log(LogLevel::kWarning, "a trainer left before its session began: " + status.message());
+    if (!status.ok()) refusals_.Say("a trainer left before its session began: " + status.message());
   }
 
   /// A trainer of text protocol 1, which hears why.
@@ -389,6 +398,7 @@ class EnvServerOfEither final : public EnvServer {
 
   std::unique_ptr<Listener> listener_;
   Farewells farewells_;  // outlives the seats
+  Refusals refusals_;
   const EnvServerOptions options_;
   const Status text_fits_;
   std::atomic<std::int64_t> steps_{0};

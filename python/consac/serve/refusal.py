@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import importlib
 import os
+import threading
+import time
 import traceback
 
 import gymnasium
@@ -24,6 +26,38 @@ class Refused(Exception):
 
 class Gone(Exception):
     """The peer closed, fell silent or does not read."""
+
+
+class Refusals:
+    """Lines about connections that are not served: the first few in full, then one every few seconds, so that a flood of them fills no disk."""
+
+    IN_FULL, EVERY_S = 5, 5.0
+
+    def __init__(self, log):
+        self._log, self._lock = log, threading.Lock()
+        self._in_full = self._counted = 0
+        self._latest, self._tell_at = "", 0.0
+
+    def say(self, line: str) -> None:
+        """Logs `line`, or counts it where there have been many."""
+        self.look()
+        with self._lock:
+            if self._in_full == self.IN_FULL:
+                self._latest, self._counted = line, self._counted + 1
+                return
+            self._in_full, self._tell_at = self._in_full + 1, time.monotonic() + self.EVERY_S
+        self._log(line)
+
+    def look(self, last: bool = False) -> None:
+        """Tells of those that were counted, once it is time or this is the `last` call; to be called now and then."""
+        with self._lock:
+            if not last and (self._in_full == 0 or time.monotonic() < self._tell_at):
+                return
+            counted, self._counted = self._counted, 0
+            self._in_full = self._in_full if counted else 0
+            self._tell_at = time.monotonic() + self.EVERY_S
+        if counted:
+            self._log(self._latest + (f" (and {counted - 1} more like it)" if counted > 1 else ""))
 
 
 def describe(error: BaseException) -> str:

@@ -16,7 +16,7 @@ from . import text1
 from .batch import Batch
 from .connection import Connection
 from .limits import TICK, Limits
-from .refusal import Gone, Refused, error_json, tell
+from .refusal import Gone, Refusals, Refused, error_json, tell
 from .session import Offer, Session
 from .world import World, environment_maker
 
@@ -48,6 +48,7 @@ class Server:
         self.make_env = environment_maker(make_env) if isinstance(make_env, str) else make_env
         self.token, self.protocol, self.limits, self.sessions_wanted = token, protocol, limits, sessions
         self._log = (lambda line: log(printable_line(line))) if log else lambda line: None
+        self._refusals = Refusals(self._log)
         self.world = World.probe(self.make_env, envs, name, group)
         self._offer = Offer(self.world, self.make_env, seed, training_length, model_name, self._log)
         self.text_misfit = text1.misfit(self._offer) if not token else "it has no access token"
@@ -81,6 +82,7 @@ class Server:
                 sock, _ = self._listener.accept()
             except (TimeoutError, socket.timeout):
                 self._forget_lost()
+                self._refusals.look()
                 for connection in list(self._connections):
                     connection.reassure()
                 if self.sessions_wanted and self._finished >= self.sessions_wanted:
@@ -89,7 +91,7 @@ class Server:
             except OSError as error:
                 if error.errno not in _PASSING:
                     break
-                self._log(f"no connection can be taken now: {error.strerror}")
+                self._refusals.say(f"no connection can be taken now: {error.strerror}")
                 self._stop.wait(TICK)
                 continue
             try:
@@ -110,7 +112,7 @@ class Server:
                     del self._connections[connection]
                 connection.last_word(connection.pack(wire.ERROR, error_json("CAPACITY", f"no further connection can be served now: {error}", retry_after_s=10)))
                 sock.close()
-                self._log(f"no connection can be served now: {error}")
+                self._refusals.say(f"no connection can be served now: {error}")
         self._shut_down()
 
     def close(self) -> None:
@@ -149,6 +151,7 @@ class Server:
         for session in left:
             if session.batch and session.lock.acquire(timeout=0.1):
                 session.batch.close()
+        self._refusals.look(last=True)
 
     def _forget_lost(self) -> None:
         now = time.monotonic()
@@ -183,12 +186,12 @@ class Server:
             refused = getattr(error, "request", None)  # of a header; else of what was being carried out
             connection.last_word(connection.pack(wire.ERROR, error_json(error.code, error.message, **getattr(error, "extra", {})),
                                                         connection.request if refused is None else refused, session=session.number if session else 0))
-            self._log(f"closed a connection: {error}")
+            self._refusals.say(f"closed a connection: {error}")
         except Gone as error:
             if connection.closing.is_set():
                 connection.last_word(connection.pack(wire.GOAWAY, wire.dump_json({"reason": "the server shuts down"}),
                                                             session=session.number if session else 0))
-            elif session:
+            elif session and session.started:
                 self._log(f"session {session.number}: {error}; it can be resumed for {self.limits.resume_s:g} s")
         finally:
             connection.finish()
@@ -206,7 +209,10 @@ class Server:
             env = self.make_env()
             text1.play(connection, self._offer, self.limits, env)
         except Gone as error:
-            self._log(f"text protocol 1: {error}")
+            self._refusals.say(f"text protocol 1: {error}")
+        except text1.BadAction as error:
+            connection.last_word(f"error: {printable_line(error)}\n".encode())
+            self._refusals.say(f"text protocol 1: {error}")
         except Exception as error:
             connection.last_word(f"error: {printable_line(error)}\n".encode())
             tell(self._log, error)
@@ -218,10 +224,15 @@ class Server:
                 self._finished += 1
 
     def _detach(self, connection: Connection, session: Session) -> None:
+        """A session that has not answered a first RESET cannot be gone on with (R24): its place is free at once."""
+        over = False
         with self._lock:
             if session.connection is connection:
                 session.connection, session.lost_at = None, time.monotonic()
+                over = not session.started and self._sessions.pop(session.number, None) is not None
         session.lock.release()
+        if over and session.batch:
+            session.batch.close()
 
     def _hears_nothing(self, connection: Connection) -> bool:
         if self.protocol == "2":
@@ -229,7 +240,7 @@ class Server:
         if connection.wait(self.limits.grace_s):
             return False
         if self.text_misfit:
-            self._log(f"a silent trainer; text protocol 1 is not served: {self.text_misfit}")
+            self._refusals.say(f"a silent trainer; text protocol 1 is not served: {self.text_misfit}")
         return not self.text_misfit
 
     def _look(self, connection: Connection, deadline: float | None) -> None:
@@ -306,7 +317,7 @@ class Server:
 
     def _take_up(self, connection: Connection, token) -> tuple[Session, bool]:
         with self._lock:
-            session = next((known for known in self._sessions.values() if _same_secret(token, known.token)), None)
+            session = next((known for known in self._sessions.values() if known.started and _same_secret(token, known.token)), None)
             if session is None:
                 raise Refused("AUTH_FAILED", "no session has this resume token, or it has expired; begin a new one")
             before, session.connection = session.connection, connection

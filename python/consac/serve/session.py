@@ -51,6 +51,11 @@ class Session:
         self.renders = False
         self.deadline: float | None = None  # for CONFIGURE
 
+    @property
+    def started(self) -> bool:
+        """Whether a first RESET was answered: only then may it be gone on with over another connection."""
+        return self.batch is not None and self.batch.started
+
     def serve(self, connection: Connection, look) -> None:
         """Answers requests until BYE; `look` is called now and then and raises where time is up."""
         while True:

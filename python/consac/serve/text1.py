@@ -15,6 +15,10 @@ from .session import Offer
 UNBOUNDED = 3.4028235e+38  # how text protocol 1 writes a side without bound
 
 
+class BadAction(ValueError):
+    """What a trainer sent is no action."""
+
+
 def misfit(offer: Offer) -> str:
     """Why text protocol 1 cannot carry this world, or nothing."""
     if offer.world.multi_agent:
@@ -56,7 +60,7 @@ def play(connection: Connection, offer: Offer, limits: Limits, env) -> None:
 
 
 class TextReader:
-    """Actions of text protocol 1, with or without terminators."""
+    """Actions of text protocol 1, with or without terminators; BadAction."""
 
     def __init__(self, connection: Connection, space: spaces.Space, limits: Limits):
         self.space, self.limits, self.data = space, limits, b""
@@ -72,7 +76,7 @@ class TextReader:
                 self.data = rest
                 return self._value(line.rstrip(b"\r"))
             if len(self.data) > 1 << 20:
-                raise ValueError("an action of over 1 MiB without an end")
+                raise BadAction("an action of over 1 MiB without an end")
             if isinstance(self.space, spaces.Discrete) and self.space.n <= 10 and len(self.data) == 1 and self.data.isdigit():
                 line, self.data = self.data, b""
                 return self._value(line)
@@ -97,14 +101,14 @@ class TextReader:
         if isinstance(self.space, spaces.Discrete):
             digits = text[1:] if text.startswith("+") else text  # spec/text1.md
             if not (digits.isascii() and digits.isdigit() and len(digits) < 19) or int(digits) >= self.space.n:
-                raise ValueError(f"action '{shown}'; expected a whole number from 0 to {self.space.n - 1}")
+                raise BadAction(f"action '{shown}'; expected a whole number from 0 to {self.space.n - 1}")
             return self.space.dtype.type(int(digits))
         try:
             values = [read_number(field) for field in text.split(",")]
         except ValueError:
-            raise ValueError(f"action '{shown}'; expected {self.space.shape[0]} numbers") from None
+            raise BadAction(f"action '{shown}'; expected {self.space.shape[0]} numbers") from None
         if len(values) != self.space.shape[0] or not np.isfinite(values).all():
-            raise ValueError(f"action '{shown}'; expected {self.space.shape[0]} finite numbers")
+            raise BadAction(f"action '{shown}'; expected {self.space.shape[0]} finite numbers")
         return np.clip(np.array(values, np.float32), self.space.low, self.space.high)
 
 
