@@ -5,6 +5,12 @@
 namespace consac::cli {
 namespace {
 
+// Of the largest limit nobody needs to hear who has not gone beyond it.
+bool IsBeyond(const std::string& text, std::int64_t high) {
+  double number = 0.0;
+  return ParseHumanNumber(text, &number) && number > static_cast<double>(high);
+}
+
 std::string Expected(const std::string& text, const std::string& kind, const std::string& low, const std::string& high,
                      bool bounded) {
   return Quote(text) + " cannot be used; expected " + kind +
@@ -26,8 +32,8 @@ CLI::Option* AddWhole(CLI::App& app, const std::string& name, std::int64_t* valu
                       const std::string& help) {
   const auto read = [name, value, low, high](const std::string& text) {
     if (ParseHumanNumber(text, value) && *value >= low && *value <= high) return;
-    throw CLI::ValidationError(
-        name, Expected(text, "a whole number", std::to_string(low), std::to_string(high), high < kMostWhole));
+    throw CLI::ValidationError(name, Expected(text, "a whole number", std::to_string(low), std::to_string(high),
+                                              high < kMostWhole || IsBeyond(text, high)));
   };
   return app.add_option_function<std::string>(name, read, help)->type_name("NUMBER");
 }

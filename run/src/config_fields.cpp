@@ -112,10 +112,13 @@ Status Unusable(const Field& field, std::string_view text, const std::string& ex
           std::string(field.name) + " = " + Quote(text) + " cannot be used; expected " + expected};
 }
 
-std::string RangeText(const Field& field) {
-  const auto text = [](double limit) { return std::to_string(static_cast<std::int64_t>(limit)); };  // limits are whole
-  return field.high >= kMost ? " of at least " + text(field.low)
-                             : " from " + text(field.low) + " to " + text(field.high);
+// Of the largest limits nobody needs to hear who has not gone beyond them.
+std::string RangeText(const Field& field, std::string_view text) {
+  const auto whole = [](double limit) { return std::to_string(static_cast<std::int64_t>(limit)); };  // limits are whole
+  double number = 0.0;
+  const bool beyond = ParseHumanNumber(text, &number) && number > field.high;
+  return field.high >= kMost && !beyond ? " of at least " + whole(field.low)
+                                        : " from " + whole(field.low) + " to " + whole(field.high);
 }
 
 template <class Whole>
@@ -123,7 +126,7 @@ Status SetWhole(const Field& field, std::string_view text, Whole* value) {
   std::int64_t parsed = 0;
   const bool fits = ParseHumanNumber(text, &parsed) && static_cast<double>(parsed) >= field.low &&
                     static_cast<double>(parsed) <= field.high;
-  if (!fits) return Unusable(field, text, "a whole number" + RangeText(field));
+  if (!fits) return Unusable(field, text, "a whole number" + RangeText(field, text));
   *value = static_cast<Whole>(parsed);
   return Status::Ok();
 }
@@ -147,7 +150,7 @@ struct Setter {
   Status operator()(double* value) const {
     double parsed = 0.0;
     if (!ParseHumanNumber(text, &parsed) || parsed < field.low || parsed > field.high) {
-      return Unusable(field, text, "a number" + RangeText(field));
+      return Unusable(field, text, "a number" + RangeText(field, text));
     }
     *value = parsed;
     return Status::Ok();

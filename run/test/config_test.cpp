@@ -129,6 +129,8 @@ TEST(Config, ValuesThatDoNotFitSayWhatWould) {
   EXPECT_EQ(ErrorOf("steps: [1, 2]\n"), "test.yaml:1: steps is [1, 2]; expected a whole number");
   EXPECT_THAT(ErrorOf("deadline_s: nan\n"), HasSubstr("expected a number"));
   EXPECT_THAT(ErrorOf("seed: -1\n"), HasSubstr("expected a whole number of at least 0"));
+  EXPECT_THAT(ErrorOf("eval_every: 1e19\n"), HasSubstr("expected a whole number from 0 to 9000000000000000000"));
+  EXPECT_THAT(ErrorOf("norm_obs: yes\n"), HasSubstr("expected true or false"));
   EXPECT_THAT(ErrorOf("gamma: 1.5\n"), AllOf(StartsWith("test.yaml:1: gamma = '1.5'"), HasSubstr("from 0 to 1")));
   EXPECT_THAT(ErrorOf("hyperparameters: 5\n"), HasSubstr("hyperparameters must be"));
   EXPECT_THAT(ErrorOf("- steps\n"), HasSubstr("expected lines of 'key: value'"));

@@ -10,6 +10,7 @@ namespace consac::run {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 RunConfig ManyWorlds(const std::string& directory, std::int64_t mebibytes) {
   RunConfig config = SmallRun(directory, "many");
@@ -36,6 +37,20 @@ TEST(MaxMemory, AHundredThousandEnvironmentsMeetTheLimitThatNobodySet) {
   config.envs = 100000;
   config.hyperparameters.emplace_back("n_steps", "8192");
   EXPECT_THAT(Train(config, kNeverStop).status().message(), HasSubstr("max_memory_mib=8192"));
+}
+
+TEST(MaxMemory, LayersThatCannotActAreToldAsThat) {
+  testing::ScratchFolder scratch("layers");
+  RunConfig config = SmallRun(scratch.path());
+  for (const char* algorithm : {"ppo2", "dqn"}) {
+    config.algorithm = algorithm;
+    config.hyperparameters = {{"net_arch", "[1048576]"}};
+    if (algorithm == std::string_view("dqn")) config.world = "cartpole-v1";
+    const Status refused = Train(config, kNeverStop).status();
+    EXPECT_EQ(refused.code(), StatusCode::kInvalidArgument);
+    EXPECT_THAT(refused.message(), HasSubstr("at most 1048576 can act; choose smaller layers"));
+    EXPECT_THAT(refused.message(), Not(HasSubstr("max_memory_mib")));
+  }
 }
 
 /// The least limit with which a run on this world begins.

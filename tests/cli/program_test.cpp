@@ -74,6 +74,7 @@ TEST_F(ProgramTest, NumbersThatCannotBeMeantAreRefusedByEveryVerb) {
   ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "0", "--model", "a#b"}), 2, "--model: ");
   ExpectRefusal(RunProgram(folder(), {"play", "x", "--delay", "inf"}), 2, "--delay");
   ExpectRefusal(RunProgram(folder(), {"eval", "x", "--episodes", "0"}), 2, "at least 1");
+  ExpectRefusal(RunProgram(folder(), {"eval", "x", "--episodes", "1e30"}), 2, "from 1 to 9000000000000000000");
   EXPECT_EQ(RunProgram(folder(), {"train", "road-v0", "--steps", "1e3", "--name", "e", "--no-table"}).code, 0);
 }
 
@@ -386,6 +387,21 @@ TEST_F(ProgramTest, APipeInARunsFolderIsNamedAndNotWaitedFor) {
   }
 }
 
+TEST_F(ProgramTest, ALinkInARunsFolderIsNamedAndNotFollowed) {
+  SmallRun("linked");
+  const std::string theirs = folder() + "/theirs";
+  for (const char* file : {"monitor.csv", "progress.csv"}) {
+    const std::string path = folder() + "/runs/linked/" + file;
+    std::filesystem::rename(path, theirs);
+    const std::string before = TextOf(theirs);
+    std::filesystem::create_symlink(theirs, path);
+    ExpectRefusal(RunProgram(folder(), {"train", "--resume", "--name", "linked", "--steps", "600"}), 6, file);
+    EXPECT_EQ(TextOf(theirs), before);
+    std::filesystem::remove(path);
+    std::filesystem::rename(theirs, path);
+  }
+}
+
 TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
   std::ofstream(folder() + "/run.yaml") << "world: road-v0\nalgorithm: ppo2\nsteps: 300\nn_steps: 17\n";
   const Outcome outcome = RunProgram(folder(), {"train", "--config", "run.yaml", "--name", "several", "--set",
@@ -406,9 +422,18 @@ TEST_F(ProgramTest, ATokenMayComeFromTheEnvironment) {
   const std::string port = TextOf(folder() + "/port");
   const std::string url = "tcp://127.0.0.1:" + port.substr(0, port.size() - 1);
   EXPECT_EQ(RunProgram(folder(), {"doctor", url}).code, 0);
+  SmallRun("walker");
+  EXPECT_EQ(RunProgram(folder(), {"eval", "walker", url, "--episodes", "1"}).code, 0);
+  EXPECT_EQ(RunProgram(folder(), {"play", "walker", url, "--steps", "3"}).code, 0);
+  const Outcome judged = RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--eval-every", "100", "--name",
+                                               "judged", "--set", "eval_world=" + url, "eval_episodes=1"});
+  EXPECT_NE(judged.out.find("evaluation after 300 steps"), std::string::npos) << judged.out;
   EXPECT_EQ(RunProgram(folder(), {"doctor", url, "--token", "wrong"}).code, 2) << "a flag overrules it";
   unsetenv("CONSAC_TOKEN");
   EXPECT_EQ(RunProgram(folder(), {"doctor", url}).code, 2);
+  EXPECT_EQ(RunProgram(folder(), {"eval", "walker", url, "--episodes", "1"}).code, 2);
+  EXPECT_EQ(RunProgram(folder(), {"eval", "walker", url, "--episodes", "1", "--token", "sesame"}).code, 0);
+  EXPECT_EQ(RunProgram(folder(), {"play", "walker", url, "--steps", "3", "--token", "sesame"}).code, 0);
 }
 
 TEST_F(ProgramTest, AFullDiskIsLoudAndTheLastGoodFilesStay) {

@@ -73,6 +73,31 @@ TEST(Words, TwoAgentsOfOneNameAreToldAsThat) {
   peer.join();
 }
 
+// What is wrong with it is said once, whichever way requests would have gone.
+TEST(Words, ASpecThatIsNoneIsAskedForOnce) {
+  LogLines log;
+  RawEngine engine;
+  FrameType next = FrameType::kConfigure;
+  std::thread peer([&] {
+    ASSERT_TRUE(engine.Accept());
+    (void)engine.Next();
+    Welcome welcome;
+    welcome.session = 1;
+    welcome.capabilities = {"shm"};
+    engine.Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
+    engine.Send(FrameType::kSpec, engine.Next().header.request, R"({"behaviours": 7})");
+    next = engine.Next().header.type;
+  });
+  {
+    const auto client = EnvClient::Open(engine.Connect(), Impatient(Way::kShared));
+    EXPECT_EQ(client.status().code(), StatusCode::kProtocol);
+    EXPECT_THAT(client.status().message(), HasSubstr("behaviours"));
+  }
+  peer.join();
+  EXPECT_NE(next, FrameType::kConfigure);
+  EXPECT_THAT(log.lines(), ::testing::IsEmpty());
+}
+
 TEST(Words, AFrameOfATypeThatNobodyKnowsIsNamed) {
   RawEngine engine;
   std::thread peer([&] {

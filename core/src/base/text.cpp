@@ -92,11 +92,11 @@ bool ParseHumanNumber(std::string_view text, double* value) {
 }
 
 bool ParseHumanNumber(std::string_view text, std::int64_t* value) {
-  constexpr double kExactWhole = 9007199254740992.0;  // 2^53: whole numbers that a double holds exactly
+  constexpr double kMost = 9.2e18;  // that an int64 holds
   const std::string plain = WithoutSeparators(text);
   if (ParseNumber(plain, value)) return true;
   double real = 0.0;
-  if (!ParseNumber(plain, &real) || real != std::floor(real) || std::fabs(real) > kExactWhole) return false;
+  if (!ParseNumber(plain, &real) || real != std::floor(real) || std::fabs(real) > kMost) return false;
   *value = static_cast<std::int64_t>(real);
   return true;
 }

@@ -222,11 +222,14 @@ SpecJson InterfaceJson(const PolicyData& data) {
 }  // namespace
 
 Status CheckActivations(const nn::Network& network) {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20, kRowsTogether = 64;
-  MemoryBudget budget(kMostBytes);
+  constexpr std::int64_t kMostFeatures = std::int64_t{1} << 20;  // 256 MiB for the 64 rows that go through at once
+  std::int64_t features = 0;
   for (const nn::Block& block : network.spec().blocks) {
-    CONSAC_RETURN_IF_ERROR(budget.Take("acting with the layer " + Quote(block.name),
-                                       static_cast<std::uint64_t>(block.out_size), kRowsTogether * sizeof(float)));
+    features += block.out_size;
+    if (features <= kMostFeatures) continue;
+    return {StatusCode::kResourceExhausted, "the network's layers up to " + Quote(block.name) + " put out " +
+                                                std::to_string(features) + " features together, and at most " +
+                                                std::to_string(kMostFeatures) + " can act; choose smaller layers"};
   }
   return Status::Ok();
 }

@@ -11,7 +11,7 @@ constexpr std::size_t kFirstRoom = 16384;
 constexpr std::size_t kLeastRoom = 4096;
 
 bool IsTerminator(char c) {
-  return c == '\n' || c == '\r' || c == '\0';
+  return c == '\n' || c == '\r';
 }
 
 bool IsDigit(char c) {
@@ -43,7 +43,7 @@ std::span<std::byte> Framer::Writable() {
 Status Framer::Commit(std::size_t count) {
   end_ += count;
   if (end_ - begin_ <= kMaxMessage) return Status::Ok();
-  return {StatusCode::kResourceExhausted,
+  return {StatusCode::kProtocol,
           "a message is longer than " + std::to_string(kMaxMessage) + " bytes; text protocol 1 sends one line"};
 }
 

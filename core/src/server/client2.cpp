@@ -31,13 +31,7 @@ Status Client2::Begin() {
   const auto& able = welcome_.capabilities;
   const bool here = transport_->peer().starts_with("127.") || transport_->peer().starts_with("::1");
   const bool share = here && options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
-  if (share) {
-    const Status shared = AskForSpec(true);
-    if (shared.ok()) return shared;
-    Log(LogLevel::kInfo, shared.message() + "; going on over TCP");
-    refused_ = false;
-  }
-  return AskForSpec(false);
+  return AskForSpec(share);
 }
 
 Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {

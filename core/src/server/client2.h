@@ -67,6 +67,9 @@ class Client2 final : public EnvClient {
 
   Status AskForSpec(bool share);
 
+  /// The same over TCP alone; memory cannot be shared, and `why` tells.
+  Status AskWithoutSharing(const Status& why);
+
   /// A STEP moves all environments, which a run counts one by one, and each of their agents.
   const char* WhoseStep() const;
   Status SayHello();

@@ -19,6 +19,8 @@ Status Client2::AskForSpec(bool share) {
   protocol2::Configure configure;
   configure.shared_memory = share;
   const Result<Frame> answer = Request(FrameType::kConfigure, protocol2::EncodeConfigure(configure));
+  const bool unsupported = answer.status().code() == StatusCode::kInvalidArgument && refused_ && open_;
+  if (share && unsupported) return AskWithoutSharing(answer.status());
   if (!answer.ok()) return answer.status();
   if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
   Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
@@ -30,7 +32,7 @@ Status Client2::AskForSpec(bool share) {
   blocks_ = Blocks(spec->env);
   if (share) {
     Result<SharedChannel> channel = SharedChannel::Open(spec->shared_memory, blocks_);
-    if (!channel.ok()) return channel.status();
+    if (!channel.ok()) return AskWithoutSharing(channel.status());
     shared_ = std::move(*channel);
   }
   spec_ = std::move(spec->env);
@@ -42,6 +44,12 @@ Status Client2::AskForSpec(bool share) {
   request_ask_ = {spec->training_length, spec->model_name};
   message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
   return Status::Ok();
+}
+
+Status Client2::AskWithoutSharing(const Status& why) {
+  Log(LogLevel::kInfo, why.message() + "; going on over TCP");
+  refused_ = false;
+  return AskForSpec(false);
 }
 
 Status Client2::SayHello() {

@@ -12,6 +12,8 @@ namespace {
 
 using text1::Framer;
 
+constexpr std::string_view kMagic2 = "\xC0NSC";  // that every frame of protocol 2 begins with
+
 Status AtStep(const Status& status, std::int64_t step) {
   return {status.code(), "at step " + std::to_string(step) + ": " + status.message()};
 }
@@ -30,6 +32,7 @@ class TextClient final : public EnvClient {
     const double timeout_s = std::min(options_.setup_timeout_s, options_.deadline_s);
     Result<std::string_view> message = ReadMessage(timeout_s, nullptr);
     if (!message.ok()) {
+      if (framer_.pending().starts_with(kMagic2)) return SpeaksProtocol2(framer_.pending());
       if (message.status().code() != StatusCode::kDeadlineExceeded) return message.status();
       return {StatusCode::kDeadlineExceeded, transport_->peer() + " accepts connections but sent no setup within " +
                                                  NumberText(timeout_s) +
@@ -37,10 +40,7 @@ class TextClient final : public EnvClient {
     }
     if (message->starts_with(text1::kBusyPrefix))
       return {StatusCode::kUnavailable, transport_->peer() + " is " + std::string(*message)};
-    if (message->starts_with("\xC0NSC")) {
-      return {StatusCode::kFailedPrecondition,
-              transport_->peer() + " speaks protocol 2, and was to speak text protocol 1; leave --protocol out"};
-    }
+    if (message->starts_with(kMagic2)) return SpeaksProtocol2(*message);
     if (!message->starts_with("D#") && !message->starts_with("B#")) {
       return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " +
                                          Quote(*message) + ", expected a setup such as D#3#0#B#2#0,0,40,40#1000"};
@@ -95,6 +95,16 @@ class TextClient final : public EnvClient {
  private:
   static constexpr const char* kAfterEndHint =
       "the engine is silent after an episode's end; if it waits for an answer there, use --answer-done";
+
+  /// That it begins with a frame. An engine of protocol 2 may do so to a trainer of text protocol 1, not to another.
+  Status SpeaksProtocol2(std::string_view first) const {
+    if (options_.protocol == Protocol::kText1) {
+      return {StatusCode::kFailedPrecondition,
+              transport_->peer() + " speaks protocol 2, and was to speak text protocol 1; leave --protocol out"};
+    }
+    return {StatusCode::kProtocol, transport_->peer() + " is no CONSAC engine: its first bytes are " + Quote(first) +
+                                       ", and an engine of protocol 2 waits for HELLO"};
+  }
 
   /// After an episode's last observation: the first one of the next.
   Status BeginEpisode(Batch& batch, std::span<const std::byte> action) {

@@ -48,7 +48,9 @@ TEST(Text, PeoplesNumbers) {
     EXPECT_TRUE(ParseHumanNumber(text, &whole)) << text;
     EXPECT_EQ(whole, 1000000) << text;
   }
-  for (const char* text : {"_1", "1_", "1__0", "1.5", "1e30", "nan", ""})
+  EXPECT_TRUE(ParseHumanNumber("1e18", &whole));
+  EXPECT_EQ(whole, 1000000000000000000);
+  for (const char* text : {"_1", "1_", "1__0", "1.5", "1e19", "1e30", "nan", ""})
     EXPECT_FALSE(ParseHumanNumber(text, &whole)) << text;
   double real = 0.0;
   EXPECT_TRUE(ParseHumanNumber("1_0.5", &real));

@@ -107,7 +107,7 @@ TEST(HostileModel, ActivationsHaveABudget) {
   EXPECT_TRUE(LoadedWithLayerOf((1 << 20) - 2).ok()) << LoadedWithLayerOf((1 << 20) - 2).message();
   const Status status = LoadedWithLayerOf(1 << 20);
   EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
-  EXPECT_NE(status.message().find("acting with the layer 'pi'"), std::string::npos) << status.message();
+  EXPECT_NE(status.message().find("up to 'pi' put out 1048578 features"), std::string::npos) << status.message();
 }
 
 TEST(HostileModel, SpacesHaveOneBudget) {

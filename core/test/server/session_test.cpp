@@ -307,9 +307,16 @@ TEST(Client, OtherServicesAreToldApartByTheirFirstBytes) {
   const Status status = OpenScripted("SSH-2.0-OpenSSH_9.2\r\n", false);
   EXPECT_EQ(status.code(), StatusCode::kProtocol);
   EXPECT_NE(status.message().find("SSH-2.0"), std::string::npos);
+  const Status unasked = OpenScripted("\xC0NSC\xff\xff\xff\xff", false);
+  EXPECT_EQ(unasked.code(), StatusCode::kProtocol) << unasked.message();
+  EXPECT_NE(unasked.message().find("\\xc0NSC\\xff"), std::string::npos) << unasked.message();
+  EnvClientOptions told;
+  told.protocol = Protocol::kText1;
+  EXPECT_EQ(OpenScripted("\xC0NSC\x02", false, told).code(), StatusCode::kFailedPrecondition) << "the caller's choice";
   EXPECT_EQ(OpenScripted("", false).code(), StatusCode::kDeadlineExceeded);
   EXPECT_EQ(OpenScripted("", true).code(), StatusCode::kUnavailable);
   EXPECT_EQ(OpenScripted("D#3#0#B#2#0,0,40#10\n", false).code(), StatusCode::kProtocol);
+  EXPECT_EQ(OpenScripted(std::string_view("D#3#0#B#1#0,1#10\0\n", 18), false).code(), StatusCode::kProtocol);
 }
 
 // The engine dies after every byte of its half of a session: always an error that says so, never a hang.

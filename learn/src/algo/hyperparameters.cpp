@@ -73,8 +73,8 @@ Result<std::string> Canonical(const Hyperparameter& row, std::string_view text) 
       return std::string(kLinearPrefix) + *number;
     }
     case ParameterType::kBoolean:
-      if (lower == "true" || lower == "yes" || lower == "on" || lower == "1") return std::string("true");
-      if (lower == "false" || lower == "no" || lower == "off" || lower == "0") return std::string("false");
+      if (text == "true" || text == "True") return std::string("true");
+      if (text == "false" || text == "False") return std::string("false");
       return Unusable(row, text, "true or false");
     case ParameterType::kChoice:
       return CanonicalChoice(row, text);

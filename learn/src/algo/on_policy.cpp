@@ -34,7 +34,8 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
   if (!spec.ok()) return spec.status();
   Result<nn::Network> network = nn::Network::Create(std::move(*spec));
   if (!network.ok()) return network.status();
-  CONSAC_RETURN_IF_ERROR(CheckActivations(*network));  // or what was learned could not be loaded
+  if (const Status acts = CheckActivations(*network); !acts.ok())  // or what was learned could not be loaded
+    return Status{StatusCode::kInvalidArgument, acts.message()};
   // The parameters and packed forms of them to act and to learn, the optimiser's two columns, the initialisation in
   // double precision, the snapshot; and gradients.
   constexpr std::int64_t kBesides = 9;

@@ -23,7 +23,8 @@ Result<nn::Network> MakeQNetwork(const LearnerOptions& options, const QOptions& 
   layers.action_count = actions.leaves[0].space.n();
   Result<nn::Network> network = nn::Network::Create(nn::QNetwork(layers));
   if (!network.ok()) return network.status();
-  CONSAC_RETURN_IF_ERROR(CheckActivations(*network));  // or what was learned could not be loaded
+  if (const Status acts = CheckActivations(*network); !acts.ok())  // or what was learned could not be loaded
+    return Status{StatusCode::kInvalidArgument, acts.message()};
   return network;
 }
 

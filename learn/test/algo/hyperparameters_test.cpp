@@ -74,6 +74,8 @@ TEST(Values, BadOnesAreQuotedWithWhatWasExpected) {
     EXPECT_NE(status.message().find(text), std::string::npos) << status.message();
     EXPECT_NE(status.message().find("expected"), std::string::npos) << status.message();
   }
+  for (const char* text : {"yes", "on", "1", "no", "off", "0", "TRUE", "t"})
+    EXPECT_NE(values.Set("norm_obs", text).message().find("expected true or false"), std::string::npos) << text;
   EXPECT_NE(values.Set("learnin_rate", "1").message().find("'learning_rate'"), std::string::npos);
   EXPECT_NE(FindAlgorithm("pop2").status().message().find("'ppo2'"), std::string::npos);
 }

@@ -27,7 +27,7 @@ bool ParseNumber(std::string_view text, std::int64_t* value);
 
 /// As people write them in flags and files: "1_000_000" (an underscore between digits, as in Python).
 bool ParseHumanNumber(std::string_view text, double* value);
-/// The same for a whole number, which may also be written "1e6".
+/// The same for a whole number, which may also be written "1e6"; beyond 2^53 that is the nearest double.
 bool ParseHumanNumber(std::string_view text, std::int64_t* value);
 
 /// `text` in quotes, cut to `limit` bytes at a character's end, as a line for people (PrintableLine in names.h).

@@ -51,7 +51,7 @@ class Framer {
   void SetExpect(Expect expect, bool single_character);
   /// Room to read bytes into; never empty unless the message is too long.
   std::span<std::byte> Writable();
-  /// `count` bytes were written into Writable(). kResourceExhausted past kMaxMessage.
+  /// `count` bytes were written into Writable(). kProtocol past kMaxMessage.
   Status Commit(std::size_t count);
   /// The next complete message without its terminator, or an empty view when there is none yet. Valid until the
   /// next Writable.
