@@ -7,14 +7,17 @@
 #   tools/unreal_compilers.sh linux18 clang and libc++ 18 on glibc 2.28, which is what Unreal 5.5 and 5.6 bring: all that is staged
 #   tools/unreal_compilers.sh windows  clang 16 in Microsoft's dialect of C++, libc++ 16 on the headers of Windows 10's C library: all that
 #                                     is staged, and the plugin, its samples and its tests against the shim. Not run.
-#   tools/unreal_compilers.sh macos   clang and libc++ of zig for Apple's ARM64: all that is staged. Not run.
+#   tools/unreal_compilers.sh macos   clang and libc++ of zig for Apple's ARM64: all that is staged, linked
+#   tools/unreal_compilers.sh macos11 clang 16 and libc++ 16 for Apple's ARM64 and macOS 11, the first that it has had: all that is
+#                                     staged, and the plugin, its samples and its tests against the shim; nothing that a
+#                                     later macOS has brought. Not run.
 #   tools/unreal_compilers.sh         all of them
 # zig's compiled libraries are kept in the user's cache, or where ZIG_GLOBAL_CACHE_DIR says.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh unreal-compilers
 what=("$@")
-[ ${#what[@]} -gt 0 ] || what=(linux linux18 windows macos)
+[ ${#what[@]} -gt 0 ] || what=(linux linux18 windows macos macos11)
 build=$PWD/build/unreal-compilers
 staged=$build/plugin/Source
 zig=$(.venv/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
@@ -103,9 +106,27 @@ macos() {
   echo "unreal_compilers: what is staged compiles and links for $target; nothing of it was run"
 }
 
+# zig's libc++ is its own, and so has everything on every macOS. Apple's is the system's: it says of each function which macOS
+# brought it, and a call of one that is younger than the oldest macOS a program starts on is an error (std::to_chars of a float: 13.3).
+macos11() {
+  mkdir -p "$build/apple"
+  printf '%s\n' '#include_next <__config_site>' '#undef _LIBCPP_HAS_NO_VENDOR_AVAILABILITY_ANNOTATIONS' \
+    '#define NAN __builtin_nanf("")' '#define INFINITY __builtin_inff()' >"$build/apple/__config_site"  # a newer clang's float.h has these
+  # The system's headers after the compiler's own, as in Apple's SDK.
+  local apple=(--target=arm64-apple-macos11.0 -nostdlibinc -isystem "$build/apple" -isystem /usr/lib/llvm-16/include/c++/v1
+    -idirafter "$libc/any-darwin-any")
+  if echo '#include <charconv>
+    char* Text(char* at, float value) { return std::to_chars(at, at + 32, value).ptr; }' |
+    clang++-16 "${apple[@]}" "${common[@]}" -fsyntax-only -x c++ - 2>/dev/null; then
+    echo "unreal_compilers: macos11: this libc++ takes what macOS 11 has not; the check below would prove nothing"
+    return 1
+  fi
+  everything macos11 "clang 16, libc++ 16, macOS 11" $ccache clang++-16 "${apple[@]}" "${common[@]}" "${warnings[@]}"
+}
+
 for one in "${what[@]}"; do
   case $one in
-    linux|linux18|windows|macos) "$one" ;;
-    *) echo "unreal_compilers: unknown '$one': linux, linux18, windows, macos, or nothing for all"; exit 2 ;;
+    linux|linux18|windows|macos|macos11) "$one" ;;
+    *) echo "unreal_compilers: unknown '$one': linux, linux18, windows, macos, macos11, or nothing for all"; exit 2 ;;
   esac
 done

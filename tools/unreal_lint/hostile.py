@@ -108,3 +108,10 @@ def r85(plugin: Plugin):
         for token in file.tokens if build and not build.stages_files else ():
             if token.text == "GetBaseDir":
                 yield file.path, token.line, f"a packaged game has no file of the plugin's folder that {build.path} does not name; add it to RuntimeDependencies"
+
+
+def r86(plugin: Plugin):
+    for file in plugin.written:
+        for space, _, token in zip(file.tokens, file.tokens[1:], file.tokens[2:]):
+            if spell([space, _, token]) in ("std::thread", "std::jthread", "std::async"):
+                yield file.path, token.line, f"std::{token.text} throws where the system has no thread, which ends the game; use consac::Thread"

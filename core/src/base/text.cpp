@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/shortest.h"
 #include "base/utf8.h"
 
 namespace consac {
@@ -13,8 +14,13 @@ namespace {
 
 template <class Number>
 std::size_t FormatShortest(Number value, std::span<char, 32> out) {
+// A program that is to start on macOS before 13.3, as Unreal 5.3's and 5.4's, may not call to_chars for floats.
+#if defined(__ENVIRONMENT_MAC_OS_X_VERSION_MIN_REQUIRED__) && __ENVIRONMENT_MAC_OS_X_VERSION_MIN_REQUIRED__ < 130300
+  return FormatWithoutToChars(value, out);
+#else
   const std::to_chars_result result = std::to_chars(out.data(), out.data() + out.size(), value);
   return static_cast<std::size_t>(result.ptr - out.data());
+#endif
 }
 
 // fast_float reads "nan" and "inf" too; both are refused by their value.

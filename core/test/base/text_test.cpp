@@ -3,9 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <charconv>
 #include <clocale>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
+#include "base/shortest.h"
 #include "consac/base/rng.h"
 
 namespace consac {
@@ -30,6 +34,57 @@ TEST(Text, ShortestForm) {
   EXPECT_EQ(NumberText(0.1), "0.1");
   EXPECT_EQ(NumberText(40), "40");
   EXPECT_EQ(NumberText(-2.5), "-2.5");
+}
+
+template <class Number>
+void ExpectAsToChars(Number value) {
+  char expected[32];
+  char text[32];
+  const std::string_view wanted(expected, std::to_chars(expected, expected + sizeof(expected), value).ptr);
+  const std::size_t length = FormatWithoutToChars(value, std::span<char, 32>(text));
+  ASSERT_EQ(std::string_view(text, length), wanted);
+}
+
+template <class Number>
+void ExpectAllAsToChars() {
+  using Limits = std::numeric_limits<Number>;
+  for (const Number value :
+       {Number{0}, Limits::min(), Limits::max(), Limits::lowest(), Limits::denorm_min(), Limits::epsilon(),
+        Limits::infinity(), Limits::quiet_NaN(), Number(123456789), Number(1e22), Number(1e23)}) {
+    ExpectAsToChars(value);
+    ExpectAsToChars(-value);
+    ExpectAsToChars(std::nextafter(value, Number{0}));
+    ExpectAsToChars(std::nextafter(value, Number{1}));
+  }
+  // The gap below a power of two is half of that above: 2^-44 as a double is one whose nearest 16 digits do not read
+  // back.
+  for (int exponent = Limits::min_exponent - Limits::digits; exponent < Limits::max_exponent; ++exponent) {
+    ExpectAsToChars(std::ldexp(Number{1}, exponent));
+    ExpectAsToChars(std::ldexp(Number{3}, exponent - 1));
+  }
+  for (int exponent = Limits::min_exponent10; exponent <= Limits::max_exponent10; ++exponent) {
+    const Number ten = std::pow(Number{10}, static_cast<Number>(exponent));
+    ExpectAsToChars(ten);
+    ExpectAsToChars(std::nextafter(ten, Number{0}));
+    ExpectAsToChars(ten / 7);
+  }
+}
+
+TEST(Text, WithoutToCharsItIsTheSameText) {
+  ExpectAllAsToChars<float>();
+  ExpectAllAsToChars<double>();
+  Rng rng(1, 4);
+  for (int i = 0; i < 20000; ++i) {
+    const std::uint64_t bits = (std::uint64_t{rng.NextU32()} << 32) | rng.NextU32();
+    double random = 0;
+    std::memcpy(&random, &bits, sizeof(random));
+    ExpectAsToChars(random);
+    ExpectAsToChars(static_cast<float>(static_cast<std::int32_t>(rng.NextU32())) / 1000.0f);
+    const std::uint32_t half = rng.NextU32();
+    float random_float = 0;
+    std::memcpy(&random_float, &half, sizeof(random_float));
+    ExpectAsToChars(random_float);
+  }
 }
 
 TEST(Text, RefusesWhatIsNoFiniteNumber) {
@@ -60,6 +115,9 @@ TEST(Text, PeoplesNumbers) {
 TEST(Text, IgnoresTheLocale) {
   if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "no locale with a decimal comma is installed";
   EXPECT_EQ(NumberText(1.5), "1.5");
+  char text[32];
+  const std::size_t length = FormatWithoutToChars(1.5, std::span<char, 32>(text));
+  EXPECT_EQ(std::string_view(text, length), "1.5");
   double value = 0;
   EXPECT_TRUE(ParseNumber("1.5", &value));
   std::setlocale(LC_ALL, "C");

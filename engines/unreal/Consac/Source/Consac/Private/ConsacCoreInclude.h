@@ -30,6 +30,7 @@ THIRD_PARTY_INCLUDES_START
 #include "consac/base/hooks.h"
 #include "consac/base/names.h"
 #include "consac/base/text.h"
+#include "consac/base/thread.h"
 #include "consac/host/driver.h"
 #include "consac/host/recorder.h"
 #include "consac/host/socket.h"

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <thread>
 
 #include "ConsacConvert.h"
 #include "ConsacLog.h"
@@ -71,15 +70,7 @@ struct FLeaving
 	std::string Fault;
 	bool bOut = false;      // it is done
 	bool bAlone = false;    // nobody asks for it any more
-	std::thread Thread;
-
-	~FLeaving()
-	{
-		if (Thread.joinable())
-		{
-			Thread.join();
-		}
-	}
+	consac::Thread Thread;  // last: it has ended before the rest goes
 
 	void Run()
 	{
@@ -112,7 +103,12 @@ FLeaving& SendOut(FConsacFarewell Training)
 	Leaving.push_back(std::make_unique<FLeaving>());
 	FLeaving& One = *Leaving.back();
 	One.Training = std::move(Training);
-	One.Thread = std::thread(&FLeaving::Run, &One);
+	const consac::Status Started = One.Thread.Start([&One] { One.Run(); });
+	if (!Started.ok())
+	{
+		UE_LOG(LogConsac, Warning, TEXT("the game waits until what was learned is saved: %s"), *FromUtf8(Started.message()));
+		One.Run();
+	}
 	return One;
 }
 

@@ -33,7 +33,7 @@ std::string CollectModels(const consac::host::Driver& Driver, const std::vector<
 
 // All of the following are the game thread's.
 
-/** A training that is being seen out, on a thread of its own. */
+/** A training that is being seen out, on a thread of its own; by the caller where there is no thread to be had. */
 struct FLeaving;
 
 /** Sees a training out. Its own until Leave. */

@@ -26,7 +26,7 @@ static FString PackedProgram()
 	const FString Folder = Plugin ? FPaths::ConvertRelativePathToFull(Plugin->GetBaseDir()) : FString();
 #if PLATFORM_WINDOWS
 	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Win64"), TEXT("consac.exe"));
-#elif PLATFORM_MAC
+#elif defined(__APPLE__)
 	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Mac"), TEXT("consac"));
 #else
 	return FPaths::Combine(Folder, TEXT("Programs"), TEXT("Linux"), TEXT("consac"));
