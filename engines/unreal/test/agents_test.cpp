@@ -121,6 +121,22 @@ TEST(Agents, TrainInsideLearnsTheRoadAndSavesAModelThatActs) {
   EXPECT_EQ(errors, std::vector<std::string>());
 }
 
+/// A trainer that learns in the game, waits for its learner, has no end of its own, and keeps its models in `folder`.
+AConsacTrainer* SpawnLearner(Shim::Game& game, const std::string& folder, std::vector<std::string>* errors) {
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, errors);
+  trainer->TotalSteps = 1000000;
+  trainer->WhileLearning = EConsacWhileLearning::Wait;
+  trainer->SaveFolder = Text(folder);
+  trainer->bLockStep = true;
+  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  return trainer;
+}
+
+void TickUntilItHasLearned(Shim::Game& game, const AConsacTrainer& trainer, std::int64_t updates) {
+  EXPECT_TRUE(TickUntil(
+      60.0, [&] { game.Tick(); }, [&] { return trainer.GetTrainerProgress().Updates >= updates; }));
+}
+
 TEST(Agents, StoppedEarlyKeepsWhatWasLearnedAndWritesOverNothingBeforeThat) {
   const ScratchFolder scratch("unreal_stopped");
   const std::string path = scratch.path() + "/new/default.stopped.consac";
@@ -128,15 +144,9 @@ TEST(Agents, StoppedEarlyKeepsWhatWasLearnedAndWritesOverNothingBeforeThat) {
   const auto train_until = [&](std::int64_t updates) {
     Shim::Game game;
     Agents agents = Spawn(game, 8);
-    AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
-    trainer->TotalSteps = 1000000;
-    trainer->WhileLearning = EConsacWhileLearning::Wait;
-    trainer->SaveFolder = Text(scratch.path() + "/new");
-    trainer->bLockStep = true;
-    trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+    AConsacTrainer* trainer = SpawnLearner(game, scratch.path() + "/new", &errors);
     game.Tick();
-    EXPECT_TRUE(TickUntil(
-        60.0, [&] { game.Tick(); }, [&] { return trainer->GetTrainerProgress().Updates >= updates; }));
+    TickUntilItHasLearned(game, *trainer, updates);
     EConsacResult result = EConsacResult::Failed;
     FString error;
     trainer->SaveModel(TEXT("default"), Text(scratch.path() + "/by/hand/now.consac"), result, error);
@@ -155,15 +165,10 @@ TEST(Agents, StoppedEarlyKeepsWhatWasLearnedAndWritesOverNothingBeforeThat) {
 }
 
 TEST(Agents, WhoeverHearsThatAModelCouldNotBeKeptMayStopOrStart) {
+  std::vector<std::string> errors;
   Shim::Game game;
   Agents agents = Spawn(game, 8);
-  AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
-  trainer->Mode = EConsacMode::Train;
-  trainer->TotalSteps = 1000000;
-  trainer->WhileLearning = EConsacWhileLearning::Wait;
-  trainer->SaveFolder = TEXT("/proc/nowhere");
-  trainer->bLockStep = true;
-  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  AConsacTrainer* trainer = SpawnLearner(game, "/proc/nowhere", &errors);
   int told = 0;
   trainer->OnTrainerError.ShimBind(nullptr, [&](const FString&) {
     ++told;
@@ -173,23 +178,17 @@ TEST(Agents, WhoeverHearsThatAModelCouldNotBeKeptMayStopOrStart) {
     trainer->StartTraining(result, error);
     EXPECT_EQ(result, EConsacResult::Success) << Text(error);
   });
-  EXPECT_TRUE(TickUntil(
-      60.0, [&] { game.Tick(); }, [&] { return trainer->GetTrainerProgress().Updates >= 1; }));
+  TickUntilItHasLearned(game, *trainer, 1);
   trainer->StopTraining();
   EXPECT_EQ(told, 1);
   EXPECT_TRUE(trainer->IsTraining()) << "it was started anew by whoever heard";
 }
 
 TEST(Agents, NothingIsStartedByATrainerThatLeaves) {
+  std::vector<std::string> errors;
   Shim::Game game;
   Agents agents = Spawn(game, 8);
-  AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
-  trainer->Mode = EConsacMode::Train;
-  trainer->TotalSteps = 1000000;
-  trainer->WhileLearning = EConsacWhileLearning::Wait;
-  trainer->SaveFolder = TEXT("/proc/nowhere");
-  trainer->bLockStep = true;
-  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  AConsacTrainer* trainer = SpawnLearner(game, "/proc/nowhere", &errors);
   int told = 0;
   trainer->OnTrainerError.ShimBind(nullptr, [&](const FString&) {
     ++told;
@@ -198,8 +197,7 @@ TEST(Agents, NothingIsStartedByATrainerThatLeaves) {
     trainer->StartTraining(result, error);
     EXPECT_EQ(result, EConsacResult::Failed);
   });
-  EXPECT_TRUE(TickUntil(
-      60.0, [&] { game.Tick(); }, [&] { return trainer->GetTrainerProgress().Updates >= 1; }));
+  TickUntilItHasLearned(game, *trainer, 1);
   Shim::StreamOut(*trainer);
   EXPECT_EQ(told, 1);
   EXPECT_FALSE(trainer->IsTraining());

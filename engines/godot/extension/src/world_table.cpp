@@ -2,21 +2,24 @@
 #include "world.h"
 
 namespace consac::godot {
+namespace {
 
-ClassTable WorldTable() {
-  ClassTable table;
-  table.name = "ConsacWorld";
-  table.make = []() -> Instance* { return new World; };
-  table.methods = {
+// What it is made of, and what went wrong.
+std::vector<Method> MakingMethods() {
+  return {
       Bind<World, &World::LastError>("last_error"),
-      // what it is made of
       Bind<World, &World::Create>("create", {"description"}),
       Bind<World, &World::Join>("join", {"behaviour"}),
       Bind<World, &World::Leave>("leave", {"agent"}),
       Bind<World, &World::Joined>("joined", {"agent"}),
       Bind<World, &World::Agents>("agents", {"behaviour"}),
       Bind<World, &World::FirstAgent>("first_agent", {"behaviour"}),
-      // who drives it
+  };
+}
+
+// Who drives it.
+std::vector<Method> DrivingMethods() {
+  return {
       Bind<World, &World::Serve>("serve", {"options"}),
       Bind<World, &World::Train>("train", {"options"}),
       Bind<World, &World::Act>("act", {"options"}),
@@ -37,7 +40,12 @@ ClassTable WorldTable() {
       Bind<World, &World::SaveRecording>("save_recording", {"behaviour", "path"}),
       Bind<World, &World::ListAlgorithms>("algorithms"),
       Bind<World, &World::ListHyperparameters>("hyperparameters", {"algorithm"}),
-      // all agents of a behaviour
+  };
+}
+
+// All agents of a behaviour.
+std::vector<Method> BehaviourMethods() {
+  return {
       Bind<World, &World::Actions>("actions", {"behaviour"}),
       Bind<World, &World::SetActions>("set_actions", {"behaviour", "numbers"}),
       Bind<World, &World::SetObservations>("set_observations", {"behaviour", "numbers"}),
@@ -49,7 +57,12 @@ ClassTable WorldTable() {
       Bind<World, &World::EndEpisodes>("end_episodes", {"behaviour", "ends"}),
       Bind<World, &World::Endings>("endings", {"behaviour"}),
       Bind<World, &World::Resets>("resets", {"behaviour"}),
-      // one agent
+  };
+}
+
+// One agent.
+std::vector<Method> AgentMethods() {
+  return {
       Bind<World, &World::Action>("action_of", {"agent"}),
       Bind<World, &World::SetAction>("set_action_of", {"agent", "numbers"}),
       Bind<World, &World::SetObservation>("set_observation_of", {"agent", "numbers"}),
@@ -63,20 +76,31 @@ ClassTable WorldTable() {
       Bind<World, &World::ResetsOne>("resets_agent", {"agent"}),
       Bind<World, &World::Seed>("seed_of", {"agent"}),
   };
-  const auto cue = [](std::string name, Cue value) {
-    return Constant{"Cue", std::move(name), static_cast<std::int64_t>(value)};
-  };
-  const auto end = [](std::string name, End value) {
-    return Constant{"End", std::move(name), static_cast<std::int64_t>(value)};
-  };
-  table.constants = {cue("WAIT", Cue::kWait),
-                     cue("ACT", Cue::kAct),
-                     cue("RESET", Cue::kReset),
-                     cue("DONE", Cue::kDone),
-                     cue("FAILED", Cue::kFailed),
-                     end("GOES_ON", End::kGoesOn),
-                     end("TERMINATED", End::kTerminated),
-                     end("TRUNCATED", End::kTruncated)};
+}
+
+Constant ConstantOf(std::string name, Cue value) {
+  return {"Cue", std::move(name), static_cast<std::int64_t>(value)};
+}
+Constant ConstantOf(std::string name, End value) {
+  return {"End", std::move(name), static_cast<std::int64_t>(value)};
+}
+
+}  // namespace
+
+ClassTable WorldTable() {
+  ClassTable table;
+  table.name = "ConsacWorld";
+  table.make = []() -> Instance* { return new World; };
+  for (const std::vector<Method>& some : {MakingMethods(), DrivingMethods(), BehaviourMethods(), AgentMethods()})
+    table.methods.insert(table.methods.end(), some.begin(), some.end());
+  table.constants = {ConstantOf("WAIT", Cue::kWait),
+                     ConstantOf("ACT", Cue::kAct),
+                     ConstantOf("RESET", Cue::kReset),
+                     ConstantOf("DONE", Cue::kDone),
+                     ConstantOf("FAILED", Cue::kFailed),
+                     ConstantOf("GOES_ON", End::kGoesOn),
+                     ConstantOf("TERMINATED", End::kTerminated),
+                     ConstantOf("TRUNCATED", End::kTruncated)};
   return table;
 }
 
