@@ -3,11 +3,12 @@
 // straight into the batch. Every built-in world is made by it; a world only says how one copy resets and steps.
 //
 // A world W has:
-//   using Action = std::int32_t or float;      what one element of an action is
-//   static EnvSpec Spec(std::int32_t copies);  what it offers
-//   void Reset(Rng& rng, float* observation);  starts an episode
-//   StepResult Step(const Action* action, Rng& rng, float* observation);
-//   void Visit(Archive& archive);              its exact state
+//   using Action = std::int32_t or float;            what one element of an action is
+//   using Observation = std::uint8_t;                what one element of an observation is; without it float
+//   static EnvSpec Spec(std::int32_t copies);        what it offers
+//   void Reset(Rng& rng, Observation* observation);  starts an episode
+//   StepResult Step(const Action* action, Rng& rng, Observation* observation);
+//   void Visit(Archive& archive);                    its exact state
 
 #include <cstring>
 #include <memory>
@@ -21,6 +22,19 @@ namespace consac::worlds {
 struct StepResult {
   float reward = 0.0f;      ///< of this step
   bool terminated = false;  ///< the episode ended in a terminal state
+};
+
+/// What one element of W's observations is.
+template <class W>
+struct ObservationElement {
+  using Type = float;
+};
+template <class W>
+requires requires {
+  typename W::Observation;
+}
+struct ObservationElement<W> {
+  using Type = typename W::Observation;
 };
 
 /// N copies of W. Copy i draws from stream "world" of seed + i.
@@ -53,7 +67,7 @@ class Batched final : public VectorEnv {
     const std::size_t action_size = spec_.behaviours[0].action_layout.row_bytes / sizeof(typename W::Action);
     for (std::size_t i = 0; i < batch.slots.size(); ++i) {
       Copy& copy = worlds_[static_cast<std::size_t>(batch.slots[i])];
-      float* observation = Row(batch.next_observations, i);
+      Observation* observation = Row(batch.next_observations, i);
       const StepResult result = copy.world.Step(actions + i * action_size, copy.rng, observation);
       ++copy.steps;
       const bool cut = !result.terminated && spec_.max_episode_steps > 0 && copy.steps >= spec_.max_episode_steps;
@@ -75,6 +89,7 @@ class Batched final : public VectorEnv {
   const W& world(std::size_t index) const { return worlds_[index].world; }
 
  private:
+  using Observation = typename ObservationElement<W>::Type;
   struct Copy {
     W world;
     Rng rng;
@@ -86,8 +101,8 @@ class Batched final : public VectorEnv {
     }
   };
 
-  float* Row(std::byte* observations, std::size_t i) const {
-    return reinterpret_cast<float*>(observations + i * spec_.behaviours[0].observation_layout.row_bytes);
+  Observation* Row(std::byte* observations, std::size_t i) const {
+    return reinterpret_cast<Observation*>(observations + i * spec_.behaviours[0].observation_layout.row_bytes);
   }
 
   EnvSpec spec_;

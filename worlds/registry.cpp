@@ -5,8 +5,10 @@
 
 #include "consac/base/text.h"
 #include "worlds/cartpole/cartpole.h"
+#include "worlds/identity/identity.h"
 #include "worlds/maze/maze.h"
 #include "worlds/pendulum/pendulum.h"
+#include "worlds/pixel_catch/pixel_catch.h"
 #include "worlds/point/point.h"
 #include "worlds/reach3/reach3.h"
 #include "worlds/road/road.h"
@@ -23,6 +25,12 @@ std::string DescribeRoad(const VectorEnv& env, std::int32_t index) {
   return line;
 }
 
+std::string DescribePixelCatch(const VectorEnv& env, std::int32_t index) {
+  const PixelCatch& game = static_cast<const Batched<PixelCatch>&>(env).world(static_cast<std::size_t>(index));
+  return "ball in column " + std::to_string(game.ball_column()) + ", row " + std::to_string(game.ball_row()) +
+         "; paddle in column " + std::to_string(game.paddle());
+}
+
 constexpr World kWorlds[] = {
     {"road-v0", "walk along a road to a coin: the thesis' worked example", "CONSAC master thesis, Tallinn 2021",
      MakeBatched<Road>, DescribeRoad,
@@ -36,6 +44,16 @@ constexpr World kWorlds[] = {
     {"point-v0", "push a point mass over a plane to a goal", "CONSAC", MakeBatched<Point>, nullptr, ""},
     {"maze-v0", "find the way out of a small maze", "CONSAC", MakeBatched<Maze>, nullptr, ""},
     {"reach3-v0", "reach for a point in space with three joints", "CONSAC", MakeBatched<Reach3>, nullptr, ""},
+    {"pixel-catch-v0", "catch falling balls, seen as an image", "CONSAC, after bsuite's catch (Osband et al. 2020)",
+     MakeBatched<PixelCatch>, DescribePixelCatch, ""},
+    {"identity-discrete-v0", "do what is observed: a number", "Stable Baselines, identity_env.py",
+     MakeBatched<IdentityDiscrete>, nullptr, ""},
+    {"identity-box-v0", "do what is observed: a real number", "Stable Baselines, identity_env.py",
+     MakeBatched<IdentityBox>, nullptr, ""},
+    {"identity-multidiscrete-v0", "do what is observed: two numbers", "Stable Baselines, identity_env.py",
+     MakeBatched<IdentityMultiDiscrete>, nullptr, ""},
+    {"identity-multibinary-v0", "do what is observed: four bits", "Stable Baselines, identity_env.py",
+     MakeBatched<IdentityMultiBinary>, nullptr, ""},
 };
 
 }  // namespace

@@ -34,10 +34,15 @@ std::uint64_t Walk(VectorEnv& env, std::uint64_t seed, int steps) {
       }
     }
     // Rounded, because libm's last digit differs between machines.
-    for (std::int64_t i = 0; i < batch.rows() * behaviour.observation_layout.feature_count; ++i) {
-      auto rounded = static_cast<std::int64_t>(
-          std::nearbyint(1e3 * static_cast<double>(reinterpret_cast<float*>(batch.next_observations)[i])));
-      hasher("o", rounded);
+    for (std::int64_t r = 0; r < batch.rows(); ++r) {
+      const std::byte* row =
+          batch.next_observations + static_cast<std::size_t>(r) * behaviour.observation_layout.row_bytes;
+      for (const Leaf& leaf : behaviour.observation_layout.leaves) {
+        for (std::int64_t e = 0; e < leaf.count; ++e) {
+          auto rounded = static_cast<std::int64_t>(std::nearbyint(1e3 * ReadElement(leaf, row, e)));
+          hasher("o", rounded);
+        }
+      }
     }
     for (std::int64_t r = 0; r < batch.rows(); ++r) {
       auto rounded = static_cast<std::int64_t>(std::nearbyint(1e3 * static_cast<double>(batch.rewards[r])));
@@ -112,9 +117,17 @@ TEST_P(EveryWorld, TimeLimitTruncatesAndNeverTerminates) {
 // Raise a world's version when one of these must change.
 TEST(Worlds, GoldenTrajectoryHashes) {
   const std::map<std::string, std::uint64_t> golden = {
-      {"road-v0", 18237697503616575722ull},     {"cartpole-v1", 1125982027830315086ull},
-      {"pendulum-v1", 15506403609510171566ull}, {"point-v0", 10096746987152339022ull},
-      {"maze-v0", 7084299119515007020ull},      {"reach3-v0", 10337454504279838093ull},
+      {"road-v0", 18237697503616575722ull},
+      {"cartpole-v1", 1125982027830315086ull},
+      {"pendulum-v1", 15506403609510171566ull},
+      {"point-v0", 10096746987152339022ull},
+      {"maze-v0", 7084299119515007020ull},
+      {"reach3-v0", 10337454504279838093ull},
+      {"pixel-catch-v0", 17767452150960810102ull},
+      {"identity-discrete-v0", 17863679545947102647ull},
+      {"identity-box-v0", 33844089556532124ull},
+      {"identity-multidiscrete-v0", 1428224385367969696ull},
+      {"identity-multibinary-v0", 15817734353667198647ull},
   };
   for (const World& world : Worlds()) {
     const auto env = world.create(2);
