@@ -17,7 +17,8 @@ from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, M
 
 PROGRAM = Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli" / "consac"
 needs_program = pytest.mark.skipif(not os.environ.get("CONSAC_BUILD_DIR") or not PROGRAM.exists(), reason="set CONSAC_BUILD_DIR to a build with cli/consac")
-TRAINED = {"road-v0": [], "cartpole-v1": ["net_arch=[dict(pi=[8], vf=[8])]"], "pendulum-v1": ["norm_obs=true"], "maze-v0": ["act_fun=relu"], "reach3-v0": ["norm_obs=true"]}
+TRAINED = {"road-v0": [], "cartpole-v1": ["net_arch=[dict(pi=[8], vf=[8])]"], "pendulum-v1": ["norm_obs=true"], "maze-v0": ["act_fun=relu"], "reach3-v0": ["norm_obs=true"],
+           "pixel-catch-v0": ["algorithm=dqn", "policy=LnCnnPolicy", "dueling=true", "buffer_size=2000"], "identity-multibinary-v0": []}
 
 KEYS = spaces.Dict({"b": spaces.Box(-1, 1, (2, 2), np.float32), "a": spaces.Discrete(3, start=-1),
                     "t": spaces.Tuple([spaces.MultiDiscrete([2, 3]), spaces.MultiBinary(3), spaces.Box(0, 255, (3,), np.uint8)])})

@@ -12,12 +12,16 @@ struct NatureLayer {
 constexpr NatureLayer kNatureLayers[] = {{32, 8, 4}, {64, 4, 2}, {64, 3, 1}};
 constexpr std::int64_t kSmallestImage = 36;  // pixels a side that leave one behind all three
 
-/// A run of the observation as a value of its own; bytes of an image are divided by 255.
-Port AddSlice(const std::string& name, std::int64_t offset, const Shape& shape, bool image, NetworkSpec* spec) {
+bool ChannelsFirst(const Shape& image) {
+  return image[0] < image[1] && image[0] < image[2];
+}
+
+/// A run of the observation as a value of its own; an image's bytes are divided by 255.
+Port AddSlice(const std::string& name, std::int64_t offset, const Shape& shape, bool divide, NetworkSpec* spec) {
   Block slice{.op = "slice", .inputs = {spec->inputs[0].name}, .output = name, .name = name};
   slice.attributes.SetInteger("offset", offset);
   slice.attributes.SetIntegers("shape", shape);
-  if (image) slice.attributes.SetNumber("divide_by", 255.0);
+  if (divide) slice.attributes.SetNumber("divide_by", 255.0);
   spec->blocks.push_back(std::move(slice));
   return {name, SizeOf(shape), shape};
 }
@@ -58,6 +62,12 @@ bool IsImage(const Leaf& leaf) {
   return low == 0.0 && high == 255.0;
 }
 
+bool FitsNatureCnn(const Leaf& leaf) {
+  const Shape shape = leaf.space.shape();
+  const std::size_t first = ChannelsFirst(shape) ? 1 : 0;
+  return std::min(shape[first], shape[first + 1]) >= kSmallestImage;
+}
+
 bool HasImage(const Layout& observation) {
   return std::any_of(observation.leaves.begin(), observation.leaves.end(), IsImage);
 }
@@ -65,7 +75,7 @@ bool HasImage(const Layout& observation) {
 Result<Port> AddFeatures(const Layout& observation, const FeatureOptions& options, NetworkSpec* spec) {
   const Port all{"obs", observation.feature_count, {}};
   spec->inputs = {all};
-  if (!HasImage(observation)) return all;
+  if (!HasImage(observation) || (options.extractor == Extractor::kFlatten && !options.divide)) return all;
   Block together{.op = "concatenation", .inputs = {}, .output = "features", .name = "features"};
   std::int64_t size = 0;
   for (std::size_t i = 0; i < observation.leaves.size(); ++i) {
@@ -73,16 +83,14 @@ Result<Port> AddFeatures(const Layout& observation, const FeatureOptions& option
     const std::string name = "features/" + std::to_string(i);
     const bool image = IsImage(leaf);
     const Shape shape = image ? Shape(leaf.space.shape()) : Shape{leaf.feature_count};
-    Port part = AddSlice(name, leaf.feature_offset, shape, image, spec);
+    Port part = AddSlice(name, leaf.feature_offset, shape, image && options.divide, spec);
     if (image && options.extractor == Extractor::kNatureCnn) {
-      const bool channels_first = shape[0] < shape[1] && shape[0] < shape[2];
-      const std::int64_t side = channels_first ? std::min(shape[1], shape[2]) : std::min(shape[0], shape[1]);
-      if (side < kSmallestImage) {
+      if (!FitsNatureCnn(leaf)) {
         return Status(StatusCode::kInvalidArgument,
                       "the image " + leaf.space.ToString() + " is too small for CnnPolicy, which needs " +
                           std::to_string(kSmallestImage) + " pixels a side; use MlpPolicy, or larger images");
       }
-      part = AddNatureCnn(name, part, channels_first, options, spec);
+      part = AddNatureCnn(name, part, ChannelsFirst(shape), options, spec);
     }
     together.inputs.push_back(part.name);
     size += part.size;

@@ -184,22 +184,23 @@ void AddActorCritic(NetworkSpec& spec, const Port& features, const ActorCriticOp
   AddHead(spec, {"vf", 1}, vf, init, options.orthogonal_init ? options.value_gain : 1.0f);
 }
 
-/// A tower whose layers are normalised before their activation.
-Port AddNormedTower(NetworkSpec& spec, const QNetworkOptions& options, std::string_view prefix, Port from,
-                    const Block& hidden) {
-  if (!options.layer_norm) return AddTower(spec, options.layers, prefix, from, hidden);
+/// A tower whose layers are normalised before their activation where that is asked for.
+Port AddValueTower(NetworkSpec& spec, const QNetworkOptions& options, const std::vector<std::int64_t>& widths,
+                   std::string_view prefix, Port from, const Block& hidden) {
+  if (!options.layer_norm) return AddTower(spec, widths, prefix, from, hidden);
   Block linear = hidden;
   linear.activation = Activation::kLinear;
-  for (std::size_t i = 0; i < options.layers.size(); ++i) {
+  for (std::size_t i = 0; i < widths.size(); ++i) {
     linear.name = linear.output = std::string(prefix) + "/" + std::to_string(i);
     linear.inputs = {from.name};
     linear.in_size = from.size;
-    linear.out_size = options.layers[i];
+    linear.out_size = widths[i];
     spec.blocks.push_back(linear);
     Block norm{.op = "layer_norm", .inputs = {linear.output}, .output = linear.output + "/norm", .name = ""};
     norm.name = norm.output;
     norm.activation = hidden.activation;
-    from = {norm.output, options.layers[i]};
+    norm.attributes.SetNumber("epsilon", options.layer_norm_epsilon);
+    from = {norm.output, widths[i]};
     spec.blocks.push_back(std::move(norm));
   }
   return from;
@@ -211,12 +212,15 @@ void AddQNetwork(NetworkSpec& spec, const Port& features, const QNetworkOptions&
   hidden.init = options.init;
   const Port q{"q", options.action_count};
   if (!options.duelling) {
-    AddHead(spec, q, AddNormedTower(spec, options, "q", features, hidden), options.init, 1.0f);
+    AddHead(spec, q, AddValueTower(spec, options, options.layers, "q", features, hidden), options.init, 1.0f);
     return;
   }
   const Port advantage{"advantage", options.action_count}, value{"value", 1};
-  AddLinear(spec, advantage, AddNormedTower(spec, options, "advantage", features, hidden), options.init, 1.0f);
-  AddLinear(spec, value, AddNormedTower(spec, options, "value", features, hidden), options.init, 1.0f);
+  const std::vector<std::int64_t>& value_layers =
+      options.value_layers.has_value() ? *options.value_layers : options.layers;
+  AddLinear(spec, advantage, AddValueTower(spec, options, options.layers, "advantage", features, hidden), options.init,
+            1.0f);
+  AddLinear(spec, value, AddValueTower(spec, options, value_layers, "value", features, hidden), options.init, 1.0f);
   spec.blocks.push_back({.op = "duelling", .inputs = {value.name, advantage.name}, .output = q.name, .name = q.name});
   spec.outputs.push_back(q.name);
 }

@@ -17,7 +17,7 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
                                                     std::to_string(behaviour.slots) +
                                                     " agents is more than 2^30 transitions; lower n_steps"};
   }
-  const std::int64_t bytes = rows * RolloutCollector::BytesOfTransition(behaviour);
+  const std::int64_t bytes = rows * RolloutCollector::BytesOfTransition(behaviour, own.rollout);
   if (bytes > options.max_bytes) {
     return Status{StatusCode::kResourceExhausted,
                   "a rollout of " + std::to_string(rows) + " steps (n_steps times agents) takes " +
@@ -25,12 +25,15 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
                       " that are allowed here; lower n_steps"};
   }
   nn::ActorCriticOptions layers = own.network;
-  layers.observation_size = behaviour.observation_layout.feature_count;
   layers.action_size = HeadSize(behaviour.action_layout);
-  // Images are divided by 255, as in Stable Baselines3, but where a normaliser has made other numbers of them.
-  const bool normalised = own.rollout.normalise.norm_obs;
-  Result<nn::NetworkSpec> spec = normalised ? Result<nn::NetworkSpec>(nn::ActorCritic(layers))
-                                            : nn::ActorCritic(behaviour.observation_layout, layers, {});
+  Result<ObservationEntry> entry = EntryOf(own.policy, behaviour, own.rollout.normalise.norm_obs);
+  if (!entry.ok()) return entry.status();
+  layers.arch = own.net_arch.value_or(entry->hidden_layers ? nn::NetArch{} : nn::NetArch{{}, {}, {}});
+  if (layers.orthogonal_init) {
+    entry->features.init = nn::Init::kOrthogonal;
+    entry->features.gain = layers.hidden_gain;
+  }
+  Result<nn::NetworkSpec> spec = nn::ActorCritic(behaviour.observation_layout, layers, entry->features);
   if (!spec.ok()) return spec.status();
   Result<nn::Network> network = nn::Network::Create(std::move(*spec));
   if (!network.ok()) return network.status();

@@ -7,14 +7,12 @@
 
 #include "algo/normalise_rows.h"
 #include "algo/parameter_rows.h"
+#include "algo/policy_kind.h"
 #include "algo/training_json.h"
 #include "collect/rollout_collector.h"
 #include "consac/learn/algo/learner.h"
 
 namespace consac::learn {
-
-/// Kind of network.
-enum class PolicyKind : std::uint8_t { kMlp };
 
 /// Options of every actor-critic algorithm that learns from rollouts.
 struct OnPolicyOptions {
@@ -24,8 +22,9 @@ struct OnPolicyOptions {
   float ent_coef = 0.0f, vf_coef = 0.5f;                  ///< weights of entropy and value loss
   double max_grad_norm = 0.5;                             ///< global norm clip; 0: none
   bool normalize_advantage = false;                       ///< per minibatch
-  PolicyKind policy = PolicyKind::kMlp;                   ///< kind of network
-  nn::ActorCriticOptions network;                         ///< layers; sizes still unset
+  PolicyKind policy = PolicyKind::kAuto;                  ///< kind of network
+  std::optional<nn::NetArch> net_arch;                    ///< layers; absent: as the policy has them
+  nn::ActorCriticOptions network;                         ///< the rest; layers and sizes still unset
   float log_std_init = 0.0f;                              ///< starting log standard deviation of Box actions
 };
 
@@ -93,10 +92,12 @@ inline constexpr Row kTruncation = {"truncation",
                                     "a cut episode goes on in the value estimate (SB3), or counts as ended (SB2)",
                                     kConsac};
 inline constexpr Row kNetwork[] = {
-    {"policy", "policy", Into<O, &O::policy>, "MlpPolicy", "MlpPolicy", 0, 0, "MlpPolicy",
-     "kind of network: dense layers", kBoth},
-    {"net_arch", "net_arch", Into<O, &O::network, &N::arch>, "[dict(pi=[64, 64], vf=[64, 64])]",
-     "[dict(pi=[64, 64], vf=[64, 64])]", 0, 0, "", "layers: shared widths, then dict(pi=[...], vf=[...])", kBoth},
+    {"policy", "policy", Into<O, &O::policy>, "auto", "auto", 0, 0, "auto|MlpPolicy|CnnPolicy|MultiInputPolicy",
+     "kind of network: dense layers, convolutions for images, both; auto: what the observation needs", kBoth},
+    {"net_arch", "net_arch", Into<O, &O::net_arch>, "auto", "auto", 0, 0, "",
+     "layers: shared widths, then dict(pi=[...], vf=[...]); auto: [dict(pi=[64, 64], vf=[64, 64])], none behind "
+     "CnnPolicy",
+     kBoth},
     {"act_fun", "activation_fn", Into<O, &O::network, &N::activation>, "tanh", "tanh", 0, 0, kActivationNames,
      "activation of hidden layers", kBoth},
     {"ortho_init", "ortho_init", Into<O, &O::network, &N::orthogonal_init>, "true", "true", 0, 0, "",

@@ -68,7 +68,9 @@ Status ReadParameter(const HyperparameterSet& values, const char* name, const ch
   return Status::Ok();
 }
 
-Status ReadParameter(const HyperparameterSet& values, const char* name, const char*, nn::NetArch* out) {
+Status ReadParameter(const HyperparameterSet& values, const char* name, const char*, std::optional<nn::NetArch>* out) {
+  out->reset();
+  if (values.Text(name) == "auto") return Status::Ok();
   Result<nn::NetArch> arch = nn::ParseNetArch(values.Text(name));
   if (arch.ok()) *out = std::move(*arch);
   return arch.status();

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <tuple>
@@ -64,7 +65,9 @@ Status ReadParameter(const HyperparameterSet& values, const char* name, const ch
 Status ReadParameter(const HyperparameterSet& values, const char* name, const char* choices, float* out);
 Status ReadParameter(const HyperparameterSet& values, const char* name, const char* choices, bool* out);
 Status ReadParameter(const HyperparameterSet& values, const char* name, const char* choices, Schedule* out);
-Status ReadParameter(const HyperparameterSet& values, const char* name, const char* choices, nn::NetArch* out);
+/// "auto" is absent.
+Status ReadParameter(const HyperparameterSet& values, const char* name, const char* choices,
+                     std::optional<nn::NetArch>* out);
 Status ReadParameter(const HyperparameterSet& values, const char* name, const char* choices, nn::Activation* out);
 /// An enum whose values stand in the order of the choices.
 template <class Enum>
@@ -91,7 +94,7 @@ constexpr ParameterType ParameterTypeOf() {
   if constexpr (std::is_floating_point_v<T>) return ParameterType::kReal;
   if constexpr (std::is_same_v<T, bool>) return ParameterType::kBoolean;
   if constexpr (std::is_same_v<T, Schedule>) return ParameterType::kSchedule;
-  if constexpr (std::is_same_v<T, nn::NetArch>) return ParameterType::kText;
+  if constexpr (std::is_same_v<T, std::optional<nn::NetArch>>) return ParameterType::kText;
   return ParameterType::kChoice;
 }
 

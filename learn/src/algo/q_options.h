@@ -3,20 +3,18 @@
 // choice of a Discrete action. Private to learn.
 
 #include "algo/off_policy.h"
+#include "algo/policy_kind.h"
 #include "collect/epsilon_greedy.h"
 #include "consac/nn/net_arch.h"
 
 namespace consac::learn {
 
-/// Kind of network.
-enum class QPolicyKind : std::uint8_t { kMlp };
-
 /// Options of every algorithm of action values.
 struct QOptions : OffPolicyOptions {
   ExplorationSchedule exploration;
-  QPolicyKind policy = QPolicyKind::kMlp;
-  nn::NetArch net_arch;         ///< shared widths alone
-  nn::QNetworkOptions network;  ///< sizes still unset
+  PolicyKind policy = PolicyKind::kAuto;
+  std::optional<nn::NetArch> net_arch;  ///< shared widths alone; absent: as the policy has them
+  nn::QNetworkOptions network;          ///< the rest; layers and sizes still unset
 };
 
 /// The rows of QOptions. Defaults are DQN's.
@@ -36,13 +34,21 @@ inline constexpr Row kExploration[] = {
      "epsilon from then on", kBoth},
 };
 inline constexpr Row kNetwork[] = {
-    {"policy", "policy", Into<Q, &Q::policy>, "MlpPolicy", "MlpPolicy", 0, 0, "MlpPolicy",
-     "kind of network: dense layers", kBoth},
-    {"layers", "net_arch", Into<Q, &Q::net_arch>, "[64, 64]", "[64, 64]", 0, 0, "", "widths of hidden layers", kBoth},
+    {"policy", "policy", Into<Q, &Q::policy>, "auto", "auto", 0, 0,
+     "auto|MlpPolicy|CnnPolicy|MultiInputPolicy|LnMlpPolicy|LnCnnPolicy",
+     "kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the observation needs",
+     kBoth},
+    {"layers", "net_arch", Into<Q, &Q::net_arch>, "auto", "auto", 0, 0, "",
+     "widths of hidden layers; auto: [64, 64], behind CnnPolicy none but in the value's tower; with dueling they are "
+     "that "
+     "tower's there",
+     kBoth},
     {"act_fun", "activation_fn", Into<Q, &Q::network, &N::activation>, "relu", "relu", 0, 0, kActivationNames,
      "activation of hidden layers", kBoth},
     {"dueling", "dueling", Into<Q, &Q::network, &N::duelling>, "true", "false", 0, 0, "",
      "Q = V + A - mean A, from a tower of these widths for each", kSb2},
+    {"layer_norm", "layer_norm", Into<Q, &Q::network, &N::layer_norm>, "false", "false", 0, 0, "",
+     "hidden layers are normalised before their activation", kSb2},
     {"init", "init", Into<Q, &Q::network, &N::init>, "xavier", "pytorch", 0, 0, "orthogonal|xavier|pytorch",
      "how weights start", kConsac},
 };

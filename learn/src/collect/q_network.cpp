@@ -21,8 +21,8 @@ QNetwork::QNetwork(nn::Network network, std::uint64_t seed, std::int64_t max_row
 Status QNetwork::StartFrom(const PolicyData& model) {
   if (!SameNetwork(model.network, network_.spec()) || model.parameters.size() != parameters_.size()) {
     return {StatusCode::kInvalidArgument,
-            "its network is another than this run's; give the net_arch, activation_fn and dueling that it was trained "
-            "with"};
+            "its network is another than this run's; give the policy, net_arch, activation_fn, dueling and layer_norm "
+            "that it was trained with"};
   }
   parameters_ = target_ = model.parameters;
   packed_ = target_packed_ = false;

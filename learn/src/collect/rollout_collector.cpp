@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "buffer/moments.h"
+#include "consac/nn/features.h"
 
 namespace consac::learn {
 namespace {
@@ -11,6 +12,12 @@ namespace {
 VecNormaliseOptions WithGamma(VecNormaliseOptions options, double gamma) {
   options.gamma = gamma;
   return options;
+}
+
+/// Whether network inputs are kept as they were acted upon: normalised ones, since the moments move on, and small ones;
+/// an image's are four times itself, and made anew from it.
+bool KeepsFeatures(const BehaviourSpec& behaviour, const RolloutOptions& options) {
+  return options.normalise.norm_obs || !nn::HasImage(behaviour.observation_layout);
 }
 
 }  // namespace
@@ -28,18 +35,19 @@ RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const Rollout
       action_rng_(seed, StreamId("action_sampling")) {
   const auto slots = static_cast<std::size_t>(behaviour_.slots);
   const std::size_t rows = slots * static_cast<std::size_t>(options_.n_steps);
-  slab_features_.resize(rows * feature_count_);
+  if (KeepsFeatures(behaviour, options)) slab_features_.resize(rows * feature_count_);
   step_rewards_.resize(slots);
   work_features_.resize(slots * feature_count_);
   last_values_.resize(slots);
   rows_.resize(rows);
 }
 
-std::int64_t RolloutCollector::BytesOfTransition(const BehaviourSpec& behaviour) {
+std::int64_t RolloutCollector::BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options) {
   const Layout &seen = behaviour.observation_layout, &done = behaviour.action_layout;
   constexpr std::int64_t kNumbers = 8;  // reward, value, advantage, place in the order, ...
+  const std::int64_t features = KeepsFeatures(behaviour, options) ? seen.feature_count : 0;
   return static_cast<std::int64_t>(seen.row_bytes) + done.mask_bytes +
-         (seen.feature_count + RawActionSize(done) + kNumbers) * static_cast<std::int64_t>(sizeof(float));
+         (features + RawActionSize(done) + kNumbers) * static_cast<std::int64_t>(sizeof(float));
 }
 
 Status RolloutCollector::StartFrom(const PolicyData& model) {
@@ -99,7 +107,8 @@ void RolloutCollector::Record(const Batch& batch) {
   for (std::size_t i = 0; i < batch.slots.size(); ++i) {
     const StepRows step = memory_.Row(batch.slots[i]);
     const auto row = static_cast<std::size_t>(rollout_.RowOf(batch.slots[i]));
-    std::copy_n(step.features, feature_count_, slab_features_.data() + row * feature_count_);
+    if (!slab_features_.empty())
+      std::copy_n(step.features, feature_count_, slab_features_.data() + row * feature_count_);
     std::copy_n(step.raw, raw_size_, rollout_.raw_actions.data() + row * raw_size_);
     rollout_.values[row] = *step.values;
     rollout_.neglogp[row] = *step.neglogp;
@@ -118,6 +127,12 @@ std::span<std::int32_t> RolloutCollector::Finish() {
   model_.ValuesOf(work_features_.data(), behaviour_.slots, last_values_.data());
   EstimateAdvantages(rollout_, last_values_, options_.gamma, options_.gae_lambda);
   return std::span(rows_).first(static_cast<std::size_t>(rollout_.ListRows(rows_)));
+}
+
+void RolloutCollector::Encode(std::size_t row, float* features) const {
+  if (slab_features_.empty())
+    return normalise_.Encode(rollout_.observations(static_cast<std::int64_t>(row)), 1, features);
+  std::copy_n(slab_features_.data() + row * feature_count_, feature_count_, features);
 }
 
 double RolloutCollector::ExplainedVariance(std::span<const std::int32_t> rows) const {

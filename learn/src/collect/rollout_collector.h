@@ -58,8 +58,8 @@ class RolloutCollector {
 
   /// What was collected.
   const Rollout& rollout() const { return rollout_; }
-  /// The network inputs that row `row` was acted upon by, [F].
-  const float* features(std::size_t row) const { return slab_features_.data() + row * feature_count_; }
+  /// Writes the network inputs that row `row` was acted upon by, [F]. For any thread.
+  void Encode(std::size_t row, float* features) const;
   /// The normaliser that acts.
   const ObservationNormaliser& normaliser() const { return normalise_.frozen(); }
   /// Agent steps recorded so far.
@@ -71,7 +71,7 @@ class RolloutCollector {
   void Visit(Archive& archive);
 
   /// Bytes that one transition of one agent takes.
-  static std::int64_t BytesOfTransition(const BehaviourSpec& behaviour);
+  static std::int64_t BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options);
 
  private:
   float ValueOf(const std::byte* observation);
@@ -86,7 +86,7 @@ class RolloutCollector {
   Rollout rollout_;
   Rng action_rng_;
   std::int64_t steps_ = 0;
-  std::vector<float> slab_features_;  // [T * N, F] network inputs as they were acted upon
+  std::vector<float> slab_features_;  // [T * N, F] network inputs as they were acted upon; empty: of the observations
   std::vector<float> step_rewards_;   // [N] of the batch under way
   std::vector<float> work_features_;  // [N, F]
   std::vector<float> last_values_;    // [N] of each slot's latest observation

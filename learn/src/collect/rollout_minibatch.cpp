@@ -44,8 +44,7 @@ void RolloutMinibatch::Gather(const LossBlock& block) {
   for (std::int64_t r = 0; r < block.rows; ++r) {
     const auto to = static_cast<std::size_t>(block.first_row + r);
     const auto row = static_cast<std::size_t>(rows_[to]);
-    std::copy_n(collector_->features(row), feature_count_,
-                block.inputs[0] + static_cast<std::size_t>(r) * feature_count_);
+    collector_->Encode(row, block.inputs[0] + static_cast<std::size_t>(r) * feature_count_);
     std::copy_n(rollout.raw_actions.data() + row * raw_size_, raw_size_, raw_.data() + to * raw_size_);
     if (mask_bytes_ > 0) {
       std::memcpy(masks_.data() + to * mask_bytes_, rollout.masks(static_cast<std::int64_t>(row)), mask_bytes_);

@@ -411,7 +411,7 @@ TEST(Tables, DqnHasBothGenerationsNamesAndDefaults) {
   EXPECT_EQ(values.Integer("target_network_update_freq"), 500);
   EXPECT_DOUBLE_EQ(values.Real("exploration_final_eps"), 0.02);
   EXPECT_TRUE(values.Boolean("double_q"));
-  EXPECT_EQ(values.Text("layers"), "[64, 64]");
+  EXPECT_EQ(values.Text("layers"), "auto");
   EXPECT_TRUE(values.Boolean("dueling"));
   EXPECT_EQ(LogStyleOf(**FindAlgorithm("dqn"), values), LogStyle::kStableBaselines2);
 }
@@ -434,7 +434,8 @@ TEST(Dqn, WhatItCannotLearnIsOneLine) {
   EXPECT_NE(ErrorOf(image, {{"buffer_size", "1000000"}}, 1 << 30).find("lower buffer_size"), std::string::npos);
   EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"batch_size", "100000"}}, 1 << 30).find("lower batch_size"),
             std::string::npos);
-  EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"net_arch", "[10000]"}}, 1 << 30).find("net_arch"),
+  EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"policy", "MlpPolicy"}, {"net_arch", "[10000]"}}, 1 << 30)
+                .find("net_arch"),
             std::string::npos);
   EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"net_arch", "[dict(pi=[4], vf=[4])]"}}, 1 << 30).find("widths"),
             std::string::npos);

@@ -12,6 +12,8 @@ namespace consac::nn {
 
 /// Whether a leaf is an image: bytes from 0 to 255 in three sizes, as Stable Baselines3 has it.
 bool IsImage(const Leaf& leaf);
+/// Whether an image is large enough for the convolutions of the nature CNN: 36 pixels a side.
+bool FitsNatureCnn(const Leaf& leaf);
 /// Whether an observation has one.
 bool HasImage(const Layout& observation);
 
@@ -28,12 +30,14 @@ struct FeatureOptions {
   Activation activation = Activation::kRelu;  ///< of convolutions and dense layer
   Init init = Init::kUniformFanIn;            ///< of their weights
   float gain = 1.0f;                          ///< of their weights
+  bool divide = true;                         ///< images' bytes are divided by 255: not where something made other
+                                              ///< numbers of them
 };
 
 /// Adds blocks that read the input "obs" ([observation.feature_count]) and returns the value that the layers behind
-/// them read. Without an image that is "obs" itself and there are no blocks. Images are taken channels last unless
-/// their first size is the smallest. The error says which image is too small for the convolutions.
-/// Source: Mnih et al. 2015, Nature 518, 529-533; Stable Baselines3, NatureCNN.
+/// them read. Where there is nothing to do that is "obs" itself and there are no blocks. Images are taken channels last
+/// unless their first size is the smallest. The error says which image is too small for the convolutions. Source: Mnih
+/// et al. 2015, Nature 518, 529-533; Stable Baselines3, NatureCNN.
 Result<Port> AddFeatures(const Layout& observation, const FeatureOptions& options, NetworkSpec* spec);
 
 }  // namespace consac::nn

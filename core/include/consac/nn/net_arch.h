@@ -3,6 +3,7 @@
 // [<int>*, dict(pi=[...], vf=[...])?]: leading integers are shared layers, the dict gives the separate towers.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,9 +51,11 @@ struct QNetworkOptions {
   Activation activation = Activation::kRelu;    ///< of hidden layers
   Init init = Init::kUniformFanIn;              ///< of all weights
   bool layer_norm = false;                      ///< hidden layers are normalised before their activation
+  double layer_norm_epsilon = 1e-5;             ///< added to their variance
   bool duelling = false;                        ///< separate towers for the state's value and the advantages
-  std::int64_t observation_size = 0;            ///< network inputs
-  std::int64_t action_count = 0;                ///< choices
+  std::optional<std::vector<std::int64_t>> value_layers = {};  ///< widths of the value's tower; absent: `layers`
+  std::int64_t observation_size = 0;                           ///< network inputs
+  std::int64_t action_count = 0;                               ///< choices
 };
 
 /// One input "obs", one output "q" [action_count]; blocks "q/i", "q/head", or "advantage/i", "value/i", their heads and

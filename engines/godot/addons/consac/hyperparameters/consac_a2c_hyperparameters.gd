@@ -61,11 +61,13 @@ extends ConsacHyperparameters
 ## Whose names the logs have. (CONSAC; the two generations differ here)
 @export_enum("sb2", "sb3") var log_keys: String = "sb3"
 
-## Kind of network: dense layers. (Stable Baselines3, A2C)
-@export_enum("MlpPolicy") var policy: String = "MlpPolicy"
+## Kind of network: dense layers, convolutions for images, both; auto: what the observation needs.
+## (Stable Baselines3, A2C)
+@export_enum("auto", "MlpPolicy", "CnnPolicy", "MultiInputPolicy") var policy: String = "auto"
 
-## Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines3, A2C)
-@export var net_arch: String = "[dict(pi=[64, 64], vf=[64, 64])]"
+## Layers: shared widths, then dict(pi=[...], vf=[...]); auto: [dict(pi=[64, 64], vf=[64, 64])],
+## none behind CnnPolicy. (Stable Baselines3, A2C)
+@export var net_arch: String = "auto"
 
 ## Activation of hidden layers. (Stable Baselines3, A2C)
 @export_enum("tanh", "relu", "sigmoid", "elu", "leaky_relu", "silu", "softplus", "linear") var activation_fn: String = "tanh"

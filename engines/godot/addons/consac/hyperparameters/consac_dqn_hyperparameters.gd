@@ -97,17 +97,22 @@ extends ConsacHyperparameters
 ## DQN)
 @export var param_noise: bool = false
 
-## Kind of network: dense layers. (Stable Baselines3, DQN)
-@export_enum("MlpPolicy") var policy: String = "MlpPolicy"
+## Kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the
+## observation needs. (Stable Baselines3, DQN)
+@export_enum("auto", "MlpPolicy", "CnnPolicy", "MultiInputPolicy", "LnMlpPolicy", "LnCnnPolicy") var policy: String = "auto"
 
-## Widths of hidden layers. (Stable Baselines3, DQN)
-@export var net_arch: String = "[64, 64]"
+## Widths of hidden layers; auto: [64, 64], behind CnnPolicy none but in the value's tower; with
+## dueling they are that tower's there. (Stable Baselines3, DQN)
+@export var net_arch: String = "auto"
 
 ## Activation of hidden layers. (Stable Baselines3, DQN)
 @export_enum("tanh", "relu", "sigmoid", "elu", "leaky_relu", "silu", "softplus", "linear") var activation_fn: String = "relu"
 
 ## Q = V + A - mean A, from a tower of these widths for each. (Stable Baselines 2.10.2, DQN)
 @export var dueling: bool = false
+
+## Hidden layers are normalised before their activation. (Stable Baselines 2.10.2, DQN)
+@export var layer_norm: bool = false
 
 ## How weights start. (CONSAC; the two generations differ here)
 @export_enum("orthogonal", "xavier", "pytorch") var init: String = "pytorch"
@@ -166,6 +171,7 @@ func collect() -> Dictionary:
 		"net_arch": net_arch,
 		"activation_fn": activation_fn,
 		"dueling": "true" if dueling else "false",
+		"layer_norm": "true" if layer_norm else "false",
 		"init": init,
 		"norm_obs": "true" if norm_obs else "false",
 		"norm_reward": "true" if norm_reward else "false",

@@ -82,11 +82,13 @@ extends ConsacHyperparameters
 ## Adam's epsilon. (Stable Baselines 2.10.2, PPO2)
 @export_range(0.0, 1.0, 1e-8) var adam_epsilon: float = 1e-5
 
-## Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2)
-@export_enum("MlpPolicy") var policy: String = "MlpPolicy"
+## Kind of network: dense layers, convolutions for images, both; auto: what the observation needs.
+## (Stable Baselines 2.10.2, PPO2)
+@export_enum("auto", "MlpPolicy", "CnnPolicy", "MultiInputPolicy") var policy: String = "auto"
 
-## Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines 2.10.2, PPO2)
-@export var net_arch: String = "[dict(pi=[64, 64], vf=[64, 64])]"
+## Layers: shared widths, then dict(pi=[...], vf=[...]); auto: [dict(pi=[64, 64], vf=[64, 64])],
+## none behind CnnPolicy. (Stable Baselines 2.10.2, PPO2)
+@export var net_arch: String = "auto"
 
 ## Activation of hidden layers. (Stable Baselines 2.10.2, PPO2)
 @export_enum("tanh", "relu", "sigmoid", "elu", "leaky_relu", "silu", "softplus", "linear") var act_fun: String = "tanh"

@@ -48,6 +48,10 @@ class Rollout {
   std::byte* observations(std::int64_t row) {
     return bytes_.data() + static_cast<std::size_t>(row) * observation_bytes_;
   }
+  /// The same, to read.
+  const std::byte* observations(std::int64_t row) const {
+    return bytes_.data() + static_cast<std::size_t>(row) * observation_bytes_;
+  }
   /// Legal-action masks [(T + 1) * N, mask_bytes], or null.
   std::uint8_t* masks(std::int64_t row) {
     return masks_.empty() ? nullptr : masks_.data() + static_cast<std::size_t>(row) * mask_bytes_;

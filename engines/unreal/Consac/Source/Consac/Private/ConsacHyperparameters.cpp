@@ -62,10 +62,16 @@ FString ConsacTextOf(EConsacPolicy Value)
 {
 	switch (Value)
 	{
+	case EConsacPolicy::Auto:
+		return TEXT("auto");
 	case EConsacPolicy::MlpPolicy:
 		return TEXT("MlpPolicy");
+	case EConsacPolicy::CnnPolicy:
+		return TEXT("CnnPolicy");
+	case EConsacPolicy::MultiInputPolicy:
+		return TEXT("MultiInputPolicy");
 	}
-	return TEXT("MlpPolicy");
+	return TEXT("auto");
 }
 
 FString ConsacTextOf(EConsacActFun Value)
@@ -144,6 +150,26 @@ FString ConsacTextOf(EConsacGradClip Value)
 		return TEXT("global");
 	}
 	return TEXT("variable");
+}
+
+FString ConsacTextOf(EConsacDqnPolicy Value)
+{
+	switch (Value)
+	{
+	case EConsacDqnPolicy::Auto:
+		return TEXT("auto");
+	case EConsacDqnPolicy::MlpPolicy:
+		return TEXT("MlpPolicy");
+	case EConsacDqnPolicy::CnnPolicy:
+		return TEXT("CnnPolicy");
+	case EConsacDqnPolicy::MultiInputPolicy:
+		return TEXT("MultiInputPolicy");
+	case EConsacDqnPolicy::LnMlpPolicy:
+		return TEXT("LnMlpPolicy");
+	case EConsacDqnPolicy::LnCnnPolicy:
+		return TEXT("LnCnnPolicy");
+	}
+	return TEXT("auto");
 }
 
 FString ConsacTextOf(EConsacInit Value)
@@ -389,6 +415,7 @@ void UConsacDqnHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("net_arch"), NetArch);
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("dueling"), bDueling);
+	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);

@@ -43,7 +43,10 @@ enum class EConsacOptimizer : uint8
 UENUM(BlueprintType)
 enum class EConsacPolicy : uint8
 {
-	MlpPolicy UMETA(DisplayName="MlpPolicy")
+	Auto UMETA(DisplayName="auto"),
+	MlpPolicy UMETA(DisplayName="MlpPolicy"),
+	CnnPolicy UMETA(DisplayName="CnnPolicy"),
+	MultiInputPolicy UMETA(DisplayName="MultiInputPolicy")
 };
 
 /** What ActFun may be. */
@@ -93,6 +96,18 @@ enum class EConsacGradClip : uint8
 {
 	Variable UMETA(DisplayName="variable"),
 	Global UMETA(DisplayName="global")
+};
+
+/** What DqnPolicy may be. */
+UENUM(BlueprintType)
+enum class EConsacDqnPolicy : uint8
+{
+	Auto UMETA(DisplayName="auto"),
+	MlpPolicy UMETA(DisplayName="MlpPolicy"),
+	CnnPolicy UMETA(DisplayName="CnnPolicy"),
+	MultiInputPolicy UMETA(DisplayName="MultiInputPolicy"),
+	LnMlpPolicy UMETA(DisplayName="LnMlpPolicy"),
+	LnCnnPolicy UMETA(DisplayName="LnCnnPolicy")
 };
 
 /** What Init may be. */
@@ -229,13 +244,19 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
 	double AdamEpsilon = 1e-5;
 
-	/** Kind of network: dense layers. (Stable Baselines 2.10.2, PPO2) */
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; auto: what the observation needs. (Stable
+	 * Baselines 2.10.2, PPO2)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+	EConsacPolicy Policy = EConsacPolicy::Auto;
 
-	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines 2.10.2, PPO2) */
+	/**
+	 * Layers: shared widths, then dict(pi=[...], vf=[...]); auto: [dict(pi=[64, 64], vf=[64, 64])], none behind
+	 * CnnPolicy. (Stable Baselines 2.10.2, PPO2)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+	FString NetArch = TEXT("auto");
 
 	/** Activation of hidden layers. (Stable Baselines 2.10.2, PPO2) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -380,13 +401,19 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
 	double AdamEpsilon = 1e-5;
 
-	/** Kind of network: dense layers. (Stable Baselines3, PPO) */
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; auto: what the observation needs. (Stable
+	 * Baselines3, PPO)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+	EConsacPolicy Policy = EConsacPolicy::Auto;
 
-	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines3, PPO) */
+	/**
+	 * Layers: shared widths, then dict(pi=[...], vf=[...]); auto: [dict(pi=[64, 64], vf=[64, 64])], none behind
+	 * CnnPolicy. (Stable Baselines3, PPO)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+	FString NetArch = TEXT("auto");
 
 	/** Activation of hidden layers. (Stable Baselines3, PPO) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -506,13 +533,19 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacValueLoss LogKeys = EConsacValueLoss::Sb3;
 
-	/** Kind of network: dense layers. (Stable Baselines3, A2C) */
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; auto: what the observation needs. (Stable
+	 * Baselines3, A2C)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+	EConsacPolicy Policy = EConsacPolicy::Auto;
 
-	/** Layers: shared widths, then dict(pi=[...], vf=[...]). (Stable Baselines3, A2C) */
+	/**
+	 * Layers: shared widths, then dict(pi=[...], vf=[...]); auto: [dict(pi=[64, 64], vf=[64, 64])], none behind
+	 * CnnPolicy. (Stable Baselines3, A2C)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	FString NetArch = TEXT("[dict(pi=[64, 64], vf=[64, 64])]");
+	FString NetArch = TEXT("auto");
 
 	/** Activation of hidden layers. (Stable Baselines3, A2C) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -680,13 +713,19 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bParamNoise = false;
 
-	/** Kind of network: dense layers. (Stable Baselines3, DQN) */
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the observation needs.
+	 * (Stable Baselines3, DQN)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	EConsacPolicy Policy = EConsacPolicy::MlpPolicy;
+	EConsacDqnPolicy Policy = EConsacDqnPolicy::Auto;
 
-	/** Widths of hidden layers. (Stable Baselines3, DQN) */
+	/**
+	 * Widths of hidden layers; auto: [64, 64], behind CnnPolicy none but in the value's tower; with dueling they are
+	 * that tower's there. (Stable Baselines3, DQN)
+	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
-	FString NetArch = TEXT("[64, 64]");
+	FString NetArch = TEXT("auto");
 
 	/** Activation of hidden layers. (Stable Baselines3, DQN) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -695,6 +734,10 @@ public:
 	/** Q = V + A - mean A, from a tower of these widths for each. (Stable Baselines 2.10.2, DQN) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bDueling = false;
+
+	/** Hidden layers are normalised before their activation. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bLayerNorm = false;
 
 	/** How weights start. (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
