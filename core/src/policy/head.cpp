@@ -5,23 +5,6 @@
 namespace consac {
 namespace {
 
-/// Calls body(leaf, distribution, row, raw_offset) for every leaf of a row with default heads.
-template <class Body>
-void ForEachLeaf(const Layout& action, const float* head, const float* log_std, const std::uint8_t* mask, Body&& body) {
-  std::int64_t raw_offset = 0;
-  for (const Leaf& leaf : action.leaves) {
-    const Distribution& distribution = DefaultDistribution(leaf);
-    body(leaf, distribution, HeadRow{head, log_std, mask == nullptr ? nullptr : mask + leaf.mask_offset}, raw_offset);
-    head += leaf.feature_count;
-    if (distribution.has_log_std && log_std != nullptr) log_std += leaf.count;
-    raw_offset += leaf.count;
-  }
-}
-
-const std::uint8_t* MaskRow(const Layout& action, const std::uint8_t* masks, std::int64_t row) {
-  return masks == nullptr ? nullptr : masks + row * action.mask_bytes;
-}
-
 void WriteLeaf(const Leaf& leaf, const Distribution& distribution, const float* raw, std::byte* row) {
   for (std::int64_t i = 0; i < leaf.count; ++i) WriteElement(leaf, row, i, distribution.world_value(leaf, i, raw[i]));
 }
@@ -137,77 +120,6 @@ void ActionHead::Kl(const float* from, const float* from_log_std, const float* t
       out[r] += part.distribution->kl(part.leaf, RowOf(part, r, from, from_log_std, masks),
                                       RowOf(part, r, to, to_log_std, masks));
     }
-  }
-}
-
-std::int64_t HeadSize(const Layout& action) {
-  return action.feature_count;
-}
-
-std::int64_t LogStdSize(const Layout& action) {
-  std::int64_t size = 0;
-  for (const Leaf& leaf : action.leaves) size += DefaultDistribution(leaf).has_log_std ? leaf.count : 0;
-  return size;
-}
-
-std::int64_t RawActionSize(const Layout& action) {
-  std::int64_t size = 0;
-  for (const Leaf& leaf : action.leaves) size += leaf.count;
-  return size;
-}
-
-Status CheckHead(const Layout& action) {
-  for (const Leaf& leaf : action.leaves) CONSAC_RETURN_IF_ERROR(CheckDefaultHead(leaf));
-  return Status::Ok();
-}
-
-void SelectActions(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-                   std::int64_t rows, ActionMode mode, Rng& rng, float* raw, float* log_probability) {
-  const std::int64_t head_size = HeadSize(action), raw_size = RawActionSize(action);
-  for (std::int64_t r = 0; r < rows; ++r) {
-    float* raw_row = raw + r * raw_size;
-    float log_p = 0.0f;
-    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
-                [&](const Leaf& leaf, const Distribution& distribution, const HeadRow& row, std::int64_t at) {
-                  distribution.select(leaf, row, mode, rng, raw_row + at);
-                  if (log_probability != nullptr) log_p += distribution.log_probability(leaf, row, raw_row + at);
-                });
-    if (log_probability != nullptr) log_probability[r] = log_p;
-  }
-}
-
-void WriteActions(const Layout& action, const float* raw, std::int64_t rows, std::byte* out) {
-  for (std::int64_t r = 0; r < rows; ++r) {
-    std::byte* row = out + static_cast<std::size_t>(r) * action.row_bytes;
-    for (const Leaf& leaf : action.leaves) {
-      WriteLeaf(leaf, DefaultDistribution(leaf), raw, row);
-      raw += leaf.count;
-    }
-  }
-}
-
-void LogProbability(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-                    const float* raw, std::int64_t rows, float* out) {
-  const std::int64_t head_size = HeadSize(action), raw_size = RawActionSize(action);
-  for (std::int64_t r = 0; r < rows; ++r) {
-    out[r] = 0.0f;
-    const float* raw_row = raw + r * raw_size;
-    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
-                [&](const Leaf& leaf, const Distribution& distribution, const HeadRow& row, std::int64_t at) {
-                  out[r] += distribution.log_probability(leaf, row, raw_row + at);
-                });
-  }
-}
-
-void Entropy(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-             std::int64_t rows, float* out) {
-  const std::int64_t head_size = HeadSize(action);
-  for (std::int64_t r = 0; r < rows; ++r) {
-    out[r] = 0.0f;
-    ForEachLeaf(action, head + r * head_size, log_std, MaskRow(action, masks, r),
-                [&](const Leaf& leaf, const Distribution& distribution, const HeadRow& row, std::int64_t) {
-                  out[r] += distribution.entropy(leaf, row);
-                });
   }
 }
 

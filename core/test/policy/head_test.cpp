@@ -11,47 +11,51 @@
 namespace consac {
 namespace {
 
+ActionHead DefaultHead(const Space& action) {
+  return *ActionHead::Create(Layout::Of(action));
+}
+
 TEST(Head, CategoricalGoldenVector) {
-  const Layout layout = Layout::Of(*Space::Discrete(3));
+  const ActionHead layout = DefaultHead(*Space::Discrete(3));
   const float logits[] = {1, 2, 0.5f}, raw = 1;
   float log_p = 0, entropy = 0;
-  LogProbability(layout, logits, nullptr, nullptr, &raw, 1, &log_p);
-  Entropy(layout, logits, nullptr, nullptr, 1, &entropy);
+  layout.LogProbability(logits, nullptr, nullptr, &raw, 1, &log_p);
+  layout.Entropy(logits, nullptr, nullptr, 1, &entropy);
   EXPECT_NEAR(-log_p, 0.464369, 1e-6);
   EXPECT_NEAR(entropy, 0.905959, 1e-6);
 }
 
 TEST(Head, DiagonalGaussianGoldenVector) {
-  const Layout layout = Layout::Of(*Space::Box(-10, 10, {2}));
+  const ActionHead layout = DefaultHead(*Space::Box(-10, 10, {2}));
   const float mean[] = {0, 0.5f}, log_std[] = {0, -0.3f}, raw[] = {0.1f, 0.4f};
   float log_p = 0, entropy = 0;
-  LogProbability(layout, mean, log_std, nullptr, raw, 1, &log_p);
-  Entropy(layout, mean, log_std, nullptr, 1, &entropy);
+  layout.LogProbability(mean, log_std, nullptr, raw, 1, &log_p);
+  layout.Entropy(mean, log_std, nullptr, 1, &entropy);
   EXPECT_NEAR(-log_p, 1.551988, 1e-6);
   EXPECT_NEAR(entropy, 2.537877, 1e-6);
 }
 
 TEST(Head, BernoulliAndMultiDiscreteAreSums) {
-  const Layout bits = Layout::Of(*Space::MultiBinary(2));
+  const ActionHead bits = DefaultHead(*Space::MultiBinary(2));
   const float logits[] = {0.3f, -1.2f}, set[] = {1, 0};
   float log_p = 0;
-  LogProbability(bits, logits, nullptr, nullptr, set, 1, &log_p);
+  bits.LogProbability(logits, nullptr, nullptr, set, 1, &log_p);
   EXPECT_NEAR(log_p, std::log(1 / (1 + std::exp(-0.3))) + std::log(1 - 1 / (1 + std::exp(1.2))), 1e-6);
-  const Layout two = Layout::Of(*Space::MultiDiscrete({2, 3}));
+  const ActionHead two = DefaultHead(*Space::MultiDiscrete({2, 3}));
   const float both[] = {0, 0, 1, 2, 0.5f}, raw[] = {1, 1};
-  LogProbability(two, both, nullptr, nullptr, raw, 1, &log_p);
+  two.LogProbability(both, nullptr, nullptr, raw, 1, &log_p);
   EXPECT_NEAR(log_p, std::log(0.5) - 0.464369, 1e-6);
 }
 
 TEST(Head, SamplesFollowTheDistributionAndReportItsLogProbability) {
-  const Layout layout = Layout::Of(*Space::Discrete(3));
+  const ActionHead layout = DefaultHead(*Space::Discrete(3));
   const float logits[] = {0, std::log(2.0f), std::log(5.0f)};
   std::array<int, 3> counts{};
   Rng rng(1, 1);
   for (int i = 0; i < 80000; ++i) {
     float raw = 0, log_p = 0, expected = 0;
-    SelectActions(layout, logits, nullptr, nullptr, 1, ActionMode::kSample, rng, &raw, &log_p);
-    LogProbability(layout, logits, nullptr, nullptr, &raw, 1, &expected);
+    layout.Select(logits, nullptr, nullptr, 1, ActionMode::kSample, rng, &raw, &log_p);
+    layout.LogProbability(logits, nullptr, nullptr, &raw, 1, &expected);
     ASSERT_NEAR(log_p, expected, 1e-6);
     ++counts[static_cast<std::size_t>(raw)];
   }
@@ -61,18 +65,17 @@ TEST(Head, SamplesFollowTheDistributionAndReportItsLogProbability) {
 }
 
 TEST(Head, MaskedActionsAreNeverTakenAndHaveNoEntropy) {
-  const Layout layout = Layout::Of(*Space::Discrete(4));
+  const ActionHead layout = DefaultHead(*Space::Discrete(4));
   const float logits[] = {5, 1, 1, 9};
   const std::uint8_t mask[] = {0, 1, 1, 0};
   Rng rng(1, 1);
   for (int i = 0; i < 1000; ++i) {
     float raw = 0;
-    SelectActions(layout, logits, nullptr, mask, 1, i == 0 ? ActionMode::kDeterministic : ActionMode::kSample, rng,
-                  &raw);
+    layout.Select(logits, nullptr, mask, 1, i == 0 ? ActionMode::kDeterministic : ActionMode::kSample, rng, &raw);
     ASSERT_TRUE(raw == 1 || raw == 2);
   }
   float entropy = 0;
-  Entropy(layout, logits, nullptr, mask, 1, &entropy);
+  layout.Entropy(logits, nullptr, mask, 1, &entropy);
   EXPECT_NEAR(entropy, std::log(2.0), 1e-6);
 }
 
@@ -117,23 +120,25 @@ TEST(Head, KlIsTheMeanDifferenceOfLogProbabilities) {
 // The named heads of an action and its default ones are one.
 TEST(Head, NamedDefaultsGiveTheSameBits) {
   const Layout layout = Layout::Of(*Space::Dict({{"a", *Space::Box(-1, 1, {2})}, {"b", *Space::Discrete(3, 5)}}));
-  const auto head = ActionHead::Create(layout, DefaultHeads(layout));
-  ASSERT_TRUE(head.ok());
-  EXPECT_EQ(head->size(), HeadSize(layout));
-  EXPECT_EQ(head->log_std_size(), LogStdSize(layout));
+  const auto named = ActionHead::Create(layout, DefaultHeads(layout)), unnamed = ActionHead::Create(layout);
+  ASSERT_TRUE(named.ok() && unnamed.ok());
+  EXPECT_EQ(named->specs(), unnamed->specs());
+  EXPECT_EQ(named->size(), unnamed->size());
+  EXPECT_EQ(named->log_std_size(), unnamed->log_std_size());
+  EXPECT_EQ(named->raw_size(), unnamed->raw_size());
   const float numbers[] = {0.1f, -0.4f, 1, 2, 0.5f}, log_std[] = {0, -0.5f};
   float raw[3], again[3], log_p = 0, log_q = 0, entropy = 0, entropy_again = 0;
   std::vector<std::byte> action(layout.row_bytes), action_again(layout.row_bytes);
   Rng first(4, 4), second(4, 4);
-  head->Select(numbers, log_std, nullptr, 1, ActionMode::kSample, first, raw, &log_p);
-  SelectActions(layout, numbers, log_std, nullptr, 1, ActionMode::kSample, second, again, &log_q);
+  named->Select(numbers, log_std, nullptr, 1, ActionMode::kSample, first, raw, &log_p);
+  unnamed->Select(numbers, log_std, nullptr, 1, ActionMode::kSample, second, again, &log_q);
   EXPECT_EQ(std::vector<float>(raw, raw + 3), std::vector<float>(again, again + 3));
   EXPECT_EQ(log_p, log_q);
-  head->Entropy(numbers, log_std, nullptr, 1, &entropy);
-  Entropy(layout, numbers, log_std, nullptr, 1, &entropy_again);
+  named->Entropy(numbers, log_std, nullptr, 1, &entropy);
+  unnamed->Entropy(numbers, log_std, nullptr, 1, &entropy_again);
   EXPECT_EQ(entropy, entropy_again);
-  head->Write(raw, 1, action.data());
-  WriteActions(layout, raw, 1, action_again.data());
+  named->Write(raw, 1, action.data());
+  unnamed->Write(raw, 1, action_again.data());
   EXPECT_EQ(action, action_again);
 }
 
@@ -194,23 +199,23 @@ TEST(Head, DeterministicActionsAreStretchedToTheirBounds) {
 }
 
 TEST(Head, WorldActionsAreClippedAndOffset) {
-  const Layout box = Layout::Of(*Space::Box({-1, -2}, {1, 2}, {2}));
+  const ActionHead box = DefaultHead(*Space::Box({-1, -2}, {1, 2}, {2}));
   const float raw[] = {3, -5};
   float action[2];
-  WriteActions(box, raw, 1, reinterpret_cast<std::byte*>(action));
+  box.Write(raw, 1, reinterpret_cast<std::byte*>(action));
   EXPECT_EQ(action[0], 1.0f);
   EXPECT_EQ(action[1], -2.0f);
-  const Layout discrete = Layout::Of(*Space::Discrete(3, 10));
+  const ActionHead discrete = DefaultHead(*Space::Discrete(3, 10));
   const float choice = 2;
   std::int32_t taken = 0;
-  WriteActions(discrete, &choice, 1, reinterpret_cast<std::byte*>(&taken));
+  discrete.Write(&choice, 1, reinterpret_cast<std::byte*>(&taken));
   EXPECT_EQ(taken, 12);
 }
 
 TEST(Head, ImagesAreNoActions) {
-  EXPECT_FALSE(CheckHead(Layout::Of(*Space::Box(0, 1, {2, 2}))).ok());
-  EXPECT_FALSE(CheckHead(Layout::Of(*Space::Box(0, 255, {2}, DType::kU8))).ok());
-  EXPECT_TRUE(CheckHead(Layout::Of(*Space::Box(0, 1, {2}))).ok());
+  EXPECT_FALSE(ActionHead::Create(Layout::Of(*Space::Box(0, 1, {2, 2}))).ok());
+  EXPECT_FALSE(ActionHead::Create(Layout::Of(*Space::Box(0, 255, {2}, DType::kU8))).ok());
+  EXPECT_TRUE(ActionHead::Create(Layout::Of(*Space::Box(0, 1, {2}))).ok());
 }
 
 TEST(RunningMoments, VecNormalizeGoldenVector) {

@@ -22,14 +22,15 @@ PolicyData SmallPolicy(const Space& observation, const Space& action, std::uint6
   nn::ActorCriticOptions options;
   options.arch = {{}, {16, 8}, {4}};
   options.observation_size = observation.flat_size();
-  options.action_size = HeadSize(Layout::Of(action));
+  const ActionHead head = *ActionHead::Create(Layout::Of(action));
+  options.action_size = head.size();
   options.policy_gain = 1.0f;
   data.network = nn::ActorCritic(options);
   const auto network = nn::Network::Create(data.network);
   data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
   Rng rng(seed, 1);
   network->Initialise(rng, data.parameters);
-  data.log_std.assign(static_cast<std::size_t>(LogStdSize(Layout::Of(action))), -0.5f);
+  data.log_std.assign(static_cast<std::size_t>(head.log_std_size()), -0.5f);
   return data;
 }
 

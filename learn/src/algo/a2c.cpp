@@ -90,18 +90,19 @@ Optimiser MakeOptimiser(const A2cOptions& a2c, std::int64_t parameters) {
 /// See learner.h. An update is one gradient step.
 class A2c final : public Learner, private BlockLoss {
  public:
-  A2c(const LearnerOptions& options, const A2cOptions& a2c, nn::Network network, std::string hyperparameters)
+  A2c(const LearnerOptions& options, const A2cOptions& a2c, OnPolicyModel model, std::string hyperparameters)
       : behaviour_(options.behaviour),
         a2c_(a2c),
         hyperparameters_(std::move(hyperparameters)),
         executor_(options.executor),
         total_steps_(options.total_steps),
-        model_(std::move(network), behaviour_, options.seed, a2c.log_std_init, options.ranks),
+        model_(std::move(model.network), std::move(model.head), behaviour_, options.seed, a2c.log_std_init,
+               options.ranks),
         collector_(behaviour_, a2c.rollout, model_, options.seed, options.ranks),
-        backpropagation_(model_.network(), LogStdSize(behaviour_.action_layout), steps_per_update()),
+        backpropagation_(model_.network(), model_.action_head().log_std_size(), steps_per_update()),
         step_(MakeOptimiser(a2c, static_cast<std::int64_t>(model_.parameters().size())), a2c.max_grad_norm,
               options.ranks),
-        minibatch_(behaviour_, steps_per_update(), options.ranks),
+        minibatch_(behaviour_, model.gradient, steps_per_update(), options.ranks),
         losses_(steps_per_update(), options.ranks) {
     metrics_.reserve(16);
   }
@@ -242,10 +243,9 @@ std::span<const Hyperparameter> A2cTable() {
 Result<std::unique_ptr<Learner>> CreateA2c(const LearnerOptions& options, const HyperparameterSet& values) {
   A2cOptions a2c{};
   CONSAC_RETURN_IF_ERROR(ReadRows(kA2cRows, values, &a2c));
-  Result<nn::Network> network = OnPolicyNetwork(options, a2c, a2c.rollout.n_steps * options.behaviour.slots);
-  if (!network.ok()) return network.status();
-  return std::unique_ptr<Learner>(
-      std::make_unique<A2c>(options, a2c, std::move(*network), HyperparametersJson(values)));
+  Result<OnPolicyModel> model = MakeOnPolicyModel(options, a2c, a2c.rollout.n_steps * options.behaviour.slots);
+  if (!model.ok()) return model.status();
+  return std::unique_ptr<Learner>(std::make_unique<A2c>(options, a2c, std::move(*model), HyperparametersJson(values)));
 }
 
 }  // namespace consac::learn

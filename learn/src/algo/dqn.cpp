@@ -64,15 +64,16 @@ using DqnSums = Sums<kDqnTerms>;
 /// See learner.h. An update is one gradient step.
 class Dqn final : public Learner, private BlockLoss {
  public:
-  Dqn(const LearnerOptions& options, const DqnOptions& dqn, nn::Network network, std::string hyperparameters)
+  Dqn(const LearnerOptions& options, const DqnOptions& dqn, QModel model, std::string hyperparameters)
       : behaviour_(options.behaviour),
         dqn_(dqn),
         hyperparameters_(std::move(hyperparameters)),
         executor_(options.executor),
-        choices_(network.output_size(0)),
+        choices_(model.head.size()),
         total_steps_(options.total_steps),
-        collector_(behaviour_, dqn.collect, options.seed, options.ranks),
-        q_(std::move(network), options.seed, std::max<std::int64_t>(behaviour_.slots, dqn.batch_size), options.ranks),
+        collector_(behaviour_, std::move(model.head), dqn.collect, options.seed, options.ranks),
+        q_(std::move(model.network), options.seed, std::max<std::int64_t>(behaviour_.slots, dqn.batch_size),
+           options.ranks),
         explorer_(choices_, options.seed),
         backpropagation_(q_.network(), 0, dqn.batch_size),
         step_(Optimiser(Adam(q_.network().parameter_count(), dqn.adam)), dqn.max_grad_norm, options.ranks),
@@ -137,7 +138,7 @@ class Dqn final : public Learner, private BlockLoss {
   std::int64_t reports() const override { return ReportsOf(collector_.episodes().count()); }
   std::int64_t steps_per_update() const override { return 0; }
   std::int64_t memory_bytes() const override {
-    return Replay::Bytes(behaviour_, RawActionSize(behaviour_.action_layout), dqn_.collect.replay);
+    return Replay::Bytes(behaviour_, collector_.action_head().raw_size(), dqn_.collect.replay);
   }
   Status StartFrom(const PolicyData& model) override {
     CONSAC_RETURN_IF_ERROR(collector_.StartFrom(model.normaliser));
@@ -149,7 +150,10 @@ class Dqn final : public Learner, private BlockLoss {
   std::span<const Metric> metrics() const override { return metrics_; }
   Status health() const override { return step_.health(); }
   PolicyData Snapshot() const override {
-    return q_.Snapshot(behaviour_, collector_.normaliser(), TrainingJson(hyperparameters_, steps(), updates_));
+    PolicyData data =
+        q_.Snapshot(behaviour_, collector_.normaliser(), TrainingJson(hyperparameters_, steps(), updates_));
+    data.heads = collector_.action_head().specs();
+    return data;
   }
   void Visit(Archive& archive) override {
     q_.Visit(archive);
@@ -278,14 +282,14 @@ std::span<const Hyperparameter> DqnTable() {
 Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const HyperparameterSet& values) {
   DqnOptions dqn{};
   CONSAC_RETURN_IF_ERROR(ReadRows(kDqnRows, values, &dqn));
-  Result<nn::Network> network = MakeQNetwork(options, dqn, "dqn");
-  if (!network.ok()) return network.status();
+  Result<QModel> model = MakeQModel(options, dqn, "dqn");
+  if (!model.ok()) return model.status();
   // Two networks' parameters, each packed, a packed form to learn, the optimiser's two columns, initialisation in
   // double precision, the snapshot; with noise four more; and gradients.
   const std::int64_t copies = 10 + (dqn.param_noise ? 4 : 0) + Backpropagation::GradientCopies(dqn.batch_size);
-  CONSAC_RETURN_IF_ERROR(CheckOffPolicyMemory(options, dqn, network->parameter_count(), copies));
-  return std::unique_ptr<Learner>(
-      std::make_unique<Dqn>(options, dqn, std::move(*network), HyperparametersJson(values)));
+  CONSAC_RETURN_IF_ERROR(
+      CheckOffPolicyMemory(options, dqn, {model->head.raw_size(), model->network.parameter_count(), copies}));
+  return std::unique_ptr<Learner>(std::make_unique<Dqn>(options, dqn, std::move(*model), HyperparametersJson(values)));
 }
 
 }  // namespace consac::learn

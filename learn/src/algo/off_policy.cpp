@@ -12,22 +12,20 @@ double OffPolicyOptions::BetaAt(std::int64_t steps, std::int64_t total_steps) co
   return prioritized_beta0 + over * (1.0 - prioritized_beta0);
 }
 
-Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOptions& own, std::int64_t parameters,
-                            std::int64_t copies) {
+Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOptions& own, const OffPolicySizes& sizes) {
   const BehaviourSpec& behaviour = options.behaviour;
-  const std::int64_t raw = RawActionSize(behaviour.action_layout);
-  CONSAC_RETURN_IF_ERROR(Replay::CheckFits(behaviour, raw, own.collect.replay, options.max_bytes));
-  std::int64_t left = options.max_bytes - Replay::Bytes(behaviour, raw, own.collect.replay);
+  CONSAC_RETURN_IF_ERROR(Replay::CheckFits(behaviour, sizes.raw_action, own.collect.replay, options.max_bytes));
+  std::int64_t left = options.max_bytes - Replay::Bytes(behaviour, sizes.raw_action, own.collect.replay);
   const std::int64_t row = behaviour.observation_layout.feature_count * static_cast<std::int64_t>(sizeof(float));
   if (own.batch_size > left / row) {
     return {StatusCode::kResourceExhausted, "minibatches of " + std::to_string(own.batch_size) +
                                                 " transitions take more memory than is allowed here; lower batch_size"};
   }
   left -= own.batch_size * row;
-  const std::int64_t columns = copies * static_cast<std::int64_t>(sizeof(float));
-  if (parameters <= left / columns) return Status::Ok();
+  const std::int64_t columns = sizes.copies * static_cast<std::int64_t>(sizeof(float));
+  if (sizes.parameters <= left / columns) return Status::Ok();
   return {StatusCode::kResourceExhausted,
-          "net_arch makes " + std::to_string(parameters) +
+          "net_arch makes " + std::to_string(sizes.parameters) +
               " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
 }
 

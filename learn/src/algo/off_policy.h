@@ -96,9 +96,14 @@ inline constexpr Row kLogKeys = {"log_keys", "log_keys", Into<O, &O::log_keys>, 
 inline constexpr auto& kNormalise = kNormaliseRows<O, &O::collect, &C::normalise>;
 }  // namespace off_policy_rows
 
-/// Checks that there is memory for what is remembered and for learning `parameters` parameters in `copies` copies; the
-/// error says what does not fit and what would.
-Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOptions& own, std::int64_t parameters,
-                            std::int64_t copies);
+/// What a learner's memory depends on besides its options.
+struct OffPolicySizes {
+  std::int64_t raw_action = 0;  ///< elements of one raw action
+  std::int64_t parameters = 0;  ///< of its networks
+  std::int64_t copies = 0;      ///< of all parameters that learning takes
+};
+/// Checks that there is memory for what is remembered and for learning; the error says what does not fit and what
+/// would.
+Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOptions& own, const OffPolicySizes& sizes);
 
 }  // namespace consac::learn

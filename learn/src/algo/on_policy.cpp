@@ -7,17 +7,20 @@
 
 namespace consac::learn {
 
-Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolicyOptions& own,
-                                    std::int64_t minibatch_rows) {
+Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnPolicyOptions& own,
+                                        std::int64_t minibatch_rows) {
   const BehaviourSpec& behaviour = options.behaviour;
-  CONSAC_RETURN_IF_ERROR(CheckHead(behaviour.action_layout));
+  Result<ActionHead> head = ActionHead::Create(behaviour.action_layout);
+  if (!head.ok()) return head.status();
+  Result<HeadGradient> gradient = HeadGradient::Create(*head, behaviour.action_layout.mask_bytes);
+  if (!gradient.ok()) return gradient.status();
   const std::int64_t rows = own.rollout.n_steps * behaviour.slots;
   if (rows > (std::int64_t{1} << 30)) {
     return Status{StatusCode::kInvalidArgument, "n_steps " + std::to_string(own.rollout.n_steps) + " times " +
                                                     std::to_string(behaviour.slots) +
                                                     " agents is more than 2^30 transitions; lower n_steps"};
   }
-  const std::int64_t bytes = rows * RolloutCollector::BytesOfTransition(behaviour, own.rollout);
+  const std::int64_t bytes = rows * RolloutCollector::BytesOfTransition(behaviour, own.rollout, head->raw_size());
   if (bytes > options.max_bytes) {
     return Status{StatusCode::kResourceExhausted,
                   "a rollout of " + std::to_string(rows) + " steps (n_steps times agents) takes " +
@@ -25,7 +28,7 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
                       " that are allowed here; lower n_steps"};
   }
   nn::ActorCriticOptions layers = own.network;
-  layers.action_size = HeadSize(behaviour.action_layout);
+  layers.action_size = head->size();
   Result<ObservationEntry> entry = EntryOf(own.policy, behaviour, own.rollout.normalise.norm_obs);
   if (!entry.ok()) return entry.status();
   layers.arch = own.net_arch.value_or(entry->hidden_layers ? nn::NetArch{} : nn::NetArch{{}, {}, {}});
@@ -48,7 +51,7 @@ Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolic
                   "net_arch makes " + std::to_string(network->parameter_count()) +
                       " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
   }
-  return network;
+  return OnPolicyModel{std::move(*network), std::move(*head), std::move(*gradient)};
 }
 
 double MeanDeviation(std::span<const float> log_std) {

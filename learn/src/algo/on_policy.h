@@ -11,6 +11,7 @@
 #include "algo/training_json.h"
 #include "collect/rollout_collector.h"
 #include "consac/learn/algo/learner.h"
+#include "grad/head_gradient.h"
 
 namespace consac::learn {
 
@@ -108,10 +109,16 @@ inline constexpr Row kNetwork[] = {
 inline constexpr auto& kNormalise = kNormaliseRows<O, &O::rollout, &R::normalise>;
 }  // namespace on_policy_rows
 
-/// Checks spaces, sizes and memory and makes the network of a learner whose minibatches have at most `minibatch_rows`
+/// What an actor-critic learner is made of.
+struct OnPolicyModel {
+  nn::Network network;    ///< outputs "pi" and "vf"
+  ActionHead head;        ///< how actions follow from "pi"
+  HeadGradient gradient;  ///< and how they are learned by
+};
+/// Checks spaces, sizes and memory and makes the model of a learner whose minibatches have at most `minibatch_rows`
 /// rows; the error says what does not fit and what would.
-Result<nn::Network> OnPolicyNetwork(const LearnerOptions& options, const OnPolicyOptions& own,
-                                    std::int64_t minibatch_rows);
+Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnPolicyOptions& own,
+                                        std::int64_t minibatch_rows);
 /// How far a training has come.
 struct TrainingProgress {
   std::int64_t total_steps, steps;         ///< planned and taken, of agents

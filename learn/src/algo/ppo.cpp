@@ -73,20 +73,21 @@ std::int64_t LargestMinibatch(const PpoOptions& ppo, std::int64_t slots) {
 /// See learner.h. An update may be learned in pieces and saved between them.
 class Ppo final : public Learner, private BlockLoss {
  public:
-  Ppo(const LearnerOptions& options, const PpoOptions& ppo, nn::Network network, std::string hyperparameters)
+  Ppo(const LearnerOptions& options, const PpoOptions& ppo, OnPolicyModel model, std::string hyperparameters)
       : behaviour_(options.behaviour),
         ppo_(ppo),
         hyperparameters_(std::move(hyperparameters)),
         executor_(options.executor),
         total_steps_(options.total_steps),
-        model_(std::move(network), behaviour_, options.seed, ppo.log_std_init, options.ranks),
+        model_(std::move(model.network), std::move(model.head), behaviour_, options.seed, ppo.log_std_init,
+               options.ranks),
         collector_(behaviour_, ppo.rollout, model_, options.seed, options.ranks),
-        backpropagation_(model_.network(), LogStdSize(behaviour_.action_layout),
+        backpropagation_(model_.network(), model_.action_head().log_std_size(),
                          LargestMinibatch(ppo, behaviour_.slots)),
         step_(Optimiser(Adam(static_cast<std::int64_t>(model_.parameters().size()), ppo.adam)), ppo.max_grad_norm,
               options.ranks),
         passes_(steps_per_update(), options.seed),
-        minibatch_(behaviour_, LargestMinibatch(ppo, behaviour_.slots), options.ranks),
+        minibatch_(behaviour_, model.gradient, LargestMinibatch(ppo, behaviour_.slots), options.ranks),
         losses_(LargestMinibatch(ppo, behaviour_.slots), options.ranks) {
     metrics_.reserve(32);
   }
@@ -284,10 +285,9 @@ Result<std::unique_ptr<Learner>> CreatePpo(Generation generation, const LearnerO
                                                     " does not divide the rollout of " + std::to_string(rows) +
                                                     " steps (n_steps times agents); choose one that does"};
   }
-  Result<nn::Network> network = OnPolicyNetwork(options, ppo, LargestMinibatch(ppo, options.behaviour.slots));
-  if (!network.ok()) return network.status();
-  return std::unique_ptr<Learner>(
-      std::make_unique<Ppo>(options, ppo, std::move(*network), HyperparametersJson(values)));
+  Result<OnPolicyModel> model = MakeOnPolicyModel(options, ppo, LargestMinibatch(ppo, options.behaviour.slots));
+  if (!model.ok()) return model.status();
+  return std::unique_ptr<Learner>(std::make_unique<Ppo>(options, ppo, std::move(*model), HyperparametersJson(values)));
 }
 
 std::span<const Hyperparameter> PpoTable(Generation generation) {

@@ -15,7 +15,7 @@ constexpr float kConvolutionGain = 1.41421356f;
 }  // namespace
 
 // Behind a CNN Stable Baselines 2 has its hidden layers in the value's tower alone, Stable Baselines3 nowhere.
-Result<nn::Network> MakeQNetwork(const LearnerOptions& options, const QOptions& own, const char* algorithm) {
+Result<QModel> MakeQModel(const LearnerOptions& options, const QOptions& own, const char* algorithm) {
   const Layout& actions = options.behaviour.action_layout;
   if (actions.leaves.size() != 1 || actions.leaves[0].space.kind() != SpaceKind::kDiscrete) {
     return Status{StatusCode::kInvalidArgument,
@@ -49,7 +49,10 @@ Result<nn::Network> MakeQNetwork(const LearnerOptions& options, const QOptions& 
   if (!network.ok()) return network.status();
   if (const Status acts = CheckActivations(*network); !acts.ok())  // or what was learned could not be loaded
     return Status{StatusCode::kInvalidArgument, acts.message()};
-  return network;
+  const HeadSpec values{actions.leaves[0].name, "q_values"};
+  Result<ActionHead> head = ActionHead::Create(actions, std::span(&values, 1));
+  if (!head.ok()) return head.status();
+  return QModel{std::move(*network), std::move(*head)};
 }
 
 }  // namespace consac::learn

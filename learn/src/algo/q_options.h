@@ -54,8 +54,13 @@ inline constexpr Row kNetwork[] = {
 };
 }  // namespace q_rows
 
-/// The network for what `options` asks for; the error says what of it, or of the actions, does not fit. `algorithm` is
+/// What a learner of action values is made of.
+struct QModel {
+  nn::Network network;  ///< output "q"
+  ActionHead head;      ///< how actions follow from it
+};
+/// The model for what `options` asks for; the error says what of it, or of the actions, does not fit. `algorithm` is
 /// whom it tells of.
-Result<nn::Network> MakeQNetwork(const LearnerOptions& options, const QOptions& own, const char* algorithm);
+Result<QModel> MakeQModel(const LearnerOptions& options, const QOptions& own, const char* algorithm);
 
 }  // namespace consac::learn

@@ -5,10 +5,11 @@
 #include "collect/same_network.h"
 
 namespace consac::learn {
-ActorCritic::ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
-                         const Communicator& ranks)
+ActorCritic::ActorCritic(nn::Network network, ActionHead head, const BehaviourSpec& behaviour, std::uint64_t seed,
+                         float log_std_init, const Communicator& ranks)
     : network_(std::move(network)),
-      parameters_(network_count() + static_cast<std::size_t>(LogStdSize(behaviour.action_layout)), log_std_init),
+      action_head_(std::move(head)),
+      parameters_(network_count() + static_cast<std::size_t>(action_head_.log_std_size()), log_std_init),
       evaluator_(network_, behaviour.slots) {
   Rng rng(seed, StreamId("network_initialisation"));
   network_.Initialise(rng, std::span(parameters_).first(network_count()));
@@ -40,6 +41,7 @@ PolicyData ActorCritic::Snapshot(const BehaviourSpec& behaviour, const Observati
   data.observation_space = behaviour.observation_space;
   data.action_space = behaviour.action_space;
   data.network = network_.spec();
+  data.heads = action_head_.specs();
   const auto network_end = parameters_.begin() + static_cast<std::ptrdiff_t>(network_count());
   data.parameters.assign(parameters_.begin(), network_end);
   data.log_std.assign(network_end, parameters_.end());

@@ -17,24 +17,26 @@ namespace consac::learn {
 class ActorCritic {
  public:
   /// Fresh parameters from the first rank's `seed`. Acts for all slots of `behaviour` at once at most.
-  ActorCritic(nn::Network network, const BehaviourSpec& behaviour, std::uint64_t seed, float log_std_init,
-              const Communicator& ranks);
+  ActorCritic(nn::Network network, ActionHead head, const BehaviourSpec& behaviour, std::uint64_t seed,
+              float log_std_init, const Communicator& ranks);
 
   /// Takes over the parameters of a model of the same network, those outside it too; they act at once.
   Status StartFrom(const PolicyData& model);
 
   /// The network.
   const nn::Network& network() const { return network_; }
+  /// How actions follow from its first output.
+  const ActionHead& action_head() const { return action_head_; }
   /// [network parameters + log_std]: what an optimiser steps.
   std::span<float> parameters() { return parameters_; }
-  /// [LogStdSize] behind the network's.
+  /// [ActionHead::log_std_size] behind the network's.
   std::span<float> log_std() { return std::span(parameters_).subspan(network_count()); }
   /// The parameters of now are those that act.
   void Publish() { evaluator_.Load(std::span(parameters_).first(network_count())); }
 
   /// Runs actor and critic for `rows` <= slots rows of network inputs.
   void Forward(const float* features, std::int64_t rows) { evaluator_.Forward({&features, 1}, rows); }
-  /// The head's numbers of the last Forward, [rows, HeadSize].
+  /// The head's numbers of the last Forward, [rows, ActionHead::size].
   const float* head() const { return evaluator_.output(0); }
   /// V of the last Forward, [rows].
   const float* values() const { return evaluator_.output(1); }
@@ -51,6 +53,7 @@ class ActorCritic {
   std::size_t network_count() const { return static_cast<std::size_t>(network_.parameter_count()); }
 
   nn::Network network_;
+  ActionHead action_head_;
   std::vector<float> parameters_;  // network, then log_std
   nn::Evaluator evaluator_;
 };

@@ -53,7 +53,6 @@ PolicyData QNetwork::Snapshot(const BehaviourSpec& behaviour, const ObservationN
   data.observation_space = behaviour.observation_space;
   data.action_space = behaviour.action_space;
   data.network = network_.spec();
-  data.heads = {{behaviour.action_layout.leaves[0].name, "q_values"}};
   data.parameters = parameters_;
   if (normaliser.active()) data.normaliser = normaliser;
   data.training_json = std::move(training_json);

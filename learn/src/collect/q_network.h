@@ -36,7 +36,7 @@ class QNetwork {
   /// Q by the target network.
   const float* TargetValues(const float* features, std::int64_t rows);
 
-  /// A complete acting model of this moment; `training_json` is told to people.
+  /// A complete acting model of this moment but for its heads; `training_json` is told to people.
   PolicyData Snapshot(const BehaviourSpec& behaviour, const ObservationNormaliser& normaliser,
                       std::string training_json) const;
   /// Both networks' parameters; what was loaded acts.

@@ -12,13 +12,14 @@ VecNormaliseOptions WithDiscount(VecNormaliseOptions options, double gamma) {
 
 }  // namespace
 
-ReplayCollector::ReplayCollector(const BehaviourSpec& behaviour, const ReplayCollectorOptions& options,
+ReplayCollector::ReplayCollector(const BehaviourSpec& behaviour, ActionHead head, const ReplayCollectorOptions& options,
                                  std::uint64_t seed, const Communicator& ranks)
     : behaviour_(behaviour),
       options_(options),
-      raw_size_(static_cast<std::size_t>(RawActionSize(behaviour.action_layout))),
+      action_head_(std::move(head)),
+      raw_size_(static_cast<std::size_t>(action_head_.raw_size())),
       normalise_(behaviour, WithDiscount(options.normalise, options.gamma), ranks),
-      replay_(behaviour, RawActionSize(behaviour.action_layout), options.replay),
+      replay_(behaviour, action_head_.raw_size(), options.replay),
       episodes_(behaviour.slots),
       sampling_rng_(seed, StreamId("replay_sampling")),
       round_slot_steps_(static_cast<std::size_t>(behaviour.slots)),
@@ -42,7 +43,7 @@ ReplayCollector::Acting ReplayCollector::BeginAct(const Batch& batch) {
 }
 
 void ReplayCollector::FinishAct(Batch& batch) {
-  WriteActions(behaviour_.action_layout, raw_.data(), batch.rows(), batch.actions);
+  action_head_.Write(raw_.data(), batch.rows(), batch.actions);
   for (std::size_t i = 0; i < batch.slots.size(); ++i) {
     std::copy_n(raw_.data() + i * raw_size_, raw_size_,
                 kept_raw_.data() + static_cast<std::size_t>(batch.slots[i]) * raw_size_);

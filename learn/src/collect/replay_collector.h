@@ -9,6 +9,7 @@
 #include "collect/episode_window.h"
 #include "collect/rollout_collector.h"
 #include "collect/vec_normalise.h"
+#include "consac/policy/head.h"
 
 namespace consac::learn {
 
@@ -31,8 +32,11 @@ struct ReplayCollectorOptions {
 class ReplayCollector {
  public:
   /// Collects for `behaviour`; a world's agents act one after another or at once.
-  ReplayCollector(const BehaviourSpec& behaviour, const ReplayCollectorOptions& options, std::uint64_t seed,
-                  const Communicator& ranks = {});
+  ReplayCollector(const BehaviourSpec& behaviour, ActionHead head, const ReplayCollectorOptions& options,
+                  std::uint64_t seed, const Communicator& ranks = {});
+
+  /// How actions follow from the network.
+  const ActionHead& action_head() const { return action_head_; }
 
   /// Begins with these statistics of observations; the error says what does not fit.
   Status StartFrom(const ObservationNormaliser& normaliser) { return normalise_.StartFrom(normaliser); }
@@ -86,6 +90,7 @@ class ReplayCollector {
  private:
   const BehaviourSpec behaviour_;
   const ReplayCollectorOptions options_;
+  const ActionHead action_head_;
   const std::size_t raw_size_;
   VecNormalise normalise_;
   Replay replay_;

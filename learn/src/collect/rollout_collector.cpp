@@ -27,11 +27,11 @@ RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const Rollout
     : behaviour_(behaviour),
       options_(options),
       feature_count_(static_cast<std::size_t>(behaviour.observation_layout.feature_count)),
-      raw_size_(static_cast<std::size_t>(RawActionSize(behaviour.action_layout))),
+      raw_size_(static_cast<std::size_t>(model.action_head().raw_size())),
       model_(model),
       normalise_(behaviour, WithGamma(options.normalise, options.gamma), ranks),
-      memory_(behaviour.slots, behaviour.observation_layout.feature_count, RawActionSize(behaviour.action_layout)),
-      rollout_(behaviour, options.n_steps, RawActionSize(behaviour.action_layout)),
+      memory_(behaviour.slots, behaviour.observation_layout.feature_count, model.action_head().raw_size()),
+      rollout_(behaviour, options.n_steps, model.action_head().raw_size()),
       action_rng_(seed, StreamId("action_sampling")) {
   const auto slots = static_cast<std::size_t>(behaviour_.slots);
   const std::size_t rows = slots * static_cast<std::size_t>(options_.n_steps);
@@ -42,12 +42,13 @@ RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const Rollout
   rows_.resize(rows);
 }
 
-std::int64_t RolloutCollector::BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options) {
+std::int64_t RolloutCollector::BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options,
+                                                 std::int64_t raw_size) {
   const Layout &seen = behaviour.observation_layout, &done = behaviour.action_layout;
   constexpr std::int64_t kNumbers = 8;  // reward, value, advantage, place in the order, ...
   const std::int64_t features = KeepsFeatures(behaviour, options) ? seen.feature_count : 0;
   return static_cast<std::int64_t>(seen.row_bytes) + done.mask_bytes +
-         (features + RawActionSize(done) + kNumbers) * static_cast<std::int64_t>(sizeof(float));
+         (features + raw_size + kNumbers) * static_cast<std::int64_t>(sizeof(float));
 }
 
 Status RolloutCollector::StartFrom(const PolicyData& model) {
@@ -81,9 +82,9 @@ void RolloutCollector::Act(Batch& batch) {
   const StepRows step = memory_.Stage(batch.slots);
   normalise_.Encode(batch.observations, rows, step.features);
   model_.Forward(step.features, rows);
-  SelectActions(behaviour_.action_layout, model_.head(), model_.log_std().data(), batch.action_masks, rows,
-                ActionMode::kSample, action_rng_, step.raw, step.neglogp);
-  WriteActions(behaviour_.action_layout, step.raw, rows, batch.actions);
+  model_.action_head().Select(model_.head(), model_.log_std().data(), batch.action_masks, rows, ActionMode::kSample,
+                              action_rng_, step.raw, step.neglogp);
+  model_.action_head().Write(step.raw, rows, batch.actions);
   for (std::int64_t i = 0; i < rows; ++i) {
     step.values[i] = model_.values()[i];
     step.neglogp[i] = -step.neglogp[i];  // what was written is the logarithm itself

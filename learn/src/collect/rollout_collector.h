@@ -70,8 +70,9 @@ class RolloutCollector {
   /// Everything, a rollout in progress included.
   void Visit(Archive& archive);
 
-  /// Bytes that one transition of one agent takes.
-  static std::int64_t BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options);
+  /// Bytes that one transition of one agent takes, with raw actions of `raw_size` elements.
+  static std::int64_t BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options,
+                                        std::int64_t raw_size);
 
  private:
   float ValueOf(const std::byte* observation);

@@ -8,16 +8,17 @@
 
 namespace consac::learn {
 
-RolloutMinibatch::RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t max_rows, const Communicator& ranks)
+RolloutMinibatch::RolloutMinibatch(const BehaviourSpec& behaviour, const HeadGradient& head, std::int64_t max_rows,
+                                   const Communicator& ranks)
     : ranks_(ranks),
       feature_count_(static_cast<std::size_t>(behaviour.observation_layout.feature_count)),
-      raw_size_(static_cast<std::size_t>(RawActionSize(behaviour.action_layout))),
+      raw_size_(static_cast<std::size_t>(head.raw_size())),
       mask_bytes_(behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : 0) {
   const auto rows = static_cast<std::size_t>(max_rows);
   for (std::vector<float>* column : {&advantages, &returns, &values, &neglogp}) column->resize(rows);
   raw_.resize(rows * raw_size_);
   masks_.resize(rows * mask_bytes_);
-  heads_.assign((rows + kBlockRows - 1) / kBlockRows, HeadGradient(behaviour.action_layout));
+  heads_.assign((rows + kBlockRows - 1) / kBlockRows, head);
 }
 
 void RolloutMinibatch::Begin(const RolloutCollector& collector, std::span<const std::int32_t> rows) {

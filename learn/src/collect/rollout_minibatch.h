@@ -13,8 +13,9 @@ namespace consac::learn {
 /// Room for one minibatch.
 class RolloutMinibatch {
  public:
-  /// For minibatches of at most `max_rows` rows of `behaviour` on each of `ranks`.
-  RolloutMinibatch(const BehaviourSpec& behaviour, std::int64_t max_rows, const Communicator& ranks = {});
+  /// For minibatches of at most `max_rows` rows of `behaviour` on each of `ranks`, learned by `head`.
+  RolloutMinibatch(const BehaviourSpec& behaviour, const HeadGradient& head, std::int64_t max_rows,
+                   const Communicator& ranks = {});
 
   /// The minibatch is `rows` of the slab from now on; they must stay until the next Begin. Fills `advantages`.
   void Begin(const RolloutCollector& collector, std::span<const std::int32_t> rows);

@@ -3,17 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "consac/base/text.h"
+
 namespace consac::learn {
-namespace {
-
-/// The default heads of an action that has been checked.
-ActionHead DefaultHeadOf(const Layout& action) {
-  Result<ActionHead> head = ActionHead::Create(action);
-  CONSAC_ASSERT(head.ok());
-  return *std::move(head);
-}
-
-}  // namespace
 
 const DistributionGradient* FindDistributionGradient(std::string_view name) {
   static const std::array kRows = {CategoricalGradient(), BernoulliGradient(), GaussianGradient()};
@@ -23,13 +15,26 @@ const DistributionGradient* FindDistributionGradient(std::string_view name) {
   return nullptr;
 }
 
-HeadGradient::HeadGradient(const Layout& action) : HeadGradient(DefaultHeadOf(action), action.mask_bytes) {}
+Result<HeadGradient> HeadGradient::Create(const ActionHead& head, std::int64_t mask_bytes) {
+  for (const ActionHead::Part& part : head.parts()) {
+    if (FindDistributionGradient(part.distribution->name) != nullptr) continue;
+    return Status{StatusCode::kInvalidArgument,
+                  "the action " + part.leaf.space.ToString() +
+                      (part.leaf.name.empty() ? "" : " at " + Quote(part.leaf.name)) + " has the head " +
+                      Quote(part.distribution->name) +
+                      ", which has no likelihood to learn by; choose categorical, bernoulli or gaussian"};
+  }
+  return HeadGradient(head, mask_bytes);
+}
 
 HeadGradient::HeadGradient(const ActionHead& head, std::int64_t mask_bytes) {
   for (const ActionHead::Part& part : head.parts()) {
-    const DistributionGradient* row = FindDistributionGradient(part.distribution->name);
-    CONSAC_ASSERT(row != nullptr);
-    HeadSegment segment{row, 1, part.head_offset, part.raw_offset, part.leaf.mask_offset, part.log_std_offset};
+    HeadSegment segment{FindDistributionGradient(part.distribution->name),
+                        1,
+                        part.head_offset,
+                        part.raw_offset,
+                        part.leaf.mask_offset,
+                        part.log_std_offset};
     const std::vector<std::int64_t>* choices =
         part.leaf.space.kind() == SpaceKind::kMultiDiscrete ? &part.leaf.space.nvec() : nullptr;
     const std::int64_t masked = part.leaf.mask_count > 0 ? part.leaf.mask_count / part.leaf.count : 0;

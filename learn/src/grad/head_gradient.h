@@ -14,14 +14,15 @@ namespace consac::learn {
 /// Work space and arithmetic for one block of at most kBlockRows rows. One per thread that computes a loss.
 class HeadGradient {
  public:
-  /// For actions of this layout with default heads.
-  explicit HeadGradient(const Layout& action);
-  /// For these heads, each of which must have a gradient.
-  HeadGradient(const ActionHead& head, std::int64_t mask_bytes);
+  /// For these heads, each found by the name of its distribution, and rows of `mask_bytes` mask bytes. The error names
+  /// a leaf whose distribution has no likelihood to learn by (values of choices, actions that are not drawn).
+  static Result<HeadGradient> Create(const ActionHead& head, std::int64_t mask_bytes);
 
   /// Computes -log p of `raw` and the entropy of every row. head [rows, ActionHead::size], log_std, masks
   /// [rows, mask_bytes] or null, raw [rows, raw_size]; all must stay until Backward.
   void Forward(std::int64_t rows, const float* head, const float* log_std, const std::uint8_t* masks, const float* raw);
+  /// Elements of one raw action.
+  std::int64_t raw_size() const { return block_.raw_size; }
   /// [rows] -log p of the last Forward.
   std::span<const float> neglogp() const { return neglogp_; }
   /// [rows] entropies of the last Forward.
@@ -31,6 +32,7 @@ class HeadGradient {
   void Backward(std::span<const float> d_neglogp, std::span<const float> d_entropy, float* d_head, float* d_log_std);
 
  private:
+  HeadGradient(const ActionHead& head, std::int64_t mask_bytes);
   HeadWork WorkOf(const HeadSegment& segment);
 
   std::vector<HeadSegment> segments_;

@@ -2,6 +2,7 @@
 // against core's own distributions.
 #include "grad/head_gradient.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,10 +34,11 @@ std::vector<Case> Cases() {
 TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
   for (const Case& entry : Cases()) {
     const Layout layout = Layout::Of(entry.space);
-    const std::int64_t rows = 7, head_size = HeadSize(layout), raw_size = RawActionSize(layout);
+    const ActionHead actions = *ActionHead::Create(layout);
+    const std::int64_t rows = 7, head_size = actions.size(), raw_size = actions.raw_size();
     Rng rng(1, 1);
     std::vector<float> head(static_cast<std::size_t>(rows * head_size)),
-        log_std(static_cast<std::size_t>(LogStdSize(layout)));
+        log_std(static_cast<std::size_t>(actions.log_std_size()));
     for (float& value : head) value = rng.Normal();
     for (float& value : log_std) value = 0.3f * rng.Normal();
     std::vector<std::uint8_t> masks;
@@ -44,11 +46,11 @@ TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
       masks.insert(masks.end(), entry.mask.begin(), entry.mask.end());
     const std::uint8_t* mask = masks.empty() ? nullptr : masks.data();
     std::vector<float> raw(static_cast<std::size_t>(rows * raw_size)), d_neglogp(rows), d_entropy(rows);
-    SelectActions(layout, head.data(), log_std.data(), mask, rows, ActionMode::kSample, rng, raw.data());
+    actions.Select(head.data(), log_std.data(), mask, rows, ActionMode::kSample, rng, raw.data());
     for (float& value : d_neglogp) value = rng.Normal();
     for (float& value : d_entropy) value = rng.Normal();
 
-    HeadGradient gradient(layout);
+    HeadGradient gradient = *HeadGradient::Create(actions, layout.mask_bytes);
     // sum of d_neglogp nlp + d_entropy H over the rows, in float64
     const auto loss = [&] {
       gradient.Forward(rows, head.data(), log_std.data(), mask, raw.data());
@@ -63,8 +65,8 @@ TEST(HeadGradient, MatchesCentralDifferencesAndCoresDistributions) {
     gradient.Backward(d_neglogp, d_entropy, d_head.data(), d_log_std.data());
 
     std::vector<float> log_p(rows), entropy(rows);
-    LogProbability(layout, head.data(), log_std.data(), mask, raw.data(), rows, log_p.data());
-    Entropy(layout, head.data(), log_std.data(), mask, rows, entropy.data());
+    actions.LogProbability(head.data(), log_std.data(), mask, raw.data(), rows, log_p.data());
+    actions.Entropy(head.data(), log_std.data(), mask, rows, entropy.data());
     for (std::size_t r = 0; r < static_cast<std::size_t>(rows); ++r) {
       EXPECT_NEAR(gradient.neglogp()[r], -log_p[r], 2e-5) << entry.name;
       EXPECT_NEAR(gradient.entropy()[r], entropy[r], 2e-5) << entry.name;
@@ -92,12 +94,24 @@ TEST(HeadGradient, WhereNothingIsLegalThereIsNoGradient) {
   const std::uint8_t mask[5] = {0, 0, 0, 1, 1};
   const float d_neglogp[1] = {2.0f}, d_entropy[1] = {-0.5f};
   float d_head[5];
-  HeadGradient gradient(layout);
+  HeadGradient gradient = *HeadGradient::Create(*ActionHead::Create(layout), layout.mask_bytes);
   gradient.Forward(1, head, nullptr, mask, raw);
   gradient.Backward(d_neglogp, d_entropy, d_head, nullptr);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(d_head[i], 0.0f) << i;
   EXPECT_NE(d_head[3], 0.0f);
   EXPECT_LT(std::fabs(d_head[3]), 4.0f);
+}
+
+// The model's head says how it is learned by, not the action space: values of choices are of a Discrete one too.
+TEST(HeadGradient, IsFoundByTheNameOfTheHead) {
+  const Layout layout = Layout::Of(*Space::Dict({{"a", *Space::Discrete(3)}, {"b", *Space::Discrete(2)}}));
+  const std::vector<HeadSpec> likely = {{"a", "categorical"}, {"b", "categorical"}};
+  EXPECT_TRUE(HeadGradient::Create(*ActionHead::Create(layout, likely), layout.mask_bytes).ok());
+  const std::vector<HeadSpec> valued = {{"a", "categorical"}, {"b", "q_values"}};
+  const auto none = HeadGradient::Create(*ActionHead::Create(layout, valued), layout.mask_bytes);
+  EXPECT_EQ(none.status().code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(none.status().message(),
+              ::testing::AllOf(::testing::HasSubstr("'b'"), ::testing::HasSubstr("'q_values'")));
 }
 
 }  // namespace

@@ -76,25 +76,4 @@ class ActionHead {
   std::int64_t size_ = 0, log_std_size_ = 0, raw_size_ = 0, mask_bytes_ = 0;
 };
 
-/// Numbers that the network must put out for `action` with default heads.
-std::int64_t HeadSize(const Layout& action);
-/// Free log-std parameters for `action` with default heads: elements of its Box leaves.
-std::int64_t LogStdSize(const Layout& action);
-/// Elements of one raw action.
-std::int64_t RawActionSize(const Layout& action);
-/// Ok when a default head exists for every leaf (Box leaves must be float32 and one-dimensional).
-Status CheckHead(const Layout& action);
-
-/// ActionHead::Select with default heads.
-void SelectActions(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-                   std::int64_t rows, ActionMode mode, Rng& rng, float* raw, float* log_probability = nullptr);
-/// ActionHead::Write with default heads.
-void WriteActions(const Layout& action, const float* raw, std::int64_t rows, std::byte* out);
-/// ActionHead::LogProbability with default heads.
-void LogProbability(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-                    const float* raw, std::int64_t rows, float* out);
-/// ActionHead::Entropy with default heads.
-void Entropy(const Layout& action, const float* head, const float* log_std, const std::uint8_t* masks,
-             std::int64_t rows, float* out);
-
 }  // namespace consac
