@@ -16,12 +16,26 @@ inline std::u16string Lower(std::u16string_view text) {
 }
 }  // namespace Shim
 
+/// A part of a text that somebody else keeps.
+class FStringView {
+ public:
+  FStringView(const TCHAR* text, int32 count) : text_(text), count_(count) {}
+  const TCHAR* GetData() const { return text_; }
+  int32 Len() const { return count_; }
+
+ private:
+  const TCHAR* text_;
+  int32 count_;
+};
+
 /// Text in UTF-16. No narrow literals: Unreal takes them as Latin-1 at best.
 class FString {
  public:
   FString() = default;
   FString(const TCHAR* text) : text_(text != nullptr ? text : u"") {}
-  FString(int32 count, const TCHAR* text) : text_(text, static_cast<std::size_t>(count)) {}
+  explicit FString(FStringView text) : text_(text.GetData(), static_cast<std::size_t>(text.Len())) {}
+  [[deprecated("since 5.4; FString(FStringView(text, count)) is one of all versions")]] FString(int32 count, const TCHAR* text)
+      : FString(FStringView(text, count)) {}
   FString(const char*) = delete;
   const TCHAR* operator*() const { return text_.c_str(); }
   bool IsEmpty() const { return text_.empty(); }
@@ -32,7 +46,8 @@ class FString {
   }
   FString ToLower() const { return FString(Shim::Lower(text_).c_str()); }
   bool Contains(const TCHAR* part) const { return Shim::Lower(text_).find(Shim::Lower(part)) != std::u16string::npos; }
-  friend bool operator==(const FString& a, const FString& b) { return a.text_ == b.text_; }
+  /// Without case, as the engine compares.
+  friend bool operator==(const FString& a, const FString& b) { return Shim::Lower(a.text_) == Shim::Lower(b.text_); }
 
  private:
   std::u16string text_;

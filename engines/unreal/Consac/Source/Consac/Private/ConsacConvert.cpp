@@ -3,6 +3,7 @@
 
 #include "ConsacLog.h"
 #include "Containers/StringConv.h"
+#include "Containers/StringView.h"
 #include "Misc/Paths.h"
 
 namespace ConsacPlugin
@@ -54,7 +55,7 @@ std::string ToNewFile(const FString& Path)
 FString FromUtf8(std::string_view Text)
 {
 	const FUTF8ToTCHAR Converted(Text.data(), static_cast<int32>(Text.size()));
-	return FString(Converted.Length(), Converted.Get());
+	return FString(FStringView(Converted.Get(), Converted.Length()));
 }
 
 static std::string Counted(const char* What, int64 Has, int64 Wants)
