@@ -579,7 +579,9 @@ CASES = {
     "R84": [(inside("Root->RegisterComponent();") + ENDS, inside("Root->RegisterComponent();"))],
     "R85": [(inside('IPluginManager::Get().FindPlugin(TEXT("Consac"))->GetBaseDir();') + PACKED + edit(BUILD, "\t\tCppStandard", '\t\tRuntimeDependencies.Add("a");\n\t\tCppStandard'),
              inside('IPluginManager::Get().FindPlugin(TEXT("Consac"))->GetBaseDir();') + PACKED)],
-    "R86": [(inside("std::mutex Guard;"), inside("std::thread Other;")), ([], inside("std::async(nullptr);"))],
+    "R86": [(inside("consac::Thread Other;"), inside("std::thread Other;")), ([], inside("std::async(nullptr);"))],
+    "R87": [(inside("std::mutex Guard;") + edit(BUILD, "\t\tCppStandard", '\t\tPrivateDefinitions.Add("_DISABLE_CONSTEXPR_MUTEX_CONSTRUCTOR");\n\t\tCppStandard'),
+             inside("std::mutex Guard;"))],
     "A1": [(inside("GetOwner();"), inside("GetOwnerRole();")), (inside("Root->SetupAttachment(nullptr);"), inside("Root->AttachToComponent(nullptr);")),
            ([], inside("FPlatformTime::Seconds();")), ([], inside("FApp::GetBuildVersion();")), ([], inside("UE_CLOG(1);"))],
     "A2": [(cpp("", includes='#include "Misc/App.h"\n'), cpp("", includes='#include "Misc/Guid.h"\n'))],
@@ -611,7 +613,7 @@ def test_a_rejected_case(lint, rule, changes):
 
 
 def test_every_rule_is_accounted_for():
-    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 87)] + ["A1", "A2", "A3"]
+    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 88)] + ["A1", "A2", "A3"]
     for rule in rules.RULES:
         assert rule.title and (rule.function or rule.limit)
         if rule.function:

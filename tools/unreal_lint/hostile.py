@@ -115,3 +115,15 @@ def r86(plugin: Plugin):
         for space, _, token in zip(file.tokens, file.tokens[1:], file.tokens[2:]):
             if spell([space, _, token]) in ("std::thread", "std::jthread", "std::async"):
                 yield file.path, token.line, f"std::{token.text} throws where the system has no thread, which ends the game; use consac::Thread"
+
+
+OLD_MUTEX = "_DISABLE_CONSTEXPR_MUTEX_CONSTRUCTOR"
+
+
+def r87(plugin: Plugin):
+    builds = {build.module: build for build in plugin.builds}
+    for file in plugin.written:
+        build = builds.get(file.module)
+        for space, _, token in zip(file.tokens, file.tokens[1:], file.tokens[2:]):
+            if build and OLD_MUTEX not in build.defines and spell([space, _, token]) in ("std::mutex", "std::recursive_mutex"):
+                yield file.path, token.line, f"on Windows a std::{token.text} made by a compiler newer than the player's runtime library ends the game when it is locked; define {OLD_MUTEX} in {build.path}"

@@ -356,6 +356,7 @@ class BuildFile:
     private: list
     settings: dict  # name -> value as written
     stages_files: bool = False  # beside the binaries
+    defines: tuple = ()  # macros, as written
 
     @property
     def module(self) -> str:
@@ -371,6 +372,8 @@ def read_build(path: str, tokens: list) -> BuildFile:
             build.passes_target = True
         elif token.text == "RuntimeDependencies":
             build.stages_files = True
+        elif token.text in ("PublicDefinitions", "PrivateDefinitions") and at + 3 < len(tokens) and tokens[at + 3].text == "(":
+            build.defines += tuple(string_value(t) for t in tokens[at + 3:close_of(tokens, at + 3)] if t.kind == "string")
         elif token.text in ("PublicDependencyModuleNames", "PrivateDependencyModuleNames",
                             "DynamicallyLoadedModuleNames") and at + 3 < len(tokens) and tokens[at + 3].text == "(":
             guarded = any(t.text == "bBuildEditor" for t in tokens[max(0, at - 12):at])

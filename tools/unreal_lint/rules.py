@@ -107,6 +107,7 @@ RULES = [
     Rule("R84", "run time", "Components made at the start of play are destroyed at its end", hostile.r84, "which of several; actors that make their own"),
     Rule("R85", "packaging", "What is looked for in the plugin's folder is packed with a game", hostile.r85, "whether it is that file"),
     Rule("R86", "run time", "Threads are consac::Thread, which may fail and never throws", hostile.r86, "threads of what is staged"),
+    Rule("R87", "run time", "A module with a std::mutex has the constructor that older runtime libraries know", hostile.r87, "what is staged"),
     Rule("A1", "convention", "Every engine symbol is in engines/unreal/symbols.csv", symbols.a1,
          "members reached through a name that the plugin declares too"),
     Rule("A2", "convention", "Every engine header is in engines/unreal/symbols.csv", symbols.a2),

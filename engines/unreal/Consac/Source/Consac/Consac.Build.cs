@@ -14,6 +14,11 @@ public class Consac : ModuleRules
 		CppStandard = CppStandardVersion.Cpp20;
 		PublicDependencyModuleNames.AddRange(new string[] { "Core", "CoreUObject", "Engine" });
 		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "Projects", "RenderCore", "RHI" });
+		if (Target.Platform == UnrealTargetPlatform.Win64)
+		{
+			// Compilers since Visual Studio 17.10 make a std::mutex that a player's older runtime library cannot lock.
+			PrivateDefinitions.Add("_DISABLE_CONSTEXPR_MUTEX_CONSTRUCTOR");
+		}
 		if (Target.bBuildEditor)
 		{
 			PrivateDependencyModuleNames.Add("UnrealEd"); // so that the editor does not sleep in the background
