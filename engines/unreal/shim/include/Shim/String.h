@@ -34,7 +34,8 @@ class FString {
   FString() = default;
   FString(const TCHAR* text) : text_(text != nullptr ? text : u"") {}
   explicit FString(FStringView text) : text_(text.GetData(), static_cast<std::size_t>(text.Len())) {}
-  [[deprecated("since 5.4; FString(FStringView(text, count)) is one of all versions")]] FString(int32 count, const TCHAR* text)
+  [[deprecated("since 5.4; FString(FStringView(text, count)) is one of all versions")]] FString(int32 count,
+                                                                                                const TCHAR* text)
       : FString(FStringView(text, count)) {}
   FString(const char*) = delete;
   const TCHAR* operator*() const { return text_.c_str(); }

@@ -27,7 +27,8 @@ class TPimplPtr {
 
 template <class T>
 TPimplPtr<T> MakePimpl() {
-  static_assert(alignof(T) <= 16, "the engine keeps hidden state at multiples of 16 bytes, and refuses to compile what needs more");
+  static_assert(alignof(T) <= 16,
+                "the engine keeps hidden state at multiples of 16 bytes, and refuses to compile what needs more");
   TPimplPtr<T> made;
   made.state_ = std::make_shared<T>();
   return made;
