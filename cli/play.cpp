@@ -118,6 +118,7 @@ class Narrator {
 /// Walks until it has gone far enough. The world has been reset into the actors' batches.
 Status WalkAlong(run::Actors& actors, const Walked& world, const WalkOptions& options, const std::atomic<bool>& stop) {
   Rng rng(static_cast<std::uint64_t>(options.seed), StreamId("action_sampling"));
+  actors.Begin();
   std::vector<Narrator> narrators;
   for (const BehaviourSpec& behaviour : world.spec.behaviours)
     narrators.emplace_back(actors.size() == 1 ? "" : behaviour.name);

@@ -159,8 +159,35 @@ def whole_size(entry: dict, name: str) -> int:
     return value
 
 
+class Memory:
+    """What the blocks with a state remember, for each slot by itself: a row is one agent, whichever call it comes in."""
+
+    def __init__(self):
+        self._states, self._slots = {}, np.zeros(0, np.int64)
+
+    def begin_step(self, slots: np.ndarray, begins: np.ndarray) -> None:
+        """The rows of the coming run are of these slots; where an episode begins, nothing is remembered."""
+        self._slots = slots
+        for name, states in self._states.items():
+            if len(states) <= slots.max(initial=-1):
+                self._states[name] = states = np.concatenate([states, np.zeros((slots.max() + 1 - len(states), states.shape[1]))])
+            states[slots[begins]] = 0
+
+    def take(self, name: str, size: int) -> np.ndarray:
+        """[rows, size] of block `name`."""
+        states = self._states.setdefault(name, np.zeros((self._slots.max(initial=-1) + 1, size)))
+        return states[self._slots]
+
+    def keep(self, name: str, rows: np.ndarray) -> None:
+        self._states[name][self._slots] = rows
+
+
 class Network:
-    """The blocks that the first output needs. `floats(name, shape)` gives a tensor of the file or raises."""
+    """The blocks that the first output needs. `floats(name, shape)` gives a tensor of the file or raises.
+
+    A class of OPS whose objects have a `state`, numbers for each slot, is called with its inputs and the rows of that state, [rows, state], and
+    gives its output and the state after it.
+    """
 
     def __init__(self, graph, features: int, floats):
         inputs, blocks, outputs = (graph.get(key) for key in ("inputs", "blocks", "outputs")) if isinstance(graph, dict) else (None, None, None)
@@ -180,6 +207,7 @@ class Network:
                 needed.update(step[1])
                 used.append(step)
         self._steps = used[::-1]
+        self.remembers = any(getattr(block, "state", 0) for _, _, block, _ in self._steps)
 
     def _block(self, entry: dict, floats):
         target, name, op, activation = (entry.get(key) for key in ("out", "name", "op", "act"))
@@ -202,10 +230,17 @@ class Network:
         self._shapes[target] = block.shape
         return target, sources, block, ACTIVATIONS[activation]
 
-    def __call__(self, features: np.ndarray) -> np.ndarray:
-        """[rows, features] to [rows, size]."""
+    def __call__(self, features: np.ndarray, memory: Memory | None = None) -> np.ndarray:
+        """[rows, features] to [rows, size]; without memory an episode begins in every row."""
         named = {self.input: features.astype(np.float64)}
         with np.errstate(over="ignore", invalid="ignore"):
             for target, sources, block, activation in self._steps:
-                named[target] = activation(block(*(named[source] for source in sources)))
+                inputs = [named[source] for source in sources]
+                if size := getattr(block, "state", 0):
+                    output, state = block(*inputs, np.zeros((len(features), size)) if memory is None else memory.take(target, size))
+                    if memory is not None:
+                        memory.keep(target, state)
+                else:
+                    output = block(*inputs)
+                named[target] = activation(output)
         return named[self.output]

@@ -13,8 +13,9 @@ from gymnasium import spaces
 from consac.layout import Layout, Leaf, numbers_in, space_from_json
 from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model
 from consac.names import check_name, quote
-from consac.network import ACTIVATIONS, LARGEST_LAYER, OPS, Network, sigmoid
+from consac.network import ACTIVATIONS, LARGEST_LAYER, OPS, Memory, Network, sigmoid
 
+MOST_SLOTS = 1 << 20  # agents that a model remembers for
 MASKED = -1e8  # the logit of a choice that is not legal
 # Each kind of head, and the spaces of the leaves that it can be of; the first that fits is a leaf's own where the model names none.
 HEADS = {"categorical": (spaces.Discrete, spaces.MultiDiscrete), "gaussian": (spaces.Box,), "bernoulli": (spaces.MultiBinary,),
@@ -45,6 +46,7 @@ class Policy:
         self._normaliser = self._read_normaliser(interface.get("normalise"))
         self._run_self_test(self.spec.get("selftest"))
         self._rng = np.random.default_rng()
+        self._memory = Memory() if self._network.remembers else None
 
     def __repr__(self) -> str:
         return f"Policy({self.observation_space} -> {self.action_space})"
@@ -52,17 +54,30 @@ class Policy:
     # -- use
 
     def logits(self, observation, mask=None) -> np.ndarray:
-        """What the network says, leaf by leaf: logits, values of choices, for a box means. [head] for one observation, [rows, head] for many."""
+        """What the network says, leaf by leaf: logits, values of choices, for a box means. [head] for one observation, [rows, head] for many.
+        Of a model that remembers: at an episode's beginning."""
         features, single = self._flatten(observation)
         head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))
         return head[0] if single else head
 
-    def act(self, observation, deterministic: bool = True, mask=None, rng: np.random.Generator | None = None):
-        """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic. Of values of choices the best is taken."""
+    @property
+    def recurrent(self) -> bool:
+        """Whether it remembers: what it does depends on what an agent saw before."""
+        return self._memory is not None
+
+    def act(self, observation, deterministic: bool = True, mask=None, rng: np.random.Generator | None = None, *, slots=None, begins=None):
+        """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic. Of values of choices the best is taken.
+
+        For models that remember: `slots` says which agent each observation is of (whole numbers from 0, each once; its place unless given), and
+        `begins` is true where that agent's episode begins (nowhere unless given; an agent that has not acted yet begins by itself).
+        """
         if not isinstance(deterministic, (bool, np.bool_)):
             raise TypeError(f"deterministic is True or False, not a {type(deterministic).__name__}; a mask is given as mask=...")
         features, single = self._flatten(observation)
-        head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))
+        mask, whose = self._mask_rows(mask, len(features)), self._rows_of(slots, begins, len(features))
+        if self._memory is not None:
+            self._memory.begin_step(*whose)
+        head = self._mask_logits(self._run(features, self._memory).astype(np.float32), mask)
         rng = None if deterministic else self._rng if rng is None else rng
         parts, at, deviation = [], 0, 0
         for leaf, kind, size in zip(self._action.leaves, self.heads, self._heads):
@@ -125,11 +140,22 @@ class Policy:
             raise ModelMisfit("an observation with NaN or infinity; a policy takes finite numbers")
         return features, bool(single)
 
-    def _run(self, features: np.ndarray) -> np.ndarray:
+    def _run(self, features: np.ndarray, memory: Memory | None = None) -> np.ndarray:
         if self._normaliser is not None:
             mean, scale, clip = self._normaliser
             features = np.clip((features - mean) * scale, -clip, clip)
-        return self._network(features)
+        return self._network(features, memory)
+
+    @staticmethod
+    def _rows_of(slots, begins, rows: int) -> tuple[np.ndarray, np.ndarray]:
+        """Whose each row is, and whether its episode begins."""
+        whose = np.arange(rows) if slots is None else np.asarray(slots).reshape(-1)
+        if len(whose) != rows or whose.dtype.kind not in "iu" or len(np.unique(whose)) != rows or not np.all((whose >= 0) & (whose < MOST_SLOTS)):
+            raise ModelMisfit(f"slots {quote(repr(slots), 80)}; expected one whole number from 0 below {MOST_SLOTS} for each of {rows} observations, none of them twice")
+        begun = np.zeros(rows, bool) if begins is None else np.asarray(begins).reshape(-1)
+        if len(begun) != rows or begun.dtype.kind not in "bui":
+            raise ModelMisfit(f"begins {quote(repr(begins), 80)}; expected True or False for each of {rows} observations")
+        return whose.astype(np.int64), begun != 0
 
     def _mask_rows(self, mask, rows: int) -> np.ndarray | None:
         if mask is None:

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
+import consac.network
+import consac.policy
 from consac import wire
 from consac.layout import Layout, space_to_json
 from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, ModelMisfit, ModelTooNew, Policy, load_policies, load_policy, read_model
@@ -263,6 +265,48 @@ def test_blocks_that_do_not_fit_are_refused(block, change):
     spec["graph"]["blocks"][block] |= change
     with pytest.raises(ModelDamaged, match="block"):
         Policy(read_model(model_bytes(spec, tensors)))
+
+
+class Sum:
+    """A block that remembers: the sum of what it saw since the episode began."""
+
+    inputs, state = 1, 1
+
+    def __init__(self, entry, shapes, floats):
+        self.shape = shapes[0]
+
+    def __call__(self, x, state):
+        return x + state, x + state
+
+
+def remembering():
+    spec, tensors = make(observation=spaces.Box(0, 1000, (1,), np.float32), action=spaces.Box(0, 1000, (1,), np.float32), activations=())
+    spec["graph"]["blocks"] = [spec["graph"]["blocks"][0] | {"op": "test_sum"}]
+    spec["requires"] = ["gaussian", "test_sum"]
+    tensors["test/0/out"] = tensors["test/0/in"]
+    return model_bytes(spec, tensors)
+
+
+def test_a_model_that_remembers_does_so_for_each_slot(monkeypatch):
+    monkeypatch.setitem(consac.network.OPS, "test_sum", Sum)
+    monkeypatch.setattr(consac.policy, "FEATURES", consac.policy.FEATURES | {"test_sum"})
+    policy = Policy(read_model(remembering()))
+    assert policy.recurrent and not policy_of().recurrent
+    ones = np.ones((3, 1), np.float32)
+    assert [policy.act(ones[0])[0] for _ in range(3)] == [1, 2, 3]
+    assert policy.act(ones).ravel().tolist() == [4, 1, 1]
+    assert policy.act(ones[:2], slots=[7, 1]).ravel().tolist() == [1, 2]
+    assert policy.act(ones, begins=[False, True, False]).ravel().tolist() == [5, 1, 2]
+    assert policy.act(ones[0], slots=[7])[0] == 2 and policy.logits(ones[0])[0] == 1 and policy.act(ones[0], slots=[7])[0] == 3
+    for wrong in ({"slots": [0, 0, 1]}, {"slots": [0, 1]}, {"slots": [-1, 0, 1]}, {"slots": [0.0, 1.0, 2.0]}, {"slots": [0, 1, 1 << 20]}, {"begins": [True]}, {"begins": ["a", "b", "c"]}):
+        with pytest.raises(ModelMisfit, match="expected"):
+            policy.act(ones, **wrong)
+    assert policy.act(ones).ravel().tolist() == [6, 2, 3]
+
+
+def test_a_layer_that_remembers_and_is_not_built_in_is_refused_by_name():
+    with pytest.raises(ModelTooNew, match="test_sum"):
+        Policy(read_model(remembering()))
 
 
 def test_values_take_the_best_legal_choice():

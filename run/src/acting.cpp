@@ -62,6 +62,7 @@ Result<RunSummary> ActForEngine(const RunConfig& config, WorldLink& link, const 
   Rng rng(config.seed, StreamId("action_sampling"));
   const double start = Now();
   Status status = link.Reset(config.seed, actors->batches());
+  actors->Begin();
   while (status.ok() && !stop.load(std::memory_order_relaxed)) {
     for (std::size_t b = 0; b < actors->size(); ++b) actors->Act(b, link.present(b), ActionMode::kDeterministic, rng);
     status = link.Step(actors->batches(), MoreSteps::kYes);

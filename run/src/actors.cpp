@@ -72,9 +72,14 @@ Status Actors::Add(std::string file, Result<Policy> policy, const BehaviourSpec&
   if (!policy.ok()) return policy.status();
   const Status fits = policy->Fits(behaviour);
   if (!fits.ok()) return {fits.code(), (file.empty() ? "the model" : "'" + file + "'") + ": " + fits.message()};
-  actors_.push_back({std::move(file), std::move(*policy), BatchBuffer(behaviour), GatheredRows(behaviour)});
+  actors_.push_back({std::move(file), std::move(*policy), BatchBuffer(behaviour), GatheredRows(behaviour),
+                     EpisodeBegins(behaviour.slots)});
   batches_.push_back(actors_.back().whole.batch());
   return Status::Ok();
+}
+
+void Actors::Begin() {
+  for (Actor& actor : actors_) actor.episodes.Restart();
 }
 
 void Actors::Act(std::size_t b, std::span<const std::uint8_t> present, ActionMode mode, Rng& rng) {
@@ -84,7 +89,9 @@ void Actors::Act(std::size_t b, std::span<const std::uint8_t> present, ActionMod
   actor.acting.ChoosePresent(present);
   Batch part = actor.acting.PartOf(batches_[b]);
   actor.acting.TakeObservations(batches_[b], part);
-  actor.policy.Act(part.observations, part.action_masks, part.rows(), mode, rng, part.actions);
+  const std::span<const std::uint8_t> begins = actor.episodes.Next(batches_[b], part.slots);
+  actor.policy.Act({part.observations, part.action_masks, part.rows(), part.slots.data(), begins.data()}, mode, rng,
+                   part.actions);
   actor.acting.PutActions(part, batches_[b]);
 }
 

@@ -180,6 +180,7 @@ Result<std::vector<EvaluateSummary>> Judge(const EvaluateOptions& options, World
   Judgement judgement(options, link.spec());
   Rng rng(options.seed, StreamId("action_sampling"));
   CONSAC_RETURN_IF_ERROR(link.Reset(options.seed, actors.batches()));
+  actors.Begin();
   while (!judgement.complete() && !stop.load(std::memory_order_relaxed)) {
     for (std::size_t b = 0; b < actors.size(); ++b)
       actors.Act(b, link.present(b), options.deterministic ? ActionMode::kDeterministic : ActionMode::kSample, rng);

@@ -239,6 +239,19 @@ void Policy::Act(const ActRows& call, ActionMode mode, Rng& rng, std::byte* acti
   state_->head.Write(state_->raw.data(), rows, actions);
 }
 
+void Policy::Visit(Archive& archive) {
+  archive("slots", std::span<float>(state_->states));
+}
+
+Status Policy::MakeRoom(std::int64_t max_rows) {
+  if (max_rows <= state_->max_rows) return Status::Ok();
+  Result<Policy> larger = Create(state_->data, max_rows);
+  if (!larger.ok()) return larger.status();
+  std::copy(state_->states.begin(), state_->states.end(), larger->state_->states.begin());
+  *this = std::move(*larger);
+  return Status::Ok();
+}
+
 bool Policy::recurrent() const {
   return !state_->states.empty();
 }

@@ -24,9 +24,9 @@ class ActingDriver final : public Driver {
       return Status::Ok();
     }
     for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
-      Batch& batch = turn_.ToAct(b);
+      const Batch& batch = turn_.ToAct(b);
       if (policies_.empty() || batch.rows() == 0) continue;
-      policies_[b].Act(batch.observations, batch.action_masks, batch.rows(), options_.mode, rng_, batch.actions);
+      policies_[b].Act(turn_.RowsOf(b), options_.mode, rng_, batch.actions);
     }
     turn_.Step();
     meter_.Note(world_.tally().steps, began);

@@ -1,15 +1,39 @@
 #pragma once
 // The thread on which learners learn while the engine's own goes on. Private to host.
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "consac/base/thread.h"
 
 namespace consac::host {
+
+/// What a job and the engine's thread take turns at. The engine's thread goes first: it waits for the job's present
+/// turn at most.
+class Sharing {
+ public:
+  /// The engine's turn, until what is returned goes.
+  std::unique_lock<std::mutex> Mine() {
+    waits_.fetch_add(1);
+    std::unique_lock lock(mutex_);
+    waits_.fetch_sub(1);
+    return lock;
+  }
+  /// A turn of the job.
+  std::unique_lock<std::mutex> Job() {
+    while (waits_.load() != 0) std::this_thread::yield();
+    return std::unique_lock(mutex_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::atomic<int> waits_ = 0;
+};
 
 /// Does one job at a time. What the job touches is its own until it is done.
 class LearningThread {

@@ -1,6 +1,8 @@
 // A learner in this process drives the world. The engine's thread chooses actions and records what came of them, which
-// takes microseconds; learning is a job of a thread of its own. Whoever has the learners is alone with them: the
-// engine's thread, or the job.
+// takes microseconds; learning is a job of a thread of its own. Learners of rounds (ppo, a2c) are the job's for a whole
+// round. Those that learn at every step (dqn) are shared: the job has them for one gradient step at a time, and where
+// the engine waits for it anyway and it is short, the engine's thread learns at once and hands nothing over.
+#include <algorithm>
 #include <optional>
 
 #include "consac/learn/algo/learner.h"
@@ -11,7 +13,8 @@
 namespace consac::host {
 namespace {
 
-constexpr std::int64_t kPiece = 64;                                // gradient steps between looks at whether to stop
+constexpr std::int64_t kPiece = 64;  // gradient steps between looks at whether to stop
+constexpr double kAtOnce = 0.5e-3;   // s that the engine's thread learns for between steps
 constexpr std::int64_t kMostLearnerBytes = std::int64_t{4} << 30;  // the engine needs memory too
 
 /// One behaviour's learner, and the model that acts where the learner may not be asked.
@@ -45,6 +48,7 @@ class TrainingDriver final : public Driver {
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
+    at_every_step_ = pupils_[0].learner->steps_per_update() == 0;
     TakeOverLearned();
     return Status::Ok();
   }
@@ -60,7 +64,7 @@ class TrainingDriver final : public Driver {
     if (phase_ == Phase::kFirst)
       BeginEveryone();
     else if (phase_ == Phase::kRecord)
-      Record();
+      CONSAC_RETURN_IF_ERROR(Record());
     if (phase_ == Phase::kLearning && thread_.Done(Waits() ? wait_s : 0.0)) CONSAC_RETURN_IF_ERROR(EndLearning());
     if (phase_ == Phase::kLearning && Waits()) return Status::Ok();
     AskForStep();
@@ -88,7 +92,8 @@ class TrainingDriver final : public Driver {
 
   Result<ModelFile> Model(std::size_t b) const override {
     if (b >= pupils_.size()) return Driver::Model(b);
-    if (phase_ == Phase::kLearning || failed_) return pupils_[b].policy->ToFile();
+    if (failed_ || (phase_ == Phase::kLearning && !at_every_step_)) return pupils_[b].policy->ToFile();
+    const auto mine = sharing_.Mine();
     Result<Policy> now = Policy::Create(pupils_[b].learner->Snapshot(), 1);
     if (!now.ok()) return now.status();
     return now->ToFile();
@@ -99,16 +104,19 @@ class TrainingDriver final : public Driver {
     kBegin,     // nothing was asked for yet
     kFirst,     // episodes begin
     kRecord,    // a step that is learned from is under way
-    kLearning,  // the learners are the job's; steps that are under way meanwhile are not learned from
+    kLearning,  // the job learns; steps that are under way meanwhile are not learned from
     kFinished,  // all steps are taken
   };
 
   bool Waits() const { return options_.while_learning == WhileLearning::kWait; }
-  /// Only while the learners are this thread's.
+  /// Only while the learners are this thread's, here and below.
   std::int64_t steps_learned_from() const {
     std::int64_t steps = 0;
     for (const Pupil& pupil : pupils_) steps += pupil.learner->steps();
     return steps;
+  }
+  bool LearningDue() const {
+    return std::any_of(pupils_.begin(), pupils_.end(), [](const Pupil& pupil) { return pupil.learner->LearningDue(); });
   }
   /// Of total_steps, by the number of agents.
   std::int64_t ShareOfSteps(std::size_t b) const {
@@ -124,26 +132,27 @@ class TrainingDriver final : public Driver {
     phase_ = Phase::kRecord;
   }
 
-  void Record() {
-    bool due = false;
+  Status Record() {
+    const auto mine = sharing_.Mine();
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       const Batch& outcome = turn_.Outcome(b);
       if (outcome.rows() > 0) pupils_[b].learner->Record(outcome);
       const Batch& arrived = turn_.Arrived(b);
       if (arrived.rows() > 0) pupils_[b].learner->Begin(arrived);
-      due = due || pupils_[b].learner->LearningDue();
     }
     learned_from_ = steps_learned_from();
-    if (due) {
+    if (at_every_step_) return GoOnLearning();
+    if (LearningDue()) {
       phase_ = Phase::kLearning;
-      thread_.Begin([this] { Learn(); });
+      thread_.Begin([this] { LearnRound(); });
     } else if (learned_from_ >= options_.total_steps) {
       phase_ = Phase::kFinished;
     }
+    return Status::Ok();
   }
 
-  /// The job.
-  void Learn() {
+  /// The job of learners of rounds.
+  void LearnRound() {
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       learn::Learner& learner = *pupils_[b].learner;
       while (learner.Learn({kPiece})) {
@@ -153,6 +162,59 @@ class TrainingDriver final : public Driver {
       const Status learned = Learned(b);
       if (health_.ok()) health_ = learned;
     }
+  }
+
+  /// One gradient step of each learner that has one to take; whether more are due.
+  bool LearnStep() {
+    const double began = Now();
+    bool more = false;
+    for (Pupil& pupil : pupils_) {
+      more = pupil.learner->Learn({1}) || more;
+      if (health_.ok()) health_ = pupil.learner->health();
+    }
+    step_seconds_ = Now() - began;
+    return more && health_.ok();
+  }
+
+  /// The job of learners that learn at every step.
+  void LearnSteps() {
+    for (bool more = true; more && !thread_.stopping();) {
+      const auto job = sharing_.Job();
+      more = LearnStep();
+    }
+  }
+
+  /// Of learners that learn at every step, after a step that they were told of, or when their job has ended.
+  Status GoOnLearning() {
+    bool due = LearningDue();
+    const bool idle = thread_.Done(0.0);
+    for (const double end = Now() + kAtOnce; due && idle && Waits() && health_.ok() && Now() + step_seconds_ < end;)
+      due = LearnStep();
+    if (idle && !health_.ok()) return Fail();
+    if (due && idle) thread_.Begin([this] { LearnSteps(); });
+    for (Pupil& pupil : pupils_) {
+      pupil.has_learned = pupil.learner->updates() > 0;
+      updates_ = std::max(updates_, pupil.learner->updates());
+    }
+    const bool over = learned_from_ >= options_.total_steps, was_over = over && phase_ == Phase::kLearning && !Waits();
+    phase_ = (due || !idle) && (over || Waits()) ? Phase::kLearning : over ? Phase::kFinished : Phase::kRecord;
+    if (phase_ == Phase::kRecord || (phase_ == Phase::kLearning && (was_over || Waits()))) return Status::Ok();
+    health_ = ActByWhatIsLearned();
+    return health_.ok() ? health_ : Fail();
+  }
+
+  Status ActByWhatIsLearned() {
+    for (std::size_t b = 0; b < pupils_.size(); ++b) CONSAC_RETURN_IF_ERROR(Learned(b));
+    TakeOverLearned();
+    return Status::Ok();
+  }
+
+  /// Said once; the agents go on by the last model that is one.
+  Status Fail() {
+    failed_ = true;
+    phase_ = Phase::kFinished;
+    if (at_every_step_) (void)ActByWhatIsLearned();
+    return health_;
   }
 
   Status Learned(std::size_t b) {
@@ -170,13 +232,11 @@ class TrainingDriver final : public Driver {
     }
   }
 
-  /// The learners are this thread's again. They go on from where the agents are now.
+  /// The learners are this thread's again. Those of rounds go on from where the agents are now.
   Status EndLearning() {
-    failed_ = !health_.ok();
-    if (failed_) {
-      phase_ = Phase::kFinished;
-      return health_;
-    }
+    const auto mine = sharing_.Mine();
+    if (at_every_step_) return GoOnLearning();
+    if (!health_.ok()) return Fail();
     ++updates_;
     TakeOverLearned();
     phase_ = learned_from_ >= options_.total_steps ? Phase::kFinished : Phase::kRecord;
@@ -188,6 +248,7 @@ class TrainingDriver final : public Driver {
   }
 
   void AskForStep() {
+    const auto mine = sharing_.Mine();
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       Batch& batch = turn_.ToAct(b);
       if (batch.rows() == 0) continue;
@@ -195,7 +256,7 @@ class TrainingDriver final : public Driver {
         pupils_[b].learner->Act(batch);
       } else {
         const ActionMode mode = phase_ == Phase::kFinished ? ActionMode::kDeterministic : ActionMode::kSample;
-        pupils_[b].policy->Act(batch.observations, batch.action_masks, batch.rows(), mode, rng_, batch.actions);
+        pupils_[b].policy->Act(turn_.RowsOf(b), mode, rng_, batch.actions);
       }
     }
     turn_.Step();
@@ -207,7 +268,10 @@ class TrainingDriver final : public Driver {
   Rng rng_;
   std::vector<Pupil> pupils_;
   Phase phase_ = Phase::kBegin;
-  Status health_;  // the job's, while one is under way
+  bool at_every_step_ = false;  // the learners learn
+  mutable Sharing sharing_;     // of those, and of what follows, with the job
+  Status health_;               // the job's, while one is under way
+  double step_seconds_ = 0.0;   // the latest gradient step took; likewise
   bool failed_ = false;
   std::int64_t updates_ = 0, learned_from_ = 0;
   Meter meter_;

@@ -12,9 +12,16 @@ Turn::Turn(TickWorld& world) : world_(world) {
     buffers_.emplace_back(behaviour);
     acting_.emplace_back(behaviour);
     arriving_.emplace_back(behaviour);
+    episodes_.emplace_back(behaviour.slots);
   }
   for (BatchBuffer& buffer : buffers_) whole_.push_back(buffer.batch());
   parts_ = arrived_ = whole_;
+  begins_.resize(whole_.size());
+}
+
+void Turn::Reset(std::uint64_t seed) {
+  for (EpisodeBegins& episodes : episodes_) episodes.Restart();
+  world_.Reset(seed, whole_);
 }
 
 Batch& Turn::First(std::size_t b) {
@@ -30,7 +37,13 @@ Batch& Turn::ToAct(std::size_t b) {
   acting_[b].ChoosePresent(world_.present(b));
   parts_[b] = acting_[b].PartOf(whole_[b]);
   acting_[b].TakeObservations(whole_[b], parts_[b]);
+  begins_[b] = episodes_[b].Next(whole_[b], acting_[b].slots());
   return parts_[b];
+}
+
+ActRows Turn::RowsOf(std::size_t b) const {
+  const Batch& part = parts_[b];
+  return {part.observations, part.action_masks, part.rows(), acting_[b].slots().data(), begins_[b].data()};
 }
 
 void Turn::Step() {

@@ -4,9 +4,11 @@
 
 #include <vector>
 
+#include "consac/env/begins.h"
 #include "consac/env/buffer.h"
 #include "consac/env/gathered.h"
 #include "consac/host/driver.h"
+#include "consac/policy/policy.h"
 
 namespace consac::host {
 
@@ -19,11 +21,13 @@ class Turn {
   Turn& operator=(const Turn&) = delete;
 
   /// Asks for a beginning of everything.
-  void Reset(std::uint64_t seed) { world_.Reset(seed, whole_); }
+  void Reset(std::uint64_t seed);
   /// After a beginning: first observations of everyone there, one batch for each behaviour.
   Batch& First(std::size_t b);
   /// Observations of everyone there; actions are to be written.
   Batch& ToAct(std::size_t b);
+  /// The same rows for a policy: whose they are, and where an episode begins. After ToAct.
+  ActRows RowsOf(std::size_t b) const;
   /// Asks for the step. ToAct was called for every behaviour.
   void Step();
   /// What came of it. Comes before Arrived.
@@ -36,6 +40,8 @@ class Turn {
   std::vector<BatchBuffer> buffers_;
   std::vector<Batch> whole_, parts_, arrived_;
   std::vector<GatheredRows> acting_, arriving_;
+  std::vector<EpisodeBegins> episodes_;
+  std::vector<std::span<const std::uint8_t>> begins_;  // of those acting
 };
 
 /// Agent steps a second, and what a Poll takes.

@@ -8,9 +8,11 @@
 #include <thread>
 
 #include "consac/host/recorder.h"
+#include "consac/learn/algo/learner.h"
 #include "consac/policy/policy.h"
 #include "engines/host/test/ticked_engine.h"
 #include "tests/protocol2_peers.h"
+#include "tests/remembering.h"
 #include "tests/support.h"
 
 namespace consac::host {
@@ -77,6 +79,97 @@ TEST(Training, WhileTheGameGoesOnNeverWaits) {
   EXPECT_EQ(waits, 0);
   EXPECT_GE(driver->progress().steps, 8000);
   EXPECT_GT(engine.world().tally().steps, driver->progress().steps);  // those while it learned
+}
+
+/// A learner that has trained for `steps` steps in this process, in step with copies of a world.
+std::unique_ptr<learn::Learner> InProcess(const BehaviourSpec& behaviour, const TrainOptions& options) {
+  const learn::Algorithm& algorithm = **learn::FindAlgorithm(options.algorithm);
+  learn::HyperparameterSet values(algorithm.hyperparameters);
+  for (const auto& [name, text] : options.hyperparameters) EXPECT_TRUE(values.Set(name, text).ok());
+  learn::LearnerOptions made;
+  made.behaviour = behaviour;
+  made.seed = learn::BehaviourSeed(options.seed, 0);
+  made.total_steps = options.total_steps;
+  std::unique_ptr<learn::Learner> learner = *algorithm.create(made, values);
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(behaviour.slots);
+  BatchBuffer rows(behaviour);
+  Batch& batch = rows.batch();
+  env->Reset(options.seed, {&batch, 1});
+  learner->Begin(batch);
+  while (learner->steps() < options.total_steps) {
+    rows.Advance();
+    learner->Act(batch);
+    env->Step({&batch, 1});
+    learner->Record(batch);
+    while (learner->Learn({})) {
+    }
+  }
+  return learner;
+}
+
+TrainOptions PoleByDqn() {
+  TrainOptions options = RoadTraining(3000);
+  options.algorithm = "dqn";
+  options.hyperparameters = {{"buffer_size", "2000"}, {"net_arch", "[16]"}, {"train_freq", "2"}};
+  return options;
+}
+
+// Learning at every step: what the engine's thread does at once, what is handed over (every third round here takes so
+// many gradient steps that it is) and what is learned in a process of its own are the same bits.
+TEST(Training, InsideTheEngineDqnLearnsWhatItLearnsInProcess) {
+  for (const char* gradient_steps : {"1", "40"}) {
+    TickedEngine engine("cartpole-v1", 2, 1);
+    TrainOptions options = PoleByDqn();
+    options.hyperparameters.emplace_back("gradient_steps", gradient_steps);
+    auto driver = *Train(engine.world(), options);
+    TrainToTheEnd(engine, *driver);
+    const std::unique_ptr<learn::Learner> alone = InProcess(engine.world().spec().behaviours[0], options);
+    EXPECT_EQ(driver->progress().steps, 3000);
+    EXPECT_EQ(driver->progress().updates, alone->updates());
+    EXPECT_GT(alone->updates(), 500);
+    EXPECT_TRUE(driver->learned(0));
+    EXPECT_EQ(Policy::FromFile(*driver->Model(0))->data().parameters, alone->Snapshot().parameters);
+  }
+}
+
+TEST(Training, WhileTheGameGoesOnDqnLosesNoStep) {
+  TickedEngine engine("cartpole-v1", 2, 1);
+  TrainOptions options = PoleByDqn();
+  options.while_learning = WhileLearning::kGoOn;
+  auto driver = *Train(engine.world(), options);
+  for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 1.0).ok());
+    ASSERT_NE(engine.world().cue(), Cue::kWait);
+    ASSERT_EQ(driver->progress().steps, std::min<std::int64_t>(engine.world().tally().steps, 3000));
+    if (tick == 1000) {
+      ASSERT_TRUE(driver->Model(0).ok());
+    }
+  }
+  ASSERT_TRUE(driver->finished());
+  EXPECT_EQ(driver->progress().updates, InProcess(engine.world().spec().behaviours[0], options)->updates());
+}
+
+TEST(Training, OfDqnThatFailsOrIsStoppedEndsInOrder) {
+  for (const WhileLearning mode : {WhileLearning::kWait, WhileLearning::kGoOn}) {
+    TickedEngine engine("cartpole-v1", 1, 1);
+    TrainOptions options = PoleByDqn();
+    options.while_learning = mode;
+    options.total_steps = 1'000'000;
+    options.hyperparameters.emplace_back("gradient_steps", "1000000");
+    auto driver = *Train(engine.world(), options);
+    for (int tick = 0; tick < 300; ++tick) ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+    driver.reset();
+    EXPECT_TRUE(engine.world().settled());
+    options.hyperparameters.back().second = "1";
+    options.hyperparameters.emplace_back("learning_rate", "1e38");
+    driver = *Train(engine.world(), options);
+    Status status;
+    for (int tick = 0; tick < 1'000'000 && status.ok(); ++tick) status = engine.Tick(*driver, 0.1);
+    EXPECT_EQ(status.code(), StatusCode::kNonFinite);
+    for (int tick = 0; tick < 10; ++tick) EXPECT_TRUE(engine.Tick(*driver, 0.0).ok()) << "said once";
+    EXPECT_FALSE(driver->finished());
+    EXPECT_TRUE(driver->Model(0).ok());
+  }
 }
 
 TEST(Training, StopsInTheMiddleOfLearning) {
@@ -210,6 +303,26 @@ TEST(Acting, IsTheModelBitForBitForAllAgentsAtOnce) {
       ASSERT_EQ(action, expected);
     }
   }
+}
+
+// Three agents whose episodes end at different steps; the action is the sum of what was seen since they began.
+TEST(Acting, AModelRemembersForEachAgentUntilItsEpisodeEnds) {
+  auto world = std::make_unique<testing::OnesEnv>(3);
+  const testing::OnesEnv& ones = *world;
+  TickedEngine engine(std::move(world), 2);
+  const std::vector<std::byte> model = Policy::Create(testing::RememberingPolicy(), 1)->ToFile(1).Serialise();
+  const auto driver = *Act(engine.world(), std::span(&model, 1), ActOptions());
+  int longest = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+    for (AgentId a = 0; a < 3 && engine.world().cue() == Cue::kAct; ++a) {
+      float action = 0.0f;
+      std::memcpy(&action, engine.world().Action(a), sizeof(action));
+      ASSERT_EQ(action, static_cast<float>(ones.length(static_cast<std::size_t>(a)) + 1)) << a;
+      longest = std::max(longest, static_cast<int>(action));
+    }
+  }
+  EXPECT_EQ(longest, 5);
 }
 
 TEST(Acting, NamesWhatDiffersBetweenModelAndWorld) {

@@ -120,15 +120,15 @@ class Dqn final : public Learner, private BlockLoss {
   bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     for (std::int64_t i = 0; i < budget.gradient_steps && LearningDue(); ++i) {
-      if (!learning_) {
+      if (round_ == 0) {
+        round_ = collector_.due();
         collector_.BeginRound();
         losses_.BeginUpdate();
         step_.Begin();
       }
       GradientStepOnDraws();
       collector_.StepDone();
-      learning_ = LearningDue();
-      if (!learning_) step_.Finish(updates_, losses_.minibatches());
+      if (--round_ == 0) step_.Finish(updates_, losses_.minibatches());
     }
     return LearningDue();
   }
@@ -162,7 +162,8 @@ class Dqn final : public Learner, private BlockLoss {
     explorer_.Visit(archive);
     if (noise_) archive("parameter_noise", *noise_);
     losses_.Visit(archive);
-    archive("learning", learning_);
+    archive("round", round_);
+    archive.Check("round", round_ >= 0 && round_ <= collector_.due());
     archive("learning_rate", learning_rate_);
     archive("updates", updates_);
   }
@@ -265,7 +266,7 @@ class Dqn final : public Learner, private BlockLoss {
   ReplayMinibatch minibatch_;
   std::vector<float> targets_;  // [B] y
   LossLog<kDqnTerms> losses_;   // of the round under way, or the latest
-  bool learning_ = false;       // a round is under way
+  std::int64_t round_ = 0;      // gradient steps that are left of the round under way
   float learning_rate_ = 0;     // of the latest update
   std::int64_t updates_ = 0;
   std::vector<Metric> metrics_;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "consac/base/archive.h"
 #include "consac/env/vector_env.h"
 #include "consac/model/model_file.h"
 #include "consac/nn/network.h"
@@ -73,6 +74,10 @@ class Policy {
            std::byte* actions);
   /// The same for agents that stay: whoever acts with a recurrent policy says which row is whose.
   void Act(const ActRows& rows, ActionMode mode, Rng& rng, std::byte* actions);
+  /// What its slots remember.
+  void Visit(Archive& archive);
+  /// Makes room for `max_rows` rows per call and as many slots, where there is less; what slots remember stays.
+  Status MakeRoom(std::int64_t max_rows);
   /// Whether it remembers: its slots have a state.
   bool recurrent() const;
   /// The head's numbers of the last Act, [rows, ActionHead::size]; for tests and inspection.

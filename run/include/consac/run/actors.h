@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "consac/base/status.h"
+#include "consac/env/begins.h"
 #include "consac/env/buffer.h"
 #include "consac/env/gathered.h"
 #include "consac/policy/policy.h"
@@ -38,6 +39,8 @@ class Actors {
   /// One batch per behaviour, with all its slots: what the world is reset and stepped with. Valid for this object's
   /// life, and until the next Act.
   std::span<Batch> batches() { return batches_; }
+  /// The world was reset: every episode begins, whatever a model remembers.
+  void Begin();
   /// What came last becomes what is acted upon, and every agent of behaviour `b` that is there (`present` as in
   /// VectorEnv) chooses its action. Never allocates. `rng` is drawn from only in kSample.
   void Act(std::size_t b, std::span<const std::uint8_t> present, ActionMode mode, Rng& rng);
@@ -56,6 +59,7 @@ class Actors {
     Policy policy;
     BatchBuffer whole;  // every slot
     GatheredRows acting;
+    EpisodeBegins episodes;
   };
 
   std::vector<Actor> actors_;

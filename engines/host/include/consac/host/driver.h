@@ -69,7 +69,8 @@ Result<std::unique_ptr<Driver>> Serve(TickWorld& world, const ServeOptions& opti
 /// What the agents do while a model learns from what they did.
 enum class WhileLearning : std::uint8_t {
   kWait,  ///< nothing: Poll waits; every step is learned from
-  kGoOn,  ///< they act by the latest model; Poll never waits, and these steps are not learned from
+  kGoOn,  ///< they act on: Poll waits for a gradient step at most. Algorithms that learn in rounds act by their latest
+          ///< model and do not learn from these steps; those that learn at every step (dqn) learn from all of them
 };
 
 /// Learning in this process.

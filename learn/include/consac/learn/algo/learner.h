@@ -71,7 +71,8 @@ class Learner {
   /// Chooses actions (writes batch.actions, legal as the world takes them). `batch` is staged, or of the caller's own
   /// memory: then its observations are those that were recorded, or begun with, last.
   virtual void Act(Batch& batch) = 0;
-  /// Takes what came of the batch. Not while learning is due, but for batches that were acted upon before it was.
+  /// Takes what came of the batch. Not while learning is due, but for batches that were acted upon before it was; of a
+  /// learner that learns continuously between any two calls of Learn: what is due adds up.
   virtual void Record(const Batch& batch) = 0;
   /// True when Learn has something to do before the next Stage.
   virtual bool LearningDue() const = 0;
