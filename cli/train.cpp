@@ -143,6 +143,9 @@ Action AddTrain(CLI::App& app) {
   AddField(app, flags, "--seed", "seed", "seed of everything");
   AddField(app, flags, "--envs", "envs", "copies of a built-in world");
   AddField(app, flags, "--init", "init_model", "begin with the weights of this model or run");
+  AddField(
+      app, flags, "--frozen", "frozen",
+      "BEHAVIOUR=MODEL: this behaviour acts by a model or a run's and does not learn; several with commas between");
   AddField(app, flags, "--eval-every", "eval_every",
            "judge the models every so many agent steps and keep the best in DIR/NAME/best");
   AddField(app, flags, "--stop-reward", "stop_reward",
@@ -166,7 +169,7 @@ Action AddTrain(CLI::App& app) {
   AddField(app, flags, "--connect-timeout", "connect_timeout_s", "seconds to keep trying to reach an engine");
   AddField(app, flags, "--deadline", "deadline_s", "seconds of an engine's silence that end the session");
   AddField(app, flags, "--quiet-time", "quiet_s", "seconds of silence that end a message without newline");
-  AddField(app, flags, "--log-interval", "log_interval", "updates between tables");
+  AddField(app, flags, "--log-interval", "log_interval", "reports of the algorithm between tables");
   AddField(app, flags, "--table-every", "table_every_s",
            "on a terminal: seconds between tables at least; 0: one for every update");
   AddSwitch(app, flags, "--no-table", "table=false", "print no tables");

@@ -6,6 +6,7 @@
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/transport/transport.h"
+#include "frozen_player.h"
 #include "link.h"
 #include "worlds/registry.h"
 
@@ -44,6 +45,10 @@ Status CheckReward(std::string_view value) {
   return {StatusCode::kInvalidArgument, "stop_reward = " + Quote(value) + " cannot be used; expected a number"};
 }
 
+Status CheckFrozen(std::string_view value) {
+  return ParseFrozen(value).status();
+}
+
 Status CheckNonFinite(std::string_view value) {
   if (value == "error" || value == "replace") return Status::Ok();
   return {StatusCode::kInvalidArgument, "non_finite = " + Quote(value) + " cannot be used; expected error or replace"};
@@ -80,7 +85,10 @@ constexpr Field kFields[] = {
      "a mean reward, of an evaluation or else of the last 100 episodes, that ends the training; empty: none does"},
     {"init_model", &RunConfig::init_model, 0, 0, OnResume::kMustStay, nullptr,
      "a model or a run whose weights the training begins with; empty: fresh ones"},
-    {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr, "updates between tables"},
+    {"frozen", &RunConfig::frozen, 0, 0, OnResume::kMustStay, CheckFrozen,
+     "behaviours that act by a model and do not learn, as prey=runs/a/prey.consac; several with commas between"},
+    {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr,
+     "reports of the algorithm between tables; which it makes and when is its own"},
     {"table", &RunConfig::table, 0, 0, OnResume::kMayChange, nullptr, "print the table of each update"},
     {"table_every_s", &RunConfig::table_every_s, 0, 1e9, OnResume::kMayChange, nullptr,
      "on a terminal: seconds between tables at least; 0: one for every update"},

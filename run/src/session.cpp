@@ -58,6 +58,8 @@ void TellBegin(const RunConfig& config, const std::string& where, Training& trai
     training.report().Line(
         fmt::format("what is remembered takes up to {} MiB of memory as it fills", (bytes + (1 << 20) - 1) >> 20));
   }
+  if (!config.frozen.empty() && (config.table || config.progress))
+    training.report().Line("acting by a model that does not learn: " + config.frozen);
   if (!config.quiet && steps < rollout) {
     training.report().Line(fmt::format(
         "warning: {} steps are fewer than the {} of one rollout, so nothing will be learned; raise --steps or lower "

@@ -78,17 +78,18 @@ Status Training::Evaluation() {
   });
   if (!whole && stop_.load(std::memory_order_relaxed)) return {StatusCode::kCancelled, "stopped while it was judged"};
 
-  double sum = 0.0;
-  for (const EvaluateSummary& summary : *judged) sum += summary.mean_reward;
+  double sum = 0.0, lowest = std::numeric_limits<double>::infinity();  // of those that learn
+  for (std::size_t b = 0; b < judged->size(); ++b) {
+    if (trainees_[b].frozen) continue;
+    sum += (*judged)[b].mean_reward;
+    lowest = std::min(lowest, (*judged)[b].mean_reward);
+  }
   const bool best = sum > best_evaluation_;
   report_->OnEvaluation(*judged, steps());
   if (!config_.quiet)
     report_->Line(fmt::format("evaluation after {} steps: {} over {} episodes{}", steps(), Words(*judged),
                               judged->front().episodes, best ? ", the best so far" : ""));
-  const bool reached = goal_.has_value() && std::all_of(judged->begin(), judged->end(), [this](const auto& summary) {
-                         return summary.mean_reward >= *goal_;
-                       });
-  if (reached) ReachGoal(Words(*judged));
+  if (goal_.has_value() && lowest >= *goal_) ReachGoal(Words(*judged));
   if (!best) return Status::Ok();
   CONSAC_RETURN_IF_ERROR(SaveBest());
   best_evaluation_ = sum;
@@ -114,8 +115,9 @@ void Training::LookAtEpisodes() {
   if (std::exchange(episodes_looked_at_, ended) == ended) return;
   std::string means;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    if (trainees_[b].frozen) continue;
     if (report_->episodes(b) < kEpisodesOfMean || report_->mean_episode_reward(b) < *goal_) return;
-    means += fmt::format("{}{:.4g}", b == 0 ? "" : ", ", report_->mean_episode_reward(b));
+    means += fmt::format("{}{:.4g}", means.empty() ? "" : ", ", report_->mean_episode_reward(b));
   }
   ReachGoal(means);
 }

@@ -6,6 +6,7 @@
 #include "consac/base/file.h"
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
+#include "frozen_player.h"
 #include "state_size.h"
 
 namespace consac::run {
@@ -20,6 +21,12 @@ std::int64_t Training::steps() const {
   std::int64_t sum = 0;
   for (const Trainee& trainee : trainees_) sum += trainee.learner->steps();
   return sum;
+}
+
+std::int64_t Training::steps_per_update() const {
+  std::int64_t longest = 0;
+  for (const Trainee& trainee : trainees_) longest = std::max(longest, trainee.learner->steps_per_update());
+  return longest;
 }
 
 std::int64_t Training::memory_bytes() const {
@@ -47,6 +54,8 @@ Status Training::MakeLearners() {
     for (std::size_t i = 0; i < crew_.size(); ++i) behaviours[b].slots += crew_[i].link().spec().behaviours[b].slots;
     slots_ += behaviours[b].slots;
   }
+  const Result<FrozenModels> frozen = FrozenFilesOf(config_, spec());
+  if (!frozen.ok()) return frozen.status();
   std::int64_t bytes_left = config_.max_memory_mib << 20;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
     const BehaviourSpec& behaviour = behaviours[b];
@@ -56,7 +65,10 @@ Status Training::MakeLearners() {
     options.seed = learn::BehaviourSeed(config_.seed, b);
     options.total_steps = ShareOfSteps(behaviour.slots);
     options.executor = pool_.executor();
-    Result<std::unique_ptr<learn::Learner>> learner = algorithm_->create(options, *values);
+    const auto model = frozen->find(behaviour.name);
+    Result<std::unique_ptr<learn::Learner>> learner = model != frozen->end()
+                                                          ? MakeFrozenPlayer(model->second, behaviour, options.seed)
+                                                          : algorithm_->create(options, *values);
     if (learner.status().code() == StatusCode::kResourceExhausted) {
       const std::string which = behaviours.size() > 1 ? "behaviour " + Quote(behaviour.name) + ": " : "";
       return {StatusCode::kResourceExhausted, which + learner.status().message() + ", or raise --set max_memory_mib=" +
@@ -68,7 +80,7 @@ Status Training::MakeLearners() {
     bytes_left =
         std::max<std::int64_t>(0, bytes_left - (*learner)->memory_bytes() - static_cast<std::int64_t>(taken.bytes()));
     trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots, b),
-                         DataWatch(behaviour, DataWatchOptions::Of(config_, spec()))});
+                         DataWatch(behaviour, DataWatchOptions::Of(config_, spec())), model != frozen->end()});
   }
   return Status::Ok();
 }
@@ -184,7 +196,7 @@ void Training::ReportUpdates() {
     const learn::Learner& learner = *trainees_[b].learner;
     if (learner.reports() == trainees_[b].reports) continue;
     trainees_[b].reports = learner.reports();
-    updates_.push_back({b, learner.metrics(), learner.updates(), learner.steps_per_update()});
+    updates_.push_back({b, learner.metrics(), learner.updates(), learner.steps_per_update(), learner.reports()});
   }
   if (!updates_.empty()) report_->OnUpdates(updates_, steps());
 }
@@ -296,7 +308,9 @@ Status Training::Loop() {
     CONSAC_RETURN_IF_ERROR(reserve_->health());
     EvaluateIfDue();
     if (CheckpointDue()) {
+      const double before = Now();
       (void)Save();
+      saving_seconds_ += Now() - before;
       CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
     }
     TellTime();
@@ -342,6 +356,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   summary.directory = directory_->path();
   summary.steps = steps();
   summary.seconds = seconds;
+  summary.saving_seconds = saving_seconds_;
   summary.interrupted = !goal_reached_ && (summary.steps < config_.steps || EvaluationDue());
   for (const Trainee& trainee : trainees_) summary.interrupted = summary.interrupted || trainee.learner->LearningDue();
   StateHasher hasher;

@@ -51,8 +51,8 @@ class Training {
   Result<RunSummary> Finish(double seconds);
   /// Where lines go.
   Report& report() { return *report_; }
-  /// Agent steps that a round of learning needs.
-  std::int64_t steps_per_update() const { return trainees_[0].learner->steps_per_update(); }
+  /// Agent steps of one behaviour that a round of learning needs.
+  std::int64_t steps_per_update() const;
   /// Bytes that what the learners remember takes once full.
   std::int64_t memory_bytes() const;
   /// As resolved.
@@ -62,6 +62,7 @@ class Training {
   std::int64_t steps() const;
   std::string ModelPath(const BehaviourSpec& behaviour) const;
   Status SaveModels(const std::string& folder) const;
+  Status SaveModel(PolicyData data, const std::string& folder, const BehaviourSpec& behaviour) const;
   Status MakeLearners();
   std::int64_t ShareOfSteps(std::int64_t slots) const;
   Status Restore();
@@ -129,7 +130,7 @@ class Training {
   std::optional<double> goal_;                                         // config_.stop_reward
   bool goal_reached_ = false;
   std::int64_t episodes_looked_at_ = 0;  // of all behaviours, when their mean was last compared with it
-  double checkpoint_time_ = 0.0;
+  double checkpoint_time_ = 0.0, saving_seconds_ = 0.0;
   bool checkpoint_failed_ = false, model_failed_ = false, evaluation_failed_ = false;
 };
 

@@ -184,18 +184,25 @@ Status Training::SaveModels(const std::string& folder) const {
   std::vector<PolicyData> models = Snapshots();
   for (std::size_t b = 0; b < models.size(); ++b) {
     PolicyData& data = models[b];
+    if (trainees_[b].frozen) {
+      CONSAC_RETURN_IF_ERROR(SaveModel(std::move(data), folder, spec().behaviours[b]));
+      continue;
+    }
     const Result<nlohmann::json> learned = ReadJson<nlohmann::json>(data.training_json);
     nlohmann::json training = learned.ok() ? *learned : nlohmann::json::object();
     training["algorithm"] = config_.algorithm;
     training["world"] = spec().id.empty() ? config_.world : spec().id;
     training["seed"] = config_.seed;
     data.training_json = JsonText(training);
-    const Result<Policy> policy = Policy::Create(std::move(data), 1);
-    if (!policy.ok()) return policy.status();
-    CONSAC_RETURN_IF_ERROR(
-        policy->ToFile(config_.seed).Save(folder + "/" + ModelFileName(spec(), spec().behaviours[b])));
+    CONSAC_RETURN_IF_ERROR(SaveModel(std::move(data), folder, spec().behaviours[b]));
   }
   return Status::Ok();
+}
+
+Status Training::SaveModel(PolicyData data, const std::string& folder, const BehaviourSpec& behaviour) const {
+  const Result<Policy> policy = Policy::Create(std::move(data), 1);
+  if (!policy.ok()) return policy.status();
+  return policy->ToFile(config_.seed).Save(folder + "/" + ModelFileName(spec(), behaviour));
 }
 
 }  // namespace consac::run

@@ -192,7 +192,7 @@ void AllSinks::OnUpdates(std::span<const UpdateReport> updates, std::int64_t ste
     BehaviourLog& log = logs_[update.behaviour];
     log.OnUpdate(update, {steps, Elapsed(now)});
     updated_[update.behaviour] = 1;
-    if (update.updates % interval == 0 || (IsSb2() && update.updates == 1)) shown_[update.behaviour] = 0;
+    if (update.reports % interval == 0 || (IsSb2() && update.reports == 1)) shown_[update.behaviour] = 0;
     if (events_ != nullptr) log.WriteScalars(update, steps, WallTime(), *events_);
   }
   if (progress_csv_ != nullptr) {

@@ -51,7 +51,7 @@ class Printed {
   /// The only behaviour's learner has made an update.
   void Update(std::span<const learn::Metric> metrics, std::int64_t steps, std::int64_t updates,
               std::int64_t steps_per_update) {
-    const UpdateReport update{0, metrics, updates, steps_per_update};
+    const UpdateReport update{0, metrics, updates, steps_per_update, updates};
     report_->OnUpdates({&update, 1}, steps);
   }
   /// What was printed since the last call.
@@ -170,6 +170,24 @@ TEST(Report, LogIntervalQuietensTheTableNotTheFiles) {
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 8);
 }
 
+// An algorithm that learns far more often than it reports: every third of its reports, whatever its updates are by
+// then.
+TEST(Report, LogIntervalCountsReports) {
+  const TestFolder folder;
+  FakeClock clock;
+  ReportOptions options = Options(folder.path());
+  options.log_interval = 3;
+  Printed report(options);
+  std::string shown;
+  for (const int episodes : {4, 8, 12, 16, 20, 24, 28}) {
+    const std::int64_t updates = 37 * episodes;
+    const UpdateReport update{0, kSb2Metrics, updates, 0, episodes / 4};
+    report->OnUpdates({&update, 1}, 4 * updates);
+    if (!report.Text().empty()) shown += std::to_string(episodes) + " ";
+  }
+  EXPECT_EQ(shown, "4 12 24 ") << "the first (as Stable Baselines 2 does), the third and the sixth";
+}
+
 int TablesIn(const std::string& text) {
   int tables = 0;
   for (std::size_t at = 0; (at = text.find("| n_updates", at)) != std::string::npos; ++at) ++tables;
@@ -236,7 +254,7 @@ void UpdateBoth(Printed& report, FakeClock& clock, std::span<const learn::Metric
   report->OnEpisode({0, 20.0, 100, 400, 0});
   report->OnEpisode({0, -4.0, 10, 404, 1});
   report->OnStep(512, steps);
-  const UpdateReport updates[2] = {{0, metrics, 1, 384}, {1, metrics, 1, 128}};
+  const UpdateReport updates[2] = {{0, metrics, 1, 384, 1}, {1, metrics, 1, 128, 1}};
   report->OnUpdates(updates, 512);
 }
 
@@ -272,7 +290,7 @@ TEST(Report, TwoBehavioursShareNoKeyTagOrFile) {
   Printed report(Two(folder.path()));
   UpdateBoth(report, clock, kSb2Metrics);
   clock.now += 1.0;
-  const UpdateReport second{1, kSb2Metrics, 2, 128};
+  const UpdateReport second{1, kSb2Metrics, 2, 128, 2};
   report->OnUpdates({&second, 1}, 640);
   ASSERT_TRUE(report->Finish().ok());
   report->DrawCurves();
@@ -336,7 +354,7 @@ TEST(Report, ATableThatWasHeldBackShowsEveryBehaviour) {
   for (int update = 1; update <= 250; ++update) {
     for (std::size_t b = 0; b < 2; ++b) {
       clock.now += 0.005;
-      const UpdateReport one{b, kSb2Metrics, update, 64};
+      const UpdateReport one{b, kSb2Metrics, update, 64, update};
       report->OnUpdates({&one, 1}, 128 * update + static_cast<std::int64_t>(b));
     }
   }

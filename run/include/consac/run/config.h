@@ -33,7 +33,8 @@ struct RunConfig {
   std::string eval_world;                     ///< where models are evaluated; "": a world like the training's own
   std::string stop_reward;                    ///< a mean reward that ends the training; "": none does
   std::string init_model;                     ///< model or run whose weights the training begins with; "": fresh ones
-  std::int64_t log_interval = 1;              ///< updates between console tables
+  std::string frozen;                         ///< "prey=MODEL,...": behaviours that act by a model and do not learn
+  std::int64_t log_interval = 1;              ///< reports of the algorithm between console tables
   bool table = true;                          ///< console table
   double table_every_s = 1.0;                 ///< on a terminal: seconds between tables at least; 0: each is shown
   bool progress = true;                       ///< progress bar or lines

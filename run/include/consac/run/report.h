@@ -32,7 +32,7 @@ struct ReportOptions {
   learn::LogStyle style = learn::LogStyle::kStableBaselines2;  ///< whose keys and layout
   std::int64_t total_steps = 0;                                ///< for the time left
   std::vector<ReportedBehaviour> behaviours{1};                ///< one or more, in the world's order
-  std::int64_t log_interval = 1;                               ///< updates between tables
+  std::int64_t log_interval = 1;                               ///< reports between tables
   bool console_table = true;                                   ///< print the table
   double table_every_s = 1.0;    ///< on a terminal: seconds between tables at least; 0: each is shown
   bool progress = true;          ///< bar on a terminal, a plain line every few seconds otherwise
@@ -60,12 +60,13 @@ struct BehaviourStep {
   double reward = 0.0;      ///< the sum of their rewards
 };
 
-/// What a learner tells of its latest update.
+/// What a learner tells, after as many updates, steps or episodes as its algorithm does.
 struct UpdateReport {
   std::size_t behaviour = 0;               ///< whose learner
   std::span<const learn::Metric> metrics;  ///< its numbers
   std::int64_t updates = 0;                ///< its counter
   std::int64_t steps_per_update = 0;       ///< of its own agents; 0: it learns continuously
+  std::int64_t reports = 0;                ///< that it has made, this one included
 };
 
 /// Seconds by what they were spent on, and what was done in them.

@@ -29,6 +29,7 @@ struct RunSummary {
   std::vector<ModelSummary> models;  ///< one per behaviour, in the world's order; none when no run had begun
   std::int64_t steps = 0;            ///< agent steps trained in total
   double seconds = 0.0;              ///< wall time of this call
+  double saving_seconds = 0.0;       ///< of that, what checkpoints and models took; the last ones come after it
   std::uint64_t weights_hash = 0;    ///< StateHasher of the learners' parameters: equal runs, equal hashes
   bool interrupted = false;          ///< stopped by `stop`; everything is saved
   bool acted_only = false;           ///< the engine asked for a model to act, nothing was learned
