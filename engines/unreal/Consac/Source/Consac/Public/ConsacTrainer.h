@@ -188,7 +188,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Stop Training"))
 	void StopTraining();
 
-	/** Writes the model as it is now. Fails where this game does not learn.
+	/** Writes the model as it is now. The game waits until the disk has it, a frame or two; for what Save Folder keeps it does
+	 *  not. Fails where this game does not learn.
 	 *  @param Path A .consac file; its folder is made where it is missing. A relative path is one below Saved/Consac of the project. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Save Model", ExpandEnumAsExecs="Result"))
 	void SaveModel(const FString& Behaviour, const FString& Path, EConsacResult& Result, FString& Error);
