@@ -29,7 +29,8 @@ mkdir -p "$build"
 python3 tools/stage_unreal.py --into "$build/plugin"
 python3 engines/unreal/shim/generate.py engines/unreal/Consac "$build/generated"
 
-common=(-std=c++20 -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -O0)
+# Whether Unreal's build tool has char8_t is nowhere said; the tests' own builds have it.
+common=(-std=c++20 -fno-char8_t -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -O0)
 # What Unreal's build tool turns into errors for clang, and what its newer compilers find by themselves.
 warnings=(-Wall -Wextra -Wshadow -Wundef -Wdeprecated -Wdeprecated-declarations -Wdelete-non-virtual-dtor -Wenum-conversion
   -Wno-unused-command-line-argument -Werror)

@@ -94,6 +94,20 @@ TEST(Lifetime, ThePackagedSamplesAreSeenAndStandSomewhere) {
   }
 }
 
+TEST(Lifetime, ASampleWhoseLevelIsHiddenAndShownIsThereOnce) {
+  Shim::Game game;
+  AConsacChase* chase = game.SpawnWith<AConsacChase>([](AConsacChase& made) { made.Chasers = 2; });
+  chase->Trainer->Mode = EConsacMode::ByHand;
+  game.Tick();
+  const std::vector<AActor*> actors = game.world().shim_actors_;
+  for (AActor* actor : actors) Shim::Hide(*actor);
+  for (AActor* actor : actors) Shim::BeginPlay(*actor);
+  EXPECT_EQ(game.world().shim_actors_, actors);
+  for (int k = 0; k < 3; ++k) game.Tick();
+  EXPECT_EQ(UConsacSubsystem::Of(chase)->GetAgents().Num(), 2);
+  EXPECT_TRUE(chase->Trainer->IsTraining());
+}
+
 TEST(Lifetime, NothingTrainsOnAClient) {
   Shim::Game server(NM_ListenServer), client(NM_Client);
   RoadAgent there(server, 1), here(client, 1);

@@ -10,6 +10,7 @@
 
 #include "Components/SceneCaptureComponent2D.h"
 #include "Containers/Ticker.h"
+#include "HAL/FileManager.h"
 #include "HAL/IConsoleManager.h"
 #include "HAL/PlatformProcess.h"
 #include "Interfaces/IPluginManager.h"
@@ -167,6 +168,17 @@ FString FPaths::ConvertRelativePathToFull(const FString& path) {
 bool FPaths::FileExists(const FString& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(Shim::Narrow(*path), error);
+}
+
+IFileManager& IFileManager::Get() {
+  static IFileManager manager;
+  return manager;
+}
+
+bool IFileManager::MakeDirectory(const TCHAR* path, bool tree) {
+  std::error_code error;
+  const std::filesystem::path folder = Shim::Narrow(path);
+  return tree ? std::filesystem::create_directories(folder, error) : std::filesystem::create_directory(folder, error);
 }
 
 void FPaths::ShimAdd(std::u16string& whole, const FString& part) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,14 @@ class TMulticastDelegate<void(P...)> {
   FDelegateHandle AddUObject(O* object, void (C::*function)(P...)) {
     return ShimBind(object, [object, function](P... values) { (object->*function)(values...); });
   }
+  /// One function of one object only once: more is an error in the engine.
+  template <class C, class O>
+  void ShimAddDynamic(O* object, void (C::*function)(P...)) {
+    const std::string name(reinterpret_cast<const char*>(&function), sizeof(function));
+    for (const Call& call : *calls_) check(call.token != Shim::TokenOf(object) || call.function != name);
+    ShimBind(
+        object, [object, function](P... values) { (object->*function)(values...); }, name);
+  }
   void Remove(FDelegateHandle handle) {
     auto calls = std::make_shared<std::vector<Call>>(*calls_);
     std::erase_if(*calls, [&](const Call& call) { return call.handle == handle; });
@@ -49,9 +58,10 @@ class TMulticastDelegate<void(P...)> {
     }
   }
   /// For tests and the shim: any function, for as long as `object` lives (null: for ever).
-  FDelegateHandle ShimBind(const UObject* object, std::function<void(P...)> call) {
+  FDelegateHandle ShimBind(const UObject* object, std::function<void(P...)> call, std::string function = {}) {
     auto calls = std::make_shared<std::vector<Call>>(*calls_);
-    calls->push_back({FDelegateHandle(++count_), object != nullptr ? Shim::TokenOf(object) : nullptr, std::move(call)});
+    calls->push_back({FDelegateHandle(++count_), object != nullptr ? Shim::TokenOf(object) : nullptr, std::move(call),
+                      std::move(function)});
     calls_ = calls;
     return calls->back().handle;
   }
@@ -61,13 +71,14 @@ class TMulticastDelegate<void(P...)> {
     FDelegateHandle handle;
     std::shared_ptr<UObject*> token;
     std::function<void(P...)> call;
+    std::string function;  // of a dynamic binding
   };
   // A list that is being gone through stays as it is.
   std::shared_ptr<const std::vector<Call>> calls_ = std::make_shared<std::vector<Call>>();
   int count_ = 0;
 };
 
-#define AddDynamic(object, function) AddUObject(object, function)
+#define AddDynamic(object, function) ShimAddDynamic(object, function)
 #define DECLARE_DYNAMIC_MULTICAST_DELEGATE(name) \
   class name : public TMulticastDelegate<void()> {}
 #define DECLARE_DYNAMIC_MULTICAST_DELEGATE_OneParam(name, T1, n1) \

@@ -24,8 +24,16 @@ using TCHAR = char16_t;
 #define ensureMsgf(expr, ...) (!!(expr))
 #define THIRD_PARTY_INCLUDES_START
 #define THIRD_PARTY_INCLUDES_END
-#define PLATFORM_LINUX 1
+#if defined(_WIN32)
+#define PLATFORM_WINDOWS 1
+#else
 #define PLATFORM_WINDOWS 0
+#endif
+#if defined(__linux__)
+#define PLATFORM_LINUX 1
+#else
+#define PLATFORM_LINUX 0
+#endif
 #define UE_BUILD_SHIPPING 0
 #define WITH_EDITOR 1
 #define WITH_EDITORONLY_DATA 1

@@ -4,6 +4,7 @@
 #include "ConsacLog.h"
 #include "Containers/StringConv.h"
 #include "Containers/StringView.h"
+#include "HAL/FileManager.h"
 #include "Misc/Paths.h"
 
 namespace ConsacPlugin
@@ -26,12 +27,11 @@ std::string ToFile(const FString& Path)
 	return ToUtf8(FPaths::Combine(FPaths::ConvertRelativePathToFull(FPaths::ProjectSavedDir()), TEXT("Consac"), Path));
 }
 
-// Writing into it says what is wrong.
+// Writing into it says what is wrong. By the engine: whether it compiles with char8_t, which the standard's own paths want in
+// UTF-8, is not said.
 static void MakeFolder(std::string_view Folder)
 {
-	std::error_code Ignored;
-	// As char8_t: a path made of char is read in the code page of Windows, not as UTF-8.
-	std::filesystem::create_directories(std::filesystem::path(std::u8string(Folder.begin(), Folder.end())), Ignored);
+	IFileManager::Get().MakeDirectory(*FromUtf8(Folder), true);
 }
 
 std::string ToFolder(const FString& Path)

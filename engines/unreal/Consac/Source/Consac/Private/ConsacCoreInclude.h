@@ -18,12 +18,11 @@ THIRD_PARTY_INCLUDES_START
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "consac/base/file.h"

@@ -48,6 +48,11 @@ void AConsacChaser::Join(AConsacChase* NewChase, int32 NewSeed)
 void AConsacChaser::BeginPlay()
 {
 	Super::BeginPlay();
+	if (bBound) // its level was hidden and is shown again
+	{
+		return;
+	}
+	bBound = true;
 	Agent->OnEpisodeBegin.AddDynamic(this, &AConsacChaser::Restart);
 	Agent->OnObserve.AddDynamic(this, &AConsacChaser::Observe);
 	Agent->OnAction.AddDynamic(this, &AConsacChaser::Walk);
@@ -109,6 +114,10 @@ AConsacChase::AConsacChase()
 void AConsacChase::BeginPlay()
 {
 	Super::BeginPlay();
+	if (IsValid(Trainer.Get())) // its level was hidden and is shown again; what it made belongs to the world
+	{
+		return;
+	}
 	UWorld* World = GetWorld();
 	const FRotator Straight(0.0, 0.0, 0.0);
 	Trainer = World->SpawnActor<AConsacTrainer>(FVector(0.0, 0.0, 0.0), Straight);

@@ -49,6 +49,7 @@ private:
 
 	FRandomStream Random;
 	FVector Place = FVector::ZeroVector;
+	bool bBound = false; // to its agent's events
 };
 
 /** A field on which many chase one that runs in circles. Makes its chasers and its trainer itself. */
