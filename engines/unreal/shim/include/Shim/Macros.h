@@ -38,6 +38,9 @@ using TCHAR = char16_t;
 #define WITH_EDITOR 1
 #define WITH_EDITORONLY_DATA 1
 
+/// Of something that a later version of the engine warns about.
+#define SHIM_DEPRECATED(why) [[deprecated(why)]]
+
 #define UCLASS(...)
 #define USTRUCT(...)
 #define UENUM(...)

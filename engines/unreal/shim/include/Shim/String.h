@@ -4,6 +4,7 @@
 #include <compare>
 #include <string>
 
+#include "Containers/StringView.h"
 #include "Shim/Format.h"
 #include "Shim/Macros.h"
 
@@ -16,27 +17,14 @@ inline std::u16string Lower(std::u16string_view text) {
 }
 }  // namespace Shim
 
-/// A part of a text that somebody else keeps.
-class FStringView {
- public:
-  FStringView(const TCHAR* text, int32 count) : text_(text), count_(count) {}
-  const TCHAR* GetData() const { return text_; }
-  int32 Len() const { return count_; }
-
- private:
-  const TCHAR* text_;
-  int32 count_;
-};
-
 /// Text in UTF-16. No narrow literals: Unreal takes them as Latin-1 at best.
 class FString {
  public:
   FString() = default;
   FString(const TCHAR* text) : text_(text != nullptr ? text : u"") {}
   explicit FString(FStringView text) : text_(text.GetData(), static_cast<std::size_t>(text.Len())) {}
-  [[deprecated("since 5.4; FString(FStringView(text, count)) is one of all versions")]] FString(int32 count,
-                                                                                                const TCHAR* text)
-      : FString(FStringView(text, count)) {}
+  SHIM_DEPRECATED("since 5.4; FString(FStringView(text, count)) is one of all versions")
+  FString(int32 count, const TCHAR* text) : FString(FStringView(text, count)) {}
   FString(const char*) = delete;
   const TCHAR* operator*() const { return text_.c_str(); }
   bool IsEmpty() const { return text_.empty(); }
