@@ -1,4 +1,5 @@
-// The convolution block: two-dimensional, without padding, as patches times a matrix. Tensors: w [filters, kernel
+// The convolution block: two-dimensional, without padding, as patches times a matrix, which are read in place or, of
+// images whose channels come first, copied. Tensors: w [filters, kernel
 // height, kernel width, channels], b [filters].
 
 #include "consac/nn/convolution.h"
@@ -61,16 +62,29 @@ void PackConvolution(const PlacedBlock& block, const float* parameters, float* p
   PackDense(parameters, parameters + g.patch() * g.filters, g.patch(), g.filters, packed);
 }
 
+bool ReadsPatchesInPlace(const ConvolutionGeometry& g) {
+  return !g.channels_first && ConvolvesInPlace(g.filters);
+}
+
 Needs ConvolutionNeeds(const PlacedBlock& block, std::int64_t) {
   const ConvolutionGeometry& g = ConvolutionGeometry::Of(block);
   Needs needs;
-  needs.scratch = g.chunk() * g.patch_stride();
+  if (!ReadsPatchesInPlace(g)) needs.scratch = g.chunk() * g.patch_stride();
   if (NeedsPreActivation(block.activation)) needs.saved = block.out_size;
   return needs;
 }
 
 void ConvolutionForward(const PlacedBlock& block, const BlockCall& call) {
   const ConvolutionGeometry& g = ConvolutionGeometry::Of(block);
+  if (ReadsPatchesInPlace(g)) {
+    return Convolve({g.grid(),
+                     {g.patch(), g.filters, block.activation},
+                     call.packed,
+                     call.rows,
+                     call.inputs[0],
+                     call.output,
+                     call.saved});
+  }
   for (std::int64_t r = 0; r < call.rows; ++r) {
     const float* image = call.inputs[0].data + r * call.inputs[0].stride;
     float* y = call.output.data + r * call.output.stride;
@@ -148,18 +162,12 @@ void GatherPatches(const ConvolutionGeometry& g, const float* image, std::int64_
 
 void ScatterPatches(const ConvolutionGeometry& g, const float* patches, std::int64_t first, std::int64_t count,
                     float* image) {
+  if (!g.channels_first) return AddPatches(g.grid(), first, count, {patches, g.patch_stride()}, image);
   const std::int64_t stride = g.patch_stride(), run = g.kernel_width * g.channels;
   for (std::int64_t p = 0; p < count; ++p) {
     const std::int64_t top = (first + p) / g.out_width * g.stride_height;
     const std::int64_t left = (first + p) % g.out_width * g.stride_width;
     const float* from = patches + p * stride;
-    if (!g.channels_first) {
-      float* to = image + (top * g.width + left) * g.channels;
-      for (std::int64_t y = 0; y < g.kernel_height; ++y, to += g.width * g.channels, from += run) {
-        for (std::int64_t i = 0; i < run; ++i) to[i] += from[i];
-      }
-      continue;
-    }
     for (std::int64_t c = 0; c < g.channels; ++c) {
       float* to = image + (c * g.height + top) * g.width + left;
       for (std::int64_t y = 0; y < g.kernel_height; ++y, to += g.width) {

@@ -21,6 +21,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 #include "hwy/highway.h"
 #include "nn/activation-inl.h"
+#include "nn/convolution-inl.h"
 #include "nn/dense-inl.h"
 #include "nn/gemm-inl.h"
 #include "nn/math-inl.h"
@@ -78,6 +79,11 @@ HWY_EXPORT(DensePackedBackwardSize);
 HWY_EXPORT(DensePackBackward);
 HWY_EXPORT(DenseInputGradientRows);
 HWY_EXPORT(DenseWeightGradientRows);
+HWY_EXPORT(ConvolveRows);
+HWY_EXPORT(ConvolvesFilters);
+HWY_EXPORT(ConvolutionGradientRows);
+HWY_EXPORT(AddPatchesRows);
+HWY_EXPORT(DivideRun);
 HWY_EXPORT(ActivateRows);
 HWY_EXPORT(MultiplyRowsByDerivative);
 HWY_EXPORT(TanhRun);
@@ -122,6 +128,26 @@ void DenseInputGradient(const DenseInputGradientCall& call) {
 }
 void DenseWeightGradient(const DenseWeightGradientCall& call) {
   HWY_DYNAMIC_DISPATCH(DenseWeightGradientRows)(call);
+}
+
+bool ConvolvesInPlace(std::int64_t filters) {
+  return HWY_DYNAMIC_DISPATCH(ConvolvesFilters)(filters);
+}
+void Convolve(const ConvolutionCall& call) {
+  HWY_DYNAMIC_DISPATCH(ConvolveRows)(call);
+}
+bool SumsPatchesInPlace(const PatchGrid& grid) {
+  return grid.run >= VectorLanes();
+}
+void ConvolutionWeightGradient(const ConvolutionGradientCall& call) {
+  HWY_DYNAMIC_DISPATCH(ConvolutionGradientRows)(call);
+}
+void AddPatches(const PatchGrid& grid, std::int64_t first, std::int64_t count, ConstRows patches, float* image) {
+  HWY_DYNAMIC_DISPATCH(AddPatchesRows)(grid, first, count, patches, image);
+}
+void Divide(float divisor, std::span<const float> from, std::span<float> to) {
+  CONSAC_ASSERT(from.size() == to.size());
+  HWY_DYNAMIC_DISPATCH(DivideRun)(divisor, from.data(), to.data(), static_cast<std::int64_t>(to.size()));
 }
 
 bool NeedsPreActivation(Activation activation) {

@@ -55,7 +55,11 @@ void SliceForward(const PlacedBlock& block, const BlockCall& call) {
   for (std::int64_t r = 0; r < call.rows; ++r) {
     const float* from = call.inputs[0].data + r * call.inputs[0].stride + slice.offset;
     float* to = call.output.data + r * call.output.stride;
-    for (std::int64_t i = 0; i < block.out_size; ++i) to[i] = from[i] / slice.divisor;
+    const auto size = static_cast<std::size_t>(block.out_size);
+    if (slice.divisor == 1.0f)
+      std::copy_n(from, size, to);
+    else
+      Divide(slice.divisor, {from, size}, {to, size});
   }
 }
 

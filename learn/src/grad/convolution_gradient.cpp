@@ -1,5 +1,5 @@
-// The convolution block backward, patches at a time: dz = dy * activation', dW = dz^T patches, dpatches = dz W, which
-// are added back to the image. Patches are gathered anew; keeping them would take as much memory as several images.
+// The convolution block backward: dz = dy * activation', dW = dz^T patches, dpatches = dz W, which are added back to
+// the image. Patches are read in place, or, of images whose channels come first and of very narrow ones, gathered anew.
 
 #include <algorithm>
 
@@ -31,7 +31,13 @@ void ConvolutionBackward(const GradientCall& call) {
   nn::MultiplyByDerivative(block.activation, call.rows, block.out_size,
                            nn::NeedsPreActivation(block.activation) ? call.saved : call.y, call.dy);
   nn::Store store = call.store;
-  for (std::int64_t r = 0; r < call.rows; ++r) {
+  const bool in_place = !g.channels_first && nn::SumsPatchesInPlace(g.grid());
+  if (in_place && call.dparameters != nullptr) {
+    nn::ConvolutionWeightGradient({g.grid(), g.filters, call.rows, input.x, call.dy, call.dparameters,
+                                   call.dparameters + g.patch() * g.filters, store});
+  }
+  const bool gathers = !in_place && call.dparameters != nullptr;
+  for (std::int64_t r = 0; r < call.rows && (gathers || input.dx.data != nullptr); ++r) {
     const float* image = input.x.data + r * input.x.stride;
     float* dimage = input.dx.data == nullptr ? nullptr : input.dx.data + r * input.dx.stride;
     if (dimage != nullptr && input.store == nn::Store::kOverwrite) std::fill_n(dimage, block.in_size, 0.0f);
@@ -40,7 +46,7 @@ void ConvolutionBackward(const GradientCall& call) {
       const nn::ConstRows dz(call.dy.data + r * call.dy.stride + first * g.filters, g.filters);
       const nn::DenseShape shape{count, g.patch(), g.filters};
       const nn::Rows patches{call.scratch, g.patch_stride()};
-      if (call.dparameters != nullptr) {
+      if (gathers) {
         nn::GatherPatches(g, image, first, count, patches.data);
         nn::DenseWeightGradient(
             {shape, patches, dz, call.dparameters, call.dparameters + g.patch() * g.filters, store});

@@ -1,10 +1,11 @@
 #pragma once
 // Where the numbers of a convolution lie: from an image to patches, one row per pixel of the result, so that a
-// convolution is a dense layer over patches. Used by the convolution block and its gradient.
+// convolution is a dense layer over patches. Used by the convolution block and its gradient. Patches are copied only
+// where kernels.h cannot read them in place.
 
 #include <cstdint>
 
-#include "consac/nn/network.h"
+#include "consac/nn/kernels.h"
 
 namespace consac::nn {
 
@@ -22,6 +23,16 @@ struct ConvolutionGeometry {
   /// Of a convolution block of a network.
   static const ConvolutionGeometry& Of(const PlacedBlock& block) {
     return *static_cast<const ConvolutionGeometry*>(block.details.get());
+  }
+  /// Where the patches lie; only of images whose channels come last.
+  PatchGrid grid() const {
+    return {out_height,
+            out_width,
+            stride_height * width * channels,
+            stride_width * channels,
+            kernel_height,
+            kernel_width * channels,
+            width * channels};
   }
   /// Pixels of the result.
   std::int64_t pixels() const { return out_height * out_width; }

@@ -92,6 +92,51 @@ struct DenseWeightGradientCall {
 /// dw = dz^T x, db = column sums of dz; sums run over rows in order.
 void DenseWeightGradient(const DenseWeightGradientCall& call);
 
+/// The patches of an image whose channels come last, one for each pixel of a convolution's result.
+struct PatchGrid {
+  std::int64_t rows = 0, columns = 0;          ///< of the result
+  std::int64_t row_step = 0, column_step = 0;  ///< floats of the image from one patch to the next
+  std::int64_t lines = 0, run = 0;             ///< a patch is so many runs of so many floats
+  std::int64_t line_step = 0;                  ///< floats of the image from one run to the next
+};
+/// A convolution's forward work.
+struct ConvolutionCall {
+  PatchGrid grid;                 ///< of each image
+  DenseLayer layer;               ///< from a patch to the filters
+  const float* packed = nullptr;  ///< from PackDense
+  std::int64_t rows = 0;          ///< images
+  ConstRows images;               ///< [rows, image]
+  Rows y;                         ///< [rows, pixels * filters] written
+  Rows z;                         ///< the same before the activation, or null: not wanted
+};
+/// Whether Convolve takes so many filters; others go through DenseForward over copied patches.
+bool ConvolvesInPlace(std::int64_t filters);
+/// y = activation(patches W^T + b), the bits of DenseForward over copied patches.
+void Convolve(const ConvolutionCall& call);
+
+/// Gradient with respect to a convolution's parameters.
+struct ConvolutionGradientCall {
+  PatchGrid grid;            ///< of each image
+  std::int64_t filters = 0;  ///< of the result
+  std::int64_t rows = 0;     ///< images
+  ConstRows images;          ///< [rows, image] with slack
+  ConstRows dz;              ///< [rows, pixels * filters] gradient before the activation
+  float* dw = nullptr;       ///< [filters, patch] result
+  float* db = nullptr;       ///< [filters] result
+  Store store = Store::kOverwrite;
+};
+/// Whether ConvolutionWeightGradient takes such patches: a run fills a vector register. Others go through
+/// DenseWeightGradient over copied patches.
+bool SumsPatchesInPlace(const PatchGrid& grid);
+/// dw = dz^T patches, db = sums of dz, the bits of DenseWeightGradient over copied patches, image after image.
+void ConvolutionWeightGradient(const ConvolutionGradientCall& call);
+/// Adds every number of the patches of pixels `first` to `first + count`, [count, patch], to the pixel of the image
+/// that it belongs to.
+void AddPatches(const PatchGrid& grid, std::int64_t first, std::int64_t count, ConstRows patches, float* image);
+
+/// to[i] = from[i] / divisor.
+void Divide(float divisor, std::span<const float> from, std::span<float> to);
+
 /// True when the derivative needs the value before the activation; the others get by with the one after it.
 bool NeedsPreActivation(Activation activation);
 /// y = activation(x), element by element, [rows, columns]; x and y may be the same.
