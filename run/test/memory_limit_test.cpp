@@ -53,6 +53,20 @@ TEST(MaxMemory, LayersThatCannotActAreToldAsThat) {
   }
 }
 
+// 18 MiB of parameters, gradients and the optimiser's columns; 32 MiB of what 64 rows make of them, forward and back.
+TEST(MaxMemory, CountsWhatAMinibatchMakesOfTheLayers) {
+  for (const auto& small : {SmallRun, SmallReplayRun}) {
+    testing::ScratchFolder scratch("activations");
+    RunConfig config = small(scratch.path(), "small");
+    config.steps = 16;
+    config.hyperparameters.emplace_back("net_arch", "[65536]");
+    config.max_memory_mib = 40;
+    EXPECT_THAT(Train(config, kNeverStop).status().message(), HasSubstr("choose smaller layers"));
+    config.max_memory_mib = 80;
+    EXPECT_TRUE(Train(config, kNeverStop).ok()) << Train(config, kNeverStop).status().message();
+  }
+}
+
 /// The least limit with which a run on this world begins.
 std::int64_t LeastLimit(const std::vector<testing::Half>& halves) {
   for (std::int64_t mebibytes = 1; mebibytes < 200; ++mebibytes) {

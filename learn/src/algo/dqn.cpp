@@ -288,8 +288,9 @@ Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const 
   // Two networks' parameters, each packed, a packed form to learn, the optimiser's two columns, initialisation in
   // double precision, the snapshot; with noise four more; and gradients.
   const std::int64_t copies = 10 + (dqn.param_noise ? 4 : 0) + Backpropagation::GradientCopies(dqn.batch_size);
-  CONSAC_RETURN_IF_ERROR(
-      CheckOffPolicyMemory(options, dqn, {model->head.raw_size(), model->network.parameter_count(), copies}));
+  CONSAC_RETURN_IF_ERROR(CheckOffPolicyMemory(options, dqn,
+                                              {model->head.raw_size(), model->network.parameter_count(), copies,
+                                               Backpropagation::ActivationBytes(model->network, dqn.batch_size)}));
   return std::unique_ptr<Learner>(std::make_unique<Dqn>(options, dqn, std::move(*model), HyperparametersJson(values)));
 }
 

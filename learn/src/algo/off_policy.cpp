@@ -21,9 +21,9 @@ Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOption
     return {StatusCode::kResourceExhausted, "minibatches of " + std::to_string(own.batch_size) +
                                                 " transitions take more memory than is allowed here; lower batch_size"};
   }
-  left -= own.batch_size * row;
+  left -= own.batch_size * row + sizes.activations;
   const std::int64_t columns = sizes.copies * static_cast<std::int64_t>(sizeof(float));
-  if (sizes.parameters <= left / columns) return Status::Ok();
+  if (left >= 0 && sizes.parameters <= left / columns) return Status::Ok();
   return {StatusCode::kResourceExhausted,
           "net_arch makes " + std::to_string(sizes.parameters) +
               " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};

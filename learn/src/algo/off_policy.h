@@ -98,9 +98,10 @@ inline constexpr auto& kNormalise = kNormaliseRows<O, &O::collect, &C::normalise
 
 /// What a learner's memory depends on besides its options.
 struct OffPolicySizes {
-  std::int64_t raw_action = 0;  ///< elements of one raw action
-  std::int64_t parameters = 0;  ///< of its networks
-  std::int64_t copies = 0;      ///< of all parameters that learning takes
+  std::int64_t raw_action = 0;   ///< elements of one raw action
+  std::int64_t parameters = 0;   ///< of its networks
+  std::int64_t copies = 0;       ///< of all parameters that learning takes
+  std::int64_t activations = 0;  ///< bytes of what flows through them (Backpropagation::ActivationBytes)
 };
 /// Checks that there is memory for what is remembered and for learning; the error says what does not fit and what
 /// would.

@@ -46,7 +46,9 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
   // double precision, the snapshot; and gradients.
   constexpr std::int64_t kBesides = 9;
   const std::int64_t copies = kBesides + Backpropagation::GradientCopies(minibatch_rows);
-  if (network->parameter_count() * copies * static_cast<std::int64_t>(sizeof(float)) > options.max_bytes - bytes) {
+  const std::int64_t learning = network->parameter_count() * copies * static_cast<std::int64_t>(sizeof(float)) +
+                                Backpropagation::ActivationBytes(*network, minibatch_rows);
+  if (learning > options.max_bytes - bytes) {
     return Status{StatusCode::kResourceExhausted,
                   "net_arch makes " + std::to_string(network->parameter_count()) +
                       " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};

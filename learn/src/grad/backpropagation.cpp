@@ -97,6 +97,23 @@ std::int64_t Backpropagation::GradientCopies(std::int64_t max_rows) {
   return LaneCountFor(max_rows, kBlockRows);
 }
 
+std::int64_t Backpropagation::ActivationBytes(const nn::Network& network, std::int64_t max_rows) {
+  const nn::Plan plan(network);
+  std::int64_t row = 0, forward = 0, backward = 0;  // floats, the last two of work space
+  for (const nn::PlanValue& value : plan.values) row += 2 * nn::InnerStride(value.size);
+  for (const nn::PlanStep& step : plan.steps) {
+    if (step.op->needs != nullptr) {
+      const nn::Needs needs = step.op->needs(step.block, kBlockRows);
+      row += needs.saved > 0 ? nn::InnerStride(needs.saved) : 0;
+      forward = std::max(forward, needs.scratch);
+    }
+    const GradientOp* op = FindGradientOp(step.block.op);
+    if (op != nullptr && op->scratch != nullptr) backward = std::max(backward, op->scratch(step.block, kBlockRows));
+  }
+  const std::int64_t floats = kBlockRows * row + forward + backward;
+  return LaneCountFor(max_rows, kBlockRows) * floats * static_cast<std::int64_t>(sizeof(float));
+}
+
 bool Backpropagation::HasTangent(const nn::Network& network) {
   for (const nn::PlacedBlock& block : network.blocks()) {
     const GradientOp* op = FindGradientOp(block.op);

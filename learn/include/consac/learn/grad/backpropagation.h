@@ -79,6 +79,8 @@ class Backpropagation {
 
   /// How many gradients it keeps, each of [network parameters + extra]: for whoever counts memory before creation.
   static std::int64_t GradientCopies(std::int64_t max_rows);
+  /// Bytes of what flows through `network` and back, in all lanes of such minibatches: for them too.
+  static std::int64_t ActivationBytes(const nn::Network& network, std::int64_t max_rows);
   /// Whether all block kinds of `network` can be run along a tangent.
   static bool HasTangent(const nn::Network& network);
 
