@@ -4,6 +4,7 @@
 #include <windows.h>
 #else
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -87,6 +88,17 @@ void PrepareOutput() {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves (| head) and a file that may not grow are errors of a write,
   std::signal(SIGXFSZ, SIG_IGN);  // not the end of a training
 #endif
+}
+
+void EndAtOnce(std::string_view line, int code) {
+#if defined(_WIN32)
+  DWORD written = 0;
+  (void)WriteFile(GetStdHandle(STD_ERROR_HANDLE), line.data(), static_cast<DWORD>(line.size()), &written, nullptr);
+#else
+  pollfd asked{STDERR_FILENO, POLLOUT, 0};
+  if (poll(&asked, 1, 0) > 0 && write(STDERR_FILENO, line.data(), line.size()) < 0) std::_Exit(code);
+#endif
+  std::_Exit(code);
 }
 
 bool OutputMayBeLost() {

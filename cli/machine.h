@@ -2,6 +2,7 @@
 // What the program asks of the machine, and what a measurement was made on, for `doctor` and `bench`.
 
 #include <string>
+#include <string_view>
 
 namespace consac::cli {
 
@@ -16,6 +17,8 @@ void AllowManyFiles();
 /// Makes a terminal show UTF-8, as all of the program's words are; and a write that nobody can take an error instead of
 /// the end of the program.
 void PrepareOutput();
+/// Writes `line` to standard error, if that takes it at once, and ends the process, as a signal handler may.
+[[noreturn]] void EndAtOnce(std::string_view line, int code);
 /// Whether what standard output does not take is nobody's fault: its reader has left, or there never was a console.
 bool OutputMayBeLost();
 /// "g++ 12.2.0".

@@ -13,6 +13,7 @@
 #include "consac/base/version.h"
 #include "consac/run/output.h"
 #include "consac/run/shortage.h"
+#include "consac/run/training.h"
 
 namespace consac::cli {
 namespace {
@@ -40,8 +41,13 @@ constexpr Verb kVerbs[] = {
 std::atomic<bool> stop_flag{false}, told_to_stop{false};
 std::string program_path = "consac";
 
+void EndWhereNothingIsLost() {
+  if (run::NothingToLose()) EndAtOnce("consac: interrupted before the training began; nothing is lost\n", 130);
+}
+
 extern "C" void OnStopSignal(int) {
   stop_flag = true;
+  EndWhereNothingIsLost();
   if (told_to_stop.exchange(true)) std::_Exit(130);
 }
 
@@ -49,6 +55,7 @@ extern "C" void OnStopSignal(int) {
 // impatience.
 extern "C" void OnHangUp(int) {
   stop_flag = true;
+  EndWhereNothingIsLost();
 }
 
 }  // namespace

@@ -94,9 +94,11 @@ bool IsOwnModel(const std::string& path, const std::string& name) {
          FileNameOf(behaviour->get_ref<const std::string&>(), kModelEnd) == name;
 }
 
-// Only what a run writes; whatever else somebody put there stays, and so does config.yaml, by which the folder is known
-// for a run's whenever this is interrupted: the new run writes its own over it.
-void RemoveRun(const std::string& path) {
+// Only what a run writes, but for its models, whose paths it returns; whatever else somebody put there stays, and so
+// does config.yaml, by which the folder is known for a run's whenever this is interrupted: the new run writes its own
+// over it.
+std::vector<std::string> RemoveRun(const std::string& path) {
+  std::vector<std::string> models;
   for (const std::string_view name : kRunFiles) {
     if (name != kConfigFile) Remove(path + "/" + std::string(name));
   }
@@ -112,15 +114,15 @@ void RemoveRun(const std::string& path) {
     RemoveEmptyFolder(folder);
   }
   for (const std::string& name : FilesIn(path + "/best")) {
-    if (IsOwnModel(path + "/best", name)) Remove(path + "/best/" + name);
+    if (IsOwnModel(path + "/best", name)) models.push_back(path + "/best/" + name);
   }
-  RemoveEmptyFolder(path + "/best");
   for (const std::string& name : FilesIn(path)) {
     if (!IsOwnModel(path, name)) continue;
     const std::string behaviour = path + "/" + name.substr(0, name.size() - kModelEnd.size()) + ".";
     for (const std::string_view file : kBehaviourFiles) Remove(behaviour + std::string(file));
-    Remove(path + "/" + name);
+    models.push_back(path + "/" + name);
   }
+  return models;
 }
 
 // Whoever opens a pipe waits for ever, and whoever appends to a link writes into a file that is no run's.
@@ -193,11 +195,9 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   }
   RemoveHalfWritten(path);
   RemoveHalfWritten(path + "/checkpoints");
-  if (existing == ExistingRun::kOverwrite) {
-    RemoveRun(path);
-    fs::create_directories(ToPath(path + "/checkpoints"), error);
-  }
-  return std::unique_ptr<RunDirectory>(new RunDirectory(path, lock));
+  std::unique_ptr<RunDirectory> opened(new RunDirectory(path, lock));
+  if (existing == ExistingRun::kOverwrite) opened->old_models_ = RemoveRun(path);
+  return opened;
 }
 
 RunDirectory::RunDirectory(std::string path, int lock)
@@ -205,6 +205,17 @@ RunDirectory::RunDirectory(std::string path, int lock)
 
 RunDirectory::~RunDirectory() {
   Close(lock_);
+}
+
+void RunDirectory::KeepModel(const std::string& path) {
+  std::erase(old_models_, path);
+}
+
+void RunDirectory::RemoveOldModels() {
+  if (old_models_.empty()) return;
+  for (const std::string& model : old_models_) Remove(model);
+  old_models_.clear();
+  RemoveEmptyFolder(path_ + "/best");
 }
 
 Status RunDirectory::CheckOurs() const {

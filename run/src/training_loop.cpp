@@ -12,10 +12,23 @@
 namespace consac::run {
 namespace {
 
+std::atomic<int> networks_in_the_making{0};
+
+struct Making {
+  Making() { networks_in_the_making.fetch_add(1, std::memory_order_relaxed); }
+  ~Making() { networks_in_the_making.fetch_sub(1, std::memory_order_relaxed); }
+  Making(const Making&) = delete;
+  Making& operator=(const Making&) = delete;
+};
+
 constexpr std::int64_t kLearnPiece = 64;  // optimiser steps between looks at `stop`
 constexpr double kRest = 2.0;             // s for steps under way to end before what is kept for saving is given free
 
 }  // namespace
+
+bool NothingToLose() {
+  return networks_in_the_making.load(std::memory_order_relaxed) > 0;
+}
 
 std::int64_t Training::steps() const {
   std::int64_t sum = 0;
@@ -65,6 +78,7 @@ Status Training::MakeLearners() {
     options.seed = learn::BehaviourSeed(config_.seed, b);
     options.total_steps = ShareOfSteps(behaviour.slots);
     options.executor = pool_.executor();
+    const Making making;
     const auto model = frozen->find(behaviour.name);
     Result<std::unique_ptr<learn::Learner>> learner = model != frozen->end()
                                                           ? MakeFrozenPlayer(model->second, behaviour, options.seed)
@@ -160,6 +174,8 @@ Status Training::Start(std::vector<WorldSource> worlds) {
   LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
+  // Beside the models of a run that this one overwrites it could not be gone on with otherwise, were it killed now.
+  if (directory_->has_old_models()) TellFailure("a checkpoint", Checkpoint(), &checkpoint_failed_);
   if (next_evaluation_ == 0) PlanEvaluation();
   reserve_ = std::make_unique<MemoryReserve>(kFirstAid, SavingBytes());
   checkpoint_time_ = Now();

@@ -137,6 +137,7 @@ std::string Training::Description() const {
 Status Training::Save() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   const Status checkpoint = Checkpoint(), model = SaveModels(directory_->path());
+  if (model.ok()) directory_->RemoveOldModels();
   checkpoint_time_ = Now();
   for (Trainee& trainee : trainees_) {
     trainee.saved_updates = trainee.learner->updates();
@@ -202,7 +203,10 @@ Status Training::SaveModels(const std::string& folder) const {
 Status Training::SaveModel(PolicyData data, const std::string& folder, const BehaviourSpec& behaviour) const {
   const Result<Policy> policy = Policy::Create(std::move(data), 1);
   if (!policy.ok()) return policy.status();
-  return policy->ToFile(config_.seed).Save(folder + "/" + ModelFileName(spec(), behaviour));
+  const std::string file = folder + "/" + ModelFileName(spec(), behaviour);
+  CONSAC_RETURN_IF_ERROR(policy->ToFile(config_.seed).Save(file));
+  directory_->KeepModel(file);
+  return Status::Ok();
 }
 
 }  // namespace consac::run

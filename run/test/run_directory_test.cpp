@@ -186,7 +186,15 @@ TEST(RunDirectory, OverwritingRemovesWhatARunWritesAndNothingElse) {
                            "my.curve.png", "best/mine.txt"})
     Write(run + file, "mine");
   ASSERT_TRUE(model.Save(run + "favourite.consac").ok());
-  ASSERT_NE(Open(scratch.path(), ExistingRun::kOverwrite), nullptr);
+  ASSERT_TRUE(model.Save(run + "best/walker.consac").ok());
+  const auto directory = Open(scratch.path(), ExistingRun::kOverwrite);
+  ASSERT_NE(directory, nullptr);
+  for (const char* file : {"model.consac", "walker.consac", "best/walker.consac"})
+    EXPECT_TRUE(fs::exists(run + file)) << file << " stays until this run has its own";
+  EXPECT_TRUE(directory->has_old_models());
+  directory->KeepModel(run + "walker.consac");
+  directory->RemoveOldModels();
+  EXPECT_TRUE(fs::remove(run + "walker.consac")) << "this run's own";
   EXPECT_FALSE(std::filesystem::exists(run + "tensorboard/PPO2_1"));
   std::vector<std::string> left;
   for (const auto& [path, text] : FilesBelow(run)) left.push_back(path.substr(run.size()));

@@ -415,6 +415,27 @@ TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
   EXPECT_NE(RunProgram(folder(), {"train", "--help"}).out.find("several may follow"), std::string::npos);
 }
 
+TEST_F(ProgramTest, WhatTheFontsLackIsNotTheUsersBusiness) {
+  setenv("FONTCONFIG_FILE", "/nonexistent", 1);
+  const Outcome outcome =
+      RunProgram(folder(), {"train", "road-v0", "--steps", "300", "--name", "plain", "--no-table", "--no-progress"});
+  unsetenv("FONTCONFIG_FILE");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.error, "");
+  EXPECT_FALSE(TextOf(folder() + "/runs/plain/curve.png").empty());
+}
+
+TEST_F(ProgramTest, ANetworkInTheMakingIsLeftAtTheFirstCtrlC) {
+  Program training(folder(), {"train", "cartpole-v1", "--name", "wide", "--set", "net_arch=[3000,3000]"});
+  usleep(1500000);
+  const double start = Now();
+  training.Signal(SIGINT);
+  const Outcome outcome = training.Wait();
+  EXPECT_LT(Now() - start, 3.0) << "which making it takes longer than";
+  ExpectRefusal(outcome, 130, "nothing is lost");
+  EXPECT_FALSE(std::filesystem::exists(folder() + "/runs/wide"));
+}
+
 TEST_F(ProgramTest, ATokenMayComeFromTheEnvironment) {
   setenv("CONSAC_TOKEN", "sesame", 1);
   Program engine(folder(), {"serve", "road-v0", "--port", "0", "--port-file", "port"});

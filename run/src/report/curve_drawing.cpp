@@ -10,6 +10,7 @@
 #include "consac/base/file.h"
 #include "consac/base/memory.h"
 #include "report/axis.h"
+#include "system/system.h"
 
 namespace consac::run {
 namespace {
@@ -180,6 +181,8 @@ Status Save(const std::string& path, cairo_status_t drawn, const std::vector<std
 
 Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points) {
   CONSAC_RETURN_IF_ERROR(CheckMemory(kDrawingBytes, "drawing '" + path + "'"));
+  // fontconfig says there what it has not: a configuration, a folder for its cache. It draws all the same.
+  const StandardErrorAside quiet;
   std::vector<std::byte> svg_bytes, png_bytes;
   const Surface svg(cairo_svg_surface_create_for_stream(AppendBytes, &svg_bytes, kWidth, kHeight));
   const Surface png(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(kWidth * kPngScale),

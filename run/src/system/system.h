@@ -18,6 +18,18 @@ bool UnderstandsEscapeCodes(std::FILE* stream);
 /// Characters beside each other on the terminal that shows `stream`; 0 when none does.
 int TerminalColumns(std::FILE* stream);
 
+/// What this process writes to standard error goes nowhere while this lives: for a library that talks there.
+class StandardErrorAside {
+ public:
+  StandardErrorAside();
+  ~StandardErrorAside();
+  StandardErrorAside(const StandardErrorAside&) = delete;
+  StandardErrorAside& operator=(const StandardErrorAside&) = delete;
+
+ private:
+  int kept_ = -1;
+};
+
 /// Opens a file for reading and for writing at its end, making it where it is not. -1 and errno when that fails;
 /// a link is not followed (ELOOP; Windows does).
 int OpenToAppend(const std::string& path, bool truncate);

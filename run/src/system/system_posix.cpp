@@ -39,6 +39,20 @@ bool TakesOutput(std::FILE* stream, double wait_s) {
   return ::poll(&asked, 1, static_cast<int>(wait_s * 1e3)) > 0;
 }
 
+StandardErrorAside::StandardErrorAside() {
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere < 0) return;
+  kept_ = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  if (kept_ >= 0) ::dup2(nowhere, STDERR_FILENO);
+  ::close(nowhere);
+}
+
+StandardErrorAside::~StandardErrorAside() {
+  if (kept_ < 0) return;
+  ::dup2(kept_, STDERR_FILENO);
+  ::close(kept_);
+}
+
 int OpenToAppend(const std::string& path, bool truncate) {
   return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | (truncate ? O_TRUNC : 0), 0644);
 }

@@ -50,6 +50,10 @@ bool TakesOutput(std::FILE*, double) {
   return true;
 }
 
+// Nothing that is used here talks there.
+StandardErrorAside::StandardErrorAside() = default;
+StandardErrorAside::~StandardErrorAside() = default;
+
 // Others may read the file and take it away: a spreadsheet, TensorBoard.
 int OpenToAppend(const std::string& path, bool truncate) {
   const int flags = _O_RDWR | _O_CREAT | _O_APPEND | _O_BINARY | _O_NOINHERIT | (truncate ? _O_TRUNC : 0);

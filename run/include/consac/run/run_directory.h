@@ -22,7 +22,8 @@ Status CheckRunName(const std::string& directory, const std::string& name, Exist
 /// An opened run folder, locked against a second writer until destroyed.
 class RunDirectory {
  public:
-  /// Makes or opens directory/name. kAlreadyExists names --resume and --force, or says that the folder is no run's and
+  /// Makes or opens directory/name. Of a run that is overwritten the models stay until this one has its own
+  /// (RemoveOldModels). kAlreadyExists names --resume and --force, or says that the folder is no run's and
   /// is left alone; kNotFound when there is nothing to resume; kFailedPrecondition when another process trains it.
   static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name,
                                                     ExistingRun existing);
@@ -40,6 +41,12 @@ class RunDirectory {
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
   Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
                         std::int64_t keep) const;
+  /// Tells that the file at `path` is this run's model now.
+  void KeepModel(const std::string& path);
+  /// Deletes the models of the run that was overwritten, but for those that KeepModel named.
+  void RemoveOldModels();
+  /// Whether there are any of those.
+  bool has_old_models() const { return !old_models_.empty(); }
   /// The segments that checkpoints name; what was written there belongs to the next SaveCheckpoint.
   RowSegments& segments() const { return *segments_; }
   /// The newest checkpoint that is whole, with its segments; damaged ones are passed over with a warning. kNotFound
@@ -54,6 +61,7 @@ class RunDirectory {
   std::string path_;
   int lock_;
   std::unique_ptr<RowSegments> segments_;
+  std::vector<std::string> old_models_;  // paths, of the run that was overwritten
 };
 
 }  // namespace consac::run

@@ -43,6 +43,10 @@ std::string ModelPaths(const RunSummary& summary);
 /// With config.forever it serves one session after another until `stop`.
 Result<RunSummary> Train(const RunConfig& config, const std::atomic<bool>& stop);
 
+/// Whether a training makes its networks, during which it does not look at `stop` and has nothing to save: whoever asks
+/// it to stop may end the process.
+bool NothingToLose();
+
 /// How a model is judged, or the models of a run.
 struct EvaluateOptions {
   std::string model;               ///< path of a .consac file, a run's name or its folder (FindModels)
