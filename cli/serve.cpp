@@ -4,6 +4,7 @@
 #include "cli/verbs.h"
 #include "consac/base/file.h"
 #include "consac/base/names.h"
+#include "consac/base/refusals.h"
 #include "consac/base/text.h"
 #include "consac/run/shortage.h"
 #include "consac/server/env_server.h"
@@ -73,12 +74,17 @@ int Serve(const ServeFlags& flags) {
   }
   Print("serving {} on tcp://{}:{} (Ctrl-C stops)\n", flags.world, flags.host, port);
   FlushOutput();
+  Refusals idle([](std::string_view line) { Print("{}\n", line); });
   for (std::int64_t session = 1; flags.sessions == 0 || session <= flags.sessions; ++session) {
     const std::int64_t before = (*server)->session_steps();
     const Status status = (*server)->ServeSession(stop);
-    if (status.code() != StatusCode::kCancelled || (*server)->session_steps() != before)
-      Print("session {}: {} steps{}\n", session, (*server)->session_steps(),
-            status.ok() ? "" : "; " + status.message());
+    const std::int64_t steps = (*server)->session_steps();
+    const std::string line =
+        fmt::format("session {}: {} steps{}", session, steps, status.ok() ? "" : "; " + status.message());
+    if (steps == 0 && status.code() != StatusCode::kCancelled)
+      idle.Say(line);
+    else if (status.code() != StatusCode::kCancelled || steps != before)
+      Print("{}\n", line);
     FlushOutput();
     if (status.code() == StatusCode::kCancelled) return 130;
     if (!status.ok() && flags.sessions == session) return ExitCode(status);

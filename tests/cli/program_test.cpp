@@ -415,6 +415,22 @@ TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
   EXPECT_NE(RunProgram(folder(), {"train", "--help"}).out.find("several may follow"), std::string::npos);
 }
 
+TEST_F(ProgramTest, AFloodOfSessionsThatComeToNothingIsToldInAFewLines) {
+  Program engine(folder(), {"serve", "road-v0", "--port", "0", "--port-file", "port"});
+  for (int i = 0; i < 500 && TextOf(folder() + "/port").empty(); ++i) usleep(20000);
+  for (int i = 0; i < 12; ++i) {
+    auto talker = *ConnectTcp({"127.0.0.1", std::stoi(TextOf(folder() + "/port"))}, 2.0);
+    ASSERT_TRUE(talker->Write(std::as_bytes(std::span(std::string_view("left\n"))), 2.0).ok());
+    std::byte bytes[4096];
+    while (talker->Read(bytes, 5.0).ok()) continue;
+    usleep(200000);  // the next one is another session
+  }
+  engine.Signal(SIGINT);
+  const Outcome outcome = engine.Wait();
+  EXPECT_LT(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 9) << outcome.out;
+  EXPECT_NE(outcome.out.find("more like it)"), std::string::npos) << outcome.out;
+}
+
 TEST_F(ProgramTest, WhatTheFontsLackIsNotTheUsersBusiness) {
   setenv("FONTCONFIG_FILE", "/nonexistent", 1);
   const Outcome outcome =

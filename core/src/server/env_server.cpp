@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "consac/base/memory.h"
+#include "consac/base/refusals.h"
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
-#include "server/refusals.h"
 #include "server/seat.h"
 #include "server/secret.h"
 

@@ -1,0 +1,62 @@
+#pragma once
+// What is said of connections that come to nothing: the first few in full, then one line every few seconds, so that a
+// flood of them fills no disk. Used by servers and by who tells of their sessions.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "consac/base/hooks.h"
+
+namespace consac {
+
+/// Lines that may come by the thousand. Not thread-safe.
+class Refusals {
+ public:
+  /// Takes a line.
+  using Sayer = void (*)(std::string_view line);
+  /// Lines go to `say`; by default they are warnings in the log.
+  explicit Refusals(Sayer say = [](std::string_view line) { Log(LogLevel::kWarning, line); }) : say_(say) {}
+  /// Tells of those that were counted.
+  ~Refusals() { Tell(); }
+  Refusals(const Refusals&) = delete;
+  Refusals& operator=(const Refusals&) = delete;
+
+  /// Says `line`, or counts it where there have been many.
+  void Say(const std::string& line) {
+    Look();
+    if (in_full_ == kInFull) {
+      latest_ = line;
+      ++counted_;
+      return;
+    }
+    ++in_full_;
+    tell_at_ = Now() + kEvery;
+    say_(line);
+  }
+
+  /// Tells of those that were counted, once it is time; to be called now and then.
+  void Look() {
+    if (in_full_ == 0 || Now() < tell_at_) return;
+    if (counted_ == 0) in_full_ = 0;  // it has been quiet
+    Tell();
+    tell_at_ = Now() + kEvery;
+  }
+
+ private:
+  static constexpr int kInFull = 5;
+  static constexpr double kEvery = 5.0;  // s
+
+  void Tell() {
+    if (counted_ > 0) say_(latest_ + (counted_ > 1 ? " (and " + std::to_string(counted_ - 1) + " more like it)" : ""));
+    counted_ = 0;
+  }
+
+  Sayer say_;
+  int in_full_ = 0;
+  std::int64_t counted_ = 0;
+  std::string latest_;
+  double tell_at_ = 0.0;
+};
+
+}  // namespace consac
