@@ -142,7 +142,8 @@ Result<FrozenModels> FrozenFilesOf(const RunConfig& config, const EnvSpec& spec)
     if (std::find(names.begin(), names.end(), behaviour) == names.end())
       return Status{StatusCode::kInvalidArgument,
                     "frozen: the world has no behaviour " + Quote(behaviour) + Suggestion(behaviour, names)};
-    const std::string own = config.directory + "/" + config.name + "/" + FileNameOf(behaviour, ".consac");
+    const std::string own =
+        config.directory + "/" + FileNameOf(config.name, "") + "/" + FileNameOf(behaviour, ".consac");
     std::error_code ignored;
     const bool there = config.resume && std::filesystem::exists(ToPath(own), ignored);
     Result<std::string> file = FileOfBehaviour(there ? own : model, behaviour, config.directory);
