@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "consac/policy/demonstration.h"
 #include "consac/policy/policy.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -13,6 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!again.ok() || again->spec_json != file->spec_json || again->tensors.size() != file->tensors.size())
       std::abort();
     (void)consac::Policy::FromFile(*file);
+    (void)consac::Demonstration::FromFile(*file);
   }
   // The input as a specification, over the tensors of a model that is whole.
   consac::ModelFile made;
@@ -23,5 +25,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     made.tensors[name] = consac::Tensor::OfFloats(ones, {64});
   }
   (void)consac::Policy::FromFile(made);
+  made.tensors["rewards"] = consac::Tensor::OfFloats(ones, {64});
+  made.tensors["observations"] = made.tensors["actions"] = made.tensors["rewards"];
+  for (const char* name : {"terminated", "truncated"})
+    made.tensors[name] = {consac::DType::kU8, {64}, std::vector<std::byte>(64)};
+  made.tensors["slots"] = {consac::DType::kI32, {64}, std::vector<std::byte>(256)};
+  (void)consac::Demonstration::FromFile(made);
   return 0;
 }

@@ -26,7 +26,7 @@ RULES = (
     (re.compile(NAMED + r"\s*\+\s*(?:\"\.|TEXT\(\"\.|ConsacPlugin::ToUtf8\(Ending)|\"/\"\s*\+\s*(?!(?:consac::)?FileNameOf)[\w.\->\[\]()]*\b(name|model_name|behaviour)\b"
                 r"(?!\s*\+\s*\"/(config|model)\.)(?!\w)"),
      {"core/src/base/names.cpp",
-      "core/src/protocol/protocol2_spec.cpp", "core/src/space/space.cpp", "engines/host/src/recorder.cpp",  # in a tree
+      "core/src/protocol/protocol2_spec.cpp", "core/src/space/space.cpp", "core/src/policy/demonstration.cpp", "engines/host/src/recorder.cpp",  # in a tree
       "engines/godot/extension/src/binding/class.cpp",  # of a method, for an error
       "run/include/consac/run/run_directory.h", "run/src/run_directory.cpp", "run/src/resume.cpp",  # CheckFolderName is there
       "run/src/find_model.cpp"},  # of a folder that was listed

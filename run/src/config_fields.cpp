@@ -85,6 +85,8 @@ constexpr Field kFields[] = {
      "a mean reward, of an evaluation or else of the last 100 episodes, that ends the training; empty: none does"},
     {"init_model", &RunConfig::init_model, 0, 0, OnResume::kMustStay, nullptr,
      "a model or a run whose weights the training begins with; empty: fresh ones"},
+    {"demonstrations", &RunConfig::demonstrations, 0, 0, OnResume::kMustStay, nullptr,
+     "a file of recorded steps, for algorithms that learn from them; empty: none"},
     {"frozen", &RunConfig::frozen, 0, 0, OnResume::kMustStay, CheckFrozen,
      "behaviours that act by a model and do not learn, as prey=runs/a/prey.consac; several with commas between"},
     {"log_interval", &RunConfig::log_interval, 1, kMost, OnResume::kMayChange, nullptr,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <thread>
 
+#include "consac/policy/demonstration.h"
 #include "worlds/registry.h"
 
 namespace consac::run {
@@ -31,6 +32,7 @@ class LocalLink final : public WorldLink {
   }
   std::span<const std::uint8_t> present(std::size_t b) const override { return env_->present(b); }
   double world_seconds() const override { return seconds_; }
+  const VectorEnv* prices_goals() const override { return env_->prices_goals() ? env_.get() : nullptr; }
   void Visit(Archive& archive) override { env_->Visit(archive); }
   std::string description() const override {
     return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots);
@@ -39,6 +41,29 @@ class LocalLink final : public WorldLink {
  private:
   std::unique_ptr<VectorEnv> env_;
   double seconds_ = 0.0;
+};
+
+/// Nobody is there, ever.
+class RecordedLink final : public WorldLink {
+ public:
+  RecordedLink(BehaviourSpec behaviour, std::int64_t steps, std::string path)
+      : present_(static_cast<std::size_t>(behaviour.slots)), steps_(steps), path_(std::move(path)) {
+    spec_.id = "demonstrations";
+    spec_.behaviours.push_back(std::move(behaviour));
+  }
+  const EnvSpec& spec() const override { return spec_; }
+  Status Reset(std::uint64_t, std::span<Batch>) override { return Status::Ok(); }
+  Status Step(std::span<Batch>, MoreSteps) override { return Status::Ok(); }
+  std::span<const std::uint8_t> present(std::size_t) const override { return present_; }
+  double world_seconds() const override { return 0.0; }
+  void Visit(Archive&) override {}
+  std::string description() const override { return fmt::format("{} recorded steps in '{}'", steps_, path_); }
+
+ private:
+  EnvSpec spec_;
+  const std::vector<std::uint8_t> present_;
+  const std::int64_t steps_;
+  const std::string path_;
 };
 
 class EngineLink final : public WorldLink {
@@ -79,6 +104,13 @@ Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::
   const Result<const worlds::World*> row = worlds::FindWorld(world);
   if (!row.ok()) return row.status();
   return MakeLocalLink((*row)->create(copies));
+}
+
+Result<std::unique_ptr<WorldLink>> MakeRecordedLink(const std::string& path) {
+  Result<Demonstration> recorded = Demonstration::Load(path);
+  if (!recorded.ok()) return recorded.status();
+  return std::unique_ptr<WorldLink>(
+      std::make_unique<RecordedLink>(std::move(recorded->behaviour), recorded->steps(), path));
 }
 
 std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env) {

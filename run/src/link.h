@@ -28,6 +28,8 @@ class WorldLink {
   virtual std::span<const std::uint8_t> present(std::size_t b) const = 0;
   /// How long the latest Step took in the world itself [s]; 0 where that is not known.
   virtual double world_seconds() const = 0;
+  /// See VectorEnv; null where the world cannot.
+  virtual const VectorEnv* prices_goals() const { return nullptr; }
   /// While learning goes on for long: an engine hears that its trainer lives.
   virtual void KeepAlive() {}
   /// State of a world in this process; nothing for an engine's.
@@ -43,6 +45,8 @@ Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::
 
 /// A world of the caller's own.
 std::unique_ptr<WorldLink> MakeLocalLink(std::unique_ptr<VectorEnv> env);
+/// The agents that `path` is a recording of, for what is learned from recorded steps alone: nothing can be done there.
+Result<std::unique_ptr<WorldLink>> MakeRecordedLink(const std::string& path);
 /// A session with an engine that is connected already.
 Result<std::unique_ptr<WorldLink>> OpenEngine(std::unique_ptr<Transport> transport, const EnvClientOptions& options);
 

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <thread>
 
+#include "consac/base/text.h"
+#include "consac/learn/algo/learner.h"
 #include "report/console.h"
 #include "resume.h"
 #include "session.h"
@@ -122,6 +124,19 @@ Status CheckGivenName(const RunConfig& config) {
   return CheckRunName(config.directory, config.name, config.forever ? ExistingRun::kOverwrite : ExistingRunOf(config));
 }
 
+/// What an algorithm that needs no world does: its length is its own.
+Result<RunSummary> LearnFromRecorded(RunConfig config, const std::atomic<bool>& stop) {
+  const auto refuse = [&](const std::string& why) {
+    return Status{StatusCode::kInvalidArgument, Quote(config.algorithm) + " learns from demonstrations alone; " + why};
+  };
+  if (!config.world.empty()) return refuse("leave the world out");
+  if (config.demonstrations.empty()) return refuse("give --set demonstrations=FILE (spec/demonstration.md)");
+  if (config.eval_every > 0 && config.eval_world.empty()) return refuse("eval_every needs an eval_world");
+  Result<std::unique_ptr<WorldLink>> link = MakeRecordedLink(config.demonstrations);
+  if (!link.ok()) return link.status();
+  return RunSession(std::move(config), Length::kOfCaller, Only(std::move(*link)), stop);
+}
+
 }  // namespace
 
 std::string ModelPaths(const RunSummary& summary) {
@@ -143,6 +158,9 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     return Status{StatusCode::kInvalidArgument,
                   "eval_every needs an eval_world where an engine is trained on: a built-in world, or another engine's "
                   "tcp://host:port"};
+  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
+  if (!algorithm.ok()) return algorithm.status();
+  if (!(*algorithm)->needs_world) return LearnFromRecorded(std::move(config), stop);
   if (!IsUrl(config.world)) {
     if (config.world.empty())
       return Status{StatusCode::kInvalidArgument,

@@ -2,33 +2,17 @@
 
 #include <algorithm>
 
-#include "config_fields.h"
 #include "consac/base/file.h"
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
-#include "frozen_player.h"
-#include "state_size.h"
 
 namespace consac::run {
 namespace {
-
-std::atomic<int> networks_in_the_making{0};
-
-struct Making {
-  Making() { networks_in_the_making.fetch_add(1, std::memory_order_relaxed); }
-  ~Making() { networks_in_the_making.fetch_sub(1, std::memory_order_relaxed); }
-  Making(const Making&) = delete;
-  Making& operator=(const Making&) = delete;
-};
 
 constexpr std::int64_t kLearnPiece = 64;  // optimiser steps between looks at `stop`
 constexpr double kRest = 2.0;             // s for steps under way to end before what is kept for saving is given free
 
 }  // namespace
-
-bool NothingToLose() {
-  return networks_in_the_making.load(std::memory_order_relaxed) > 0;
-}
 
 std::int64_t Training::steps() const {
   std::int64_t sum = 0;
@@ -46,57 +30,6 @@ std::int64_t Training::memory_bytes() const {
   std::int64_t sum = 0;
   for (const Trainee& trainee : trainees_) sum += trainee.learner->memory_bytes();
   return sum;
-}
-
-// Of config_.steps, the steps of one behaviour's agents: what its learner's schedules run over.
-std::int64_t Training::ShareOfSteps(std::int64_t slots) const {
-  const double share = static_cast<double>(slots) / static_cast<double>(slots_);
-  return static_cast<std::int64_t>(static_cast<double>(config_.steps) * share + 0.5);
-}
-
-Status Training::MakeLearners() {
-  const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config_.algorithm);
-  if (!algorithm.ok()) return algorithm.status();
-  algorithm_ = *algorithm;
-  const Result<learn::HyperparameterSet> values = HyperparametersOf(config_);
-  if (!values.ok()) return values.status();
-  log_style_ = learn::LogStyleOf(*algorithm_, *values);
-  std::vector<BehaviourSpec> behaviours = spec().behaviours;
-  for (std::size_t b = 0; b < behaviours.size(); ++b) {
-    behaviours[b].slots = 0;
-    for (std::size_t i = 0; i < crew_.size(); ++i) behaviours[b].slots += crew_[i].link().spec().behaviours[b].slots;
-    slots_ += behaviours[b].slots;
-  }
-  const Result<FrozenModels> frozen = FrozenFilesOf(config_, spec());
-  if (!frozen.ok()) return frozen.status();
-  std::int64_t bytes_left = config_.max_memory_mib << 20;
-  for (std::size_t b = 0; b < behaviours.size(); ++b) {
-    const BehaviourSpec& behaviour = behaviours[b];
-    learn::LearnerOptions options;
-    options.max_bytes = bytes_left;
-    options.behaviour = behaviour;
-    options.seed = learn::BehaviourSeed(config_.seed, b);
-    options.total_steps = ShareOfSteps(behaviour.slots);
-    options.executor = pool_.executor();
-    const Making making;
-    const auto model = frozen->find(behaviour.name);
-    Result<std::unique_ptr<learn::Learner>> learner = model != frozen->end()
-                                                          ? MakeFrozenPlayer(model->second, behaviour, options.seed)
-                                                          : algorithm_->create(options, *values);
-    if (learner.status().code() == StatusCode::kResourceExhausted) {
-      const std::string which = behaviours.size() > 1 ? "behaviour " + Quote(behaviour.name) + ": " : "";
-      return {StatusCode::kResourceExhausted, which + learner.status().message() + ", or raise --set max_memory_mib=" +
-                                                  std::to_string(config_.max_memory_mib)};
-    }
-    if (!learner.ok()) return learner.status();
-    StateSize taken;
-    (*learner)->Visit(taken);
-    bytes_left =
-        std::max<std::int64_t>(0, bytes_left - (*learner)->memory_bytes() - static_cast<std::int64_t>(taken.bytes()));
-    trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots, b),
-                         DataWatch(behaviour, DataWatchOptions::Of(config_, spec())), model != frozen->end()});
-  }
-  return Status::Ok();
 }
 
 // Each world's slots follow those of the world before it.
@@ -171,7 +104,7 @@ Status Training::Start(std::vector<WorldSource> worlds) {
     CONSAC_RETURN_IF_ERROR(OpenReport(false));
   }
 
-  LearnWhatIsDue();
+  if (algorithm_->needs_world) LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
   // Beside the models of a run that this one overwrites it could not be gone on with otherwise, were it killed now.
@@ -302,10 +235,40 @@ void Training::SendIdle() {
   }
 }
 
+// The learners say how long.
+Status Training::LearnWithoutWorld() {
+  while (LearningDue() && !goal_reached_ && !stop_.load(std::memory_order_relaxed)) {
+    const double start = Now();
+    for (const Trainee& trainee : trainees_) (void)trainee.learner->Learn({kLearnPiece});
+    spent_.learning += Now() - start;
+    done_ = asked_ = steps();
+    brought_.assign(trainees_.size(), {});
+    report_->OnStep(done_, brought_);
+    CONSAC_RETURN_IF_ERROR(AfterRound());
+  }
+  return Status::Ok();
+}
+
+Status Training::AfterRound() {
+  ReportUpdates();  // of a learner that reports without learning just now
+  for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
+  CONSAC_RETURN_IF_ERROR(reserve_->health());
+  EvaluateIfDue();
+  if (CheckpointDue()) {
+    const double before = Now();
+    (void)Save();
+    saving_seconds_ += Now() - before;
+    CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
+  }
+  TellTime();
+  return Status::Ok();
+}
+
 Status Training::Loop() {
   done_ = asked_ = steps();
   if (EvaluationDue()) EvaluateIfDue();  // which a stop has interrupted
   round_began_ = Now();
+  if (!algorithm_->needs_world) return LearnWithoutWorld();
   while (true) {
     SendIdle();
     if (steps_under_way() == 0) break;
@@ -319,17 +282,7 @@ Status Training::Loop() {
     }
     CONSAC_RETURN_IF_ERROR(Handle(outcome));
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
-    ReportUpdates();  // of a learner that reports without learning just now
-    for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
-    CONSAC_RETURN_IF_ERROR(reserve_->health());
-    EvaluateIfDue();
-    if (CheckpointDue()) {
-      const double before = Now();
-      (void)Save();
-      saving_seconds_ += Now() - before;
-      CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
-    }
-    TellTime();
+    CONSAC_RETURN_IF_ERROR(AfterRound());
   }
   return Status::Ok();
 }

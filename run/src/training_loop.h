@@ -63,7 +63,9 @@ class Training {
   std::string ModelPath(const BehaviourSpec& behaviour) const;
   Status SaveModels(const std::string& folder) const;
   Status SaveModel(PolicyData data, const std::string& folder, const BehaviourSpec& behaviour) const;
+  Status LoadDemonstration();
   Status MakeLearners();
+  learn::LearnerOptions OptionsFor(std::size_t b, const BehaviourSpec& behaviour);
   std::int64_t ShareOfSteps(std::int64_t slots) const;
   Status Restore();
   Status OpenReport(bool resumed);
@@ -80,6 +82,8 @@ class Training {
   Status Take(Worker& worker);
   Status Lose(const Crew::Outcome& outcome);
   Status LearnAndGoOn(std::size_t worker);
+  Status LearnWithoutWorld();
+  Status AfterRound();
   void LearnWhatIsDue();
   void ReportUpdates();
   void AccountFor(const Crew::Outcome& outcome, double waited);
@@ -110,6 +114,7 @@ class Training {
   std::unique_ptr<MemoryReserve> reserve_;  // what saving takes
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
+  std::optional<Demonstration> demonstration_;
   std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
   EnvSpec spec_;                   // of the first world, which the others equal but for their number of environments
   Crew crew_;

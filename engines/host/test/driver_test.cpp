@@ -9,6 +9,7 @@
 
 #include "consac/host/recorder.h"
 #include "consac/learn/algo/learner.h"
+#include "consac/policy/demonstration.h"
 #include "consac/policy/policy.h"
 #include "engines/host/test/ticked_engine.h"
 #include "tests/protocol2_peers.h"
@@ -386,6 +387,11 @@ TEST(ByHand, TheHostActsAndTheRecorderTakesItDown) {
   EXPECT_EQ(ends.bytes[2 * 29], std::byte{0});
   EXPECT_EQ(ends.bytes[2 * 30], std::byte{1});  // the 31st step leads from 40 off the road
   EXPECT_THAT(file.spec_json, HasSubstr("\"kind\":\"demonstration\""));
+  const Result<Demonstration> learnable = Demonstration::Load(path);
+  ASSERT_TRUE(learnable.ok()) << learnable.status().message();
+  EXPECT_EQ(learnable->steps(), 118);
+  EXPECT_EQ(learnable->behaviour.slots, 2);
+  EXPECT_EQ(learnable->terminated[2 * 30], 1);
 }
 
 }  // namespace

@@ -8,28 +8,40 @@
 namespace consac::learn {
 namespace {
 
+constexpr std::size_t kMostAdded = 32;
+
 /// An algorithm that has two generations, as one of them.
 template <Generation generation, auto create>
 Result<std::unique_ptr<Learner>> As(const LearnerOptions& options, const HyperparameterSet& values) {
   return create(generation, options, values);
 }
 
-const std::vector<Algorithm>& AlgorithmTable() {
-  static const std::vector<Algorithm> table = {
-      {"ppo2", "proximal policy optimisation as in Stable Baselines 2.10.2, the thesis' algorithm",
-       LogStyle::kStableBaselines2, PpoTable(Generation::kStableBaselines2),
-       As<Generation::kStableBaselines2, CreatePpo>},
-      {"ppo", "proximal policy optimisation as in Stable Baselines3", LogStyle::kStableBaselines3,
-       PpoTable(Generation::kStableBaselines3), As<Generation::kStableBaselines3, CreatePpo>},
-      {"a2c", "advantage actor-critic, as in Stable Baselines3 or, with the preset sb2, 2.10.2",
-       LogStyle::kStableBaselines3, A2cTable(), CreateA2c},
-      {"dqn", "deep Q-learning, as in Stable Baselines3 or, with the preset sb2, 2.10.2", LogStyle::kStableBaselines3,
-       DqnTable(), CreateDqn},
-  };
+std::vector<Algorithm>& AlgorithmTable() {
+  static std::vector<Algorithm> table = [] {
+    std::vector<Algorithm> own = {
+        {"ppo2", "proximal policy optimisation as in Stable Baselines 2.10.2, the thesis' algorithm",
+         LogStyle::kStableBaselines2, PpoTable(Generation::kStableBaselines2),
+         As<Generation::kStableBaselines2, CreatePpo>},
+        {"ppo", "proximal policy optimisation as in Stable Baselines3", LogStyle::kStableBaselines3,
+         PpoTable(Generation::kStableBaselines3), As<Generation::kStableBaselines3, CreatePpo>},
+        {"a2c", "advantage actor-critic, as in Stable Baselines3 or, with the preset sb2, 2.10.2",
+         LogStyle::kStableBaselines3, A2cTable(), CreateA2c},
+        {"dqn", "deep Q-learning, as in Stable Baselines3 or, with the preset sb2, 2.10.2", LogStyle::kStableBaselines3,
+         DqnTable(), CreateDqn},
+    };
+    own.reserve(own.size() + kMostAdded);  // rows stay where they are
+    return own;
+  }();
   return table;
 }
 
 }  // namespace
+
+void AddAlgorithm(const Algorithm& algorithm) {
+  std::vector<Algorithm>& table = AlgorithmTable();
+  CONSAC_ASSERT(table.size() < table.capacity() && !FindAlgorithm(algorithm.name).ok());
+  if (table.size() < table.capacity()) table.push_back(algorithm);
+}
 
 std::span<const Algorithm> Algorithms() {
   return AlgorithmTable();

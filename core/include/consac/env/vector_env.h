@@ -103,6 +103,14 @@ class VectorEnv {
   virtual bool renders() const { return false; }
   /// Draws world `world` as it is.
   virtual void Render(std::int32_t world, Picture* picture) { (void)world, (void)picture; }
+  /// True when PriceGoals works.
+  virtual bool prices_goals() const { return false; }
+  /// What steps of behaviour `b` would have paid had they led to `observations`, [rows, observation row_bytes], whose
+  /// wanted goals others have been put in the place of; rewards [rows] out. For learners that learn from goals that
+  /// were not meant (hindsight experience replay). Depends on nothing else, and nothing depends on it.
+  virtual void PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) const {
+    (void)b, (void)observations, (void)rows, (void)rewards;
+  }
   /// Exact state of all worlds, generators included.
   virtual void Visit(Archive& archive) = 0;
 };

@@ -33,6 +33,7 @@ struct RunConfig {
   std::string eval_world;                     ///< where models are evaluated; "": a world like the training's own
   std::string stop_reward;                    ///< a mean reward that ends the training; "": none does
   std::string init_model;                     ///< model or run whose weights the training begins with; "": fresh ones
+  std::string demonstrations;                 ///< recorded steps to learn from (spec/demonstration.md); "": none
   std::string frozen;                         ///< "prey=MODEL,...": behaviours that act by a model and do not learn
   std::int64_t log_interval = 1;              ///< reports of the algorithm between console tables
   bool table = true;                          ///< console table

@@ -14,6 +14,7 @@
 // How an algorithm works reads from top to bottom in its one file, beside this one.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -26,6 +27,7 @@
 #include "consac/env/batch.h"
 #include "consac/env/vector_env.h"
 #include "consac/learn/algo/hyperparameters.h"
+#include "consac/policy/demonstration.h"
 #include "consac/policy/policy.h"
 
 namespace consac::learn {
@@ -55,9 +57,15 @@ struct LearnerOptions {
   Executor executor;                                ///< parallel work; none: this thread
   Communicator ranks;                               ///< other processes of this training; none: this one
   std::int64_t max_bytes = std::int64_t{64} << 30;  ///< of its buffers; needing more is an error, not a crash
+  /// Recorded steps to learn from, for algorithms that take them (Algorithm::demonstrations); they outlive the learner.
+  const Demonstration* demonstration = nullptr;
+  /// VectorEnv::PriceGoals of this behaviour, for algorithms that relabel goals; empty where the world cannot.
+  std::function<void(const std::byte* observations, std::int64_t rows, float* rewards)> price_goals;
 };
 
-/// One algorithm at work on one behaviour. Not thread-safe, but Snapshot may be called between any two calls.
+/// One algorithm at work on one behaviour. One that needs no world is never staged and never told of a step: learning
+/// is due from the beginning until it has learned all. Not thread-safe, but Snapshot may be called between any two
+/// calls.
 class Learner {
  public:
   virtual ~Learner() = default;
@@ -79,7 +87,7 @@ class Learner {
   /// Does a bounded piece of the learning that is due; true while more is. Calling it with nothing due does nothing.
   virtual bool Learn(const LearnBudget& budget) = 0;
 
-  /// Agent steps recorded so far.
+  /// Agent steps recorded so far; of one that needs no world, steps learned from.
   virtual std::int64_t steps() const = 0;
   /// Updates (rounds of learning) finished so far.
   virtual std::int64_t updates() const = 0;
@@ -88,6 +96,8 @@ class Learner {
   virtual std::int64_t reports() const { return updates(); }
   /// Agent steps of one round of collection, or 0 when the algorithm learns continuously.
   virtual std::int64_t steps_per_update() const = 0;
+  /// Steps that it is to learn from in all, of one that needs no world: how long it trains is its own to say.
+  virtual std::int64_t planned_steps() const { return 0; }
   /// Begins with the weights and the observation statistics of `model`, before anything is recorded; the error says
   /// what of it does not fit.
   virtual Status StartFrom(const PolicyData& model) = 0;
@@ -111,6 +121,13 @@ enum class LogStyle : std::uint8_t {
   kStableBaselines3,  ///< sections: "rollout/ep_rew_mean", "time/fps", "train/approx_kl" ...
 };
 
+/// What an algorithm does with demonstrations.
+enum class Demonstrations : std::uint8_t {
+  kNone,   ///< it takes none
+  kTakes,  ///< it learns from them besides, where there are any
+  kNeeds,  ///< it cannot do without
+};
+
 /// One row of the table of algorithms (algo/registry.cpp).
 struct Algorithm {
   const char* name;                                 ///< "ppo2"
@@ -119,10 +136,16 @@ struct Algorithm {
   std::span<const Hyperparameter> hyperparameters;  ///< its table
   /// Makes a learner; the error says which hyperparameter or space does not fit and what would.
   Result<std::unique_ptr<Learner>> (*create)(const LearnerOptions& options, const HyperparameterSet& values);
+  bool needs_world = true;      ///< false: it acts nowhere, and learns from demonstrations alone
+  bool relabels_goals = false;  ///< it needs a world that prices goals
+  Demonstrations demonstrations = Demonstrations::kNone;  ///< what it does with them
 };
 
 /// Whose keys it logs under with these values: its `log_keys` where it has that hyperparameter.
 LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values);
+/// Adds a row to the table, for an algorithm that is not part of this library: 32 at most. Not thread-safe: call it
+/// before learners are made.
+void AddAlgorithm(const Algorithm& algorithm);
 /// Every algorithm, in the order of the table.
 std::span<const Algorithm> Algorithms();
 /// The row of that name; kNotFound names the nearest.
