@@ -25,7 +25,7 @@ test-slow: build
 	cmake --preset release --log-level=WARNING
 	cmake --build --preset release -j $(JOBS) --target learning_proofs
 	.venv/bin/python tests/hostile/hostile.py --seconds 600 --seed $$(date +%j)
-	build/release/tests/learning_proofs bench/results/learning.md
+	build/release/tests/learning_proofs bench/results/learning.md bench/results/sb3_curves.json
 	tools/setup.sh slow
 	.venv-slow/bin/python tests/slow/ecosystem_proofs.py bench/results/ecosystem.md
 

@@ -14,6 +14,7 @@ out=bench/results/speed.md
   echo "Written by \`make bench\` on $(date -u +%Y-%m-%d), commit $(git rev-parse --short HEAD). Ratios are within one run on one machine."
   printf '\n## CONSAC\n\n'; $consac bench
   printf '\n## PPO update beside LibTorch, same run\n\n```\n'; build/release/bench/consac_ppo_update_bench; echo '```'
+  printf '\n## The nature CNN beside PyTorch, in turn\n\n'; $python bench/compare/cnn_speed.py build/release/bench/consac_cnn_bench
   printf '\n## One action\n\n```\n'; build/release/bench/consac_action_bench; echo '```'
   printf '\n## Transports\n\n'; build/release/bench/consac_transport_bench; echo
   PYTHONPATH=python $python bench/compare/python_client_bench.py $consac
