@@ -1,6 +1,7 @@
 // Predict and Predict Many beside the core's own policy, where an action is numbers.
 #include "consac/nn/net_arch.h"
 #include "graphs.h"
+#include "tests/remembering.h"
 
 namespace consac::testing {
 namespace {
@@ -63,6 +64,39 @@ TEST(Model, ActionsThatAreNumbersAreThePolicysBitForBit) {
   ASSERT_EQ(result, EConsacResult::Success) << Text(error);
   ASSERT_EQ(static_cast<std::size_t>(many.Num()), expected.size());
   EXPECT_EQ(std::memcmp(many.GetData(), expected.data(), expected.size() * sizeof(float)), 0);
+}
+
+// Its action is the sum of what an agent saw since its episode began; each row is an agent.
+TEST(Model, RemembersForEachRowUntilItsEpisodeBegins) {
+  const ScratchFolder scratch("unreal_memory");
+  const std::string path = scratch.path() + "/sum.consac";
+  ASSERT_TRUE(Policy::Create(RememberingPolicy(), 1)->ToFile(1).Save(path).ok());
+  Shim::Game game;
+  EConsacResult result = EConsacResult::Failed;
+  UConsacModel* model = nullptr;
+  FConsacAction action;
+  FString error;
+  UConsacBlueprintLibrary::LoadConsacModel(nullptr, Text(path), result, model, error);
+  ASSERT_EQ(result, EConsacResult::Success) << Text(error);
+  TArray<float> one, many, actions;
+  one.Add(1.0f);
+  for (int i = 1; i <= 3; ++i) {
+    model->Predict(one, true, result, action, error);
+    ASSERT_EQ(action.Values[0], static_cast<float>(i));
+  }
+  for (int i = 0; i < 20; ++i) many.Add(2.0f);
+  model->PredictMany(many, true, result, actions, error);
+  ASSERT_EQ(actions.Num(), 20) << Text(error);
+  EXPECT_EQ(actions[0], 5.0f) << "room for more rows forgets nothing";
+  EXPECT_EQ(actions[19], 2.0f);
+  model->BeginModelEpisode(0);
+  model->BeginModelEpisode(99);
+  model->PredictMany(many, true, result, actions, error);
+  EXPECT_EQ(actions[0], 2.0f);
+  EXPECT_EQ(actions[19], 4.0f);
+  model->BeginModelEpisode();
+  model->PredictMany(many, true, result, actions, error);
+  EXPECT_EQ(actions[19], 2.0f);
 }
 
 }  // namespace

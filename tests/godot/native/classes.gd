@@ -167,6 +167,9 @@ func _model(path: String) -> void:
 	var drawn := model.predict_with(rows, PackedByteArray(), PackedByteArray(), true)
 	model.set_seed(1)
 	_same("draws repeat", model.predict_with(rows, PackedByteArray(), PackedByteArray(), true), drawn)
+	model.begin_episode(0)
+	model.begin_episode(-1)
+	_same("a model that remembers nothing acts as before", model.predict(rows), all)
 	_check("a masked action is not taken", model.predict_with(PackedFloat32Array([0, 40]), PackedByteArray(),
 			PackedByteArray([1, 1, 0]), false)[0] != 2.0)
 

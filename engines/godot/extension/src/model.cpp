@@ -27,6 +27,7 @@ ClassTable ModelTable() {
       Bind<Model, &Model::Fits>("fits", {"behaviour"}),
       Bind<Model, &Model::Predict>("predict", {"observations"}),
       Bind<Model, &Model::PredictWith>("predict_with", {"observations", "bytes", "masks", "sample"}),
+      Bind<Model, &Model::BeginEpisode>("begin_episode", {"row"}),
       Bind<Model, &Model::SetSeed>("set_seed", {"seed"}),
   };
   return table;
@@ -35,19 +36,17 @@ ClassTable ModelTable() {
 Status Model::Take(std::span<const std::byte> bytes) {
   Result<Policy> policy = Policy::FromBytes(bytes, 1);
   if (!policy.ok()) return policy.status();
-  file_.assign(bytes.begin(), bytes.end());
   policy_.emplace(*std::move(policy));
   observation_.emplace(policy_->observation_layout(), policy_->observation_layout().leaves);
   action_.emplace(policy_->action_layout(), policy_->action_layout().leaves);
   room_ = 0;
+  begins_.clear();
   return MakeRoom(1);
 }
 
 Status Model::MakeRoom(std::int64_t rows) {
   if (rows <= room_) return Status::Ok();
-  Result<Policy> policy = Policy::FromBytes(file_, rows);
-  if (!policy.ok()) return policy.status();
-  policy_.emplace(*std::move(policy));
+  CONSAC_RETURN_IF_ERROR(policy_->MakeRoom(rows));
   room_ = rows;
   seen_.assign(static_cast<std::size_t>(rows) * policy_->observation_layout().row_bytes, std::byte{0});
   done_.assign(static_cast<std::size_t>(rows) * policy_->action_layout().row_bytes, std::byte{0});
@@ -117,7 +116,8 @@ Result<Floats> Model::PredictWith(const Floats& numbers, const Bytes& bytes, con
                                                     std::to_string(action_->masks()) + " for each of " +
                                                     std::to_string(*rows) + " rows"};
   }
-  CONSAC_RETURN_IF_ERROR(MakeRoom(std::min(*rows, kMostRowsAtOnce)));
+  CONSAC_RETURN_IF_ERROR(MakeRoom(policy_->recurrent() ? *rows : std::min(*rows, kMostRowsAtOnce)));
+  if (begins_.size() < static_cast<std::size_t>(*rows)) begins_.resize(static_cast<std::size_t>(*rows), 1);
   const auto take = [](auto* span, std::size_t count) {
     const auto front = span->first(std::min(count, span->size()));
     *span = span->subspan(front.size());
@@ -133,12 +133,21 @@ Result<Floats> Model::PredictWith(const Floats& numbers, const Bytes& bytes, con
       observation_->WriteBytes(take(&in_bytes, n * observation_->bytes()), now, seen_.data());
     const bool masked = !in_masks.empty();
     if (masked) action_->WriteMasks(take(&in_masks, n * action_->masks()), now, masks_.data());
-    policy_->Act(seen_.data(), masked ? masks_.data() : nullptr, now,
-                 sample ? ActionMode::kSample : ActionMode::kDeterministic, rng_, done_.data());
+    const ActRows acting{.observations = seen_.data(),
+                         .masks = masked ? masks_.data() : nullptr,
+                         .rows = now,
+                         .begins = begins_.data() + done};
+    policy_->Act(acting, sample ? ActionMode::kSample : ActionMode::kDeterministic, rng_, done_.data());
     action_->Read(done_.data(), now, take(&out, n * action_->numbers()));
     done += now;
   }
+  std::fill_n(begins_.begin(), static_cast<std::size_t>(*rows), std::uint8_t{0});
   return actions;
+}
+
+void Model::BeginEpisode(std::int64_t row) {
+  for (std::size_t i = 0; i < begins_.size(); ++i)
+    begins_[i] = row < 0 || static_cast<std::int64_t>(i) == row ? 1 : begins_[i];
 }
 
 void Model::SetSeed(std::int64_t seed) {

@@ -31,6 +31,9 @@ class Model : public Instance {
   Result<Floats> Predict(const Floats& numbers);
   /// The same for models that see uint8 entries too; `masks` may be empty; `sample`: draws actions.
   Result<Floats> PredictWith(const Floats& numbers, const Bytes& bytes, const Bytes& masks, bool sample);
+  /// For models that remember, for each row of a call by itself: the agent of this row begins an episode; below 0: all
+  /// do.
+  void BeginEpisode(std::int64_t row);
   /// What the draws begin from.
   void SetSeed(std::int64_t seed);
 
@@ -39,12 +42,12 @@ class Model : public Instance {
   Status MakeRoom(std::int64_t rows);
   Result<std::int64_t> CountRows(std::size_t numbers, std::size_t bytes) const;
 
-  std::vector<std::byte> file_;  // to make room for more rows
   std::optional<Policy> policy_;
   std::optional<RowMap> observation_, action_;
   std::int64_t room_ = 0;
   std::vector<std::byte> seen_, done_;
   std::vector<std::uint8_t> masks_;
+  std::vector<std::uint8_t> begins_;  // [rows of any call so far]
   Rng rng_{0};
 };
 

@@ -20,15 +20,10 @@ static consac::Status ActFor(FConsacModelState& State, const TArray<float>& Valu
 	const consac::Layout& Seen = State.Policy->observation_layout();
 	const std::size_t SeenBytes = Seen.row_bytes;
 	const int64 Count = CountOf(Seen);
-	if (Rows > State.Room)
+	CONSAC_RETURN_IF_ERROR(State.Policy->MakeRoom(Rows));
+	if (State.Begins.size() < static_cast<std::size_t>(Rows))
 	{
-		consac::Result<consac::Policy> Larger = consac::Policy::Create(State.Policy->data(), Rows);
-		if (!Larger.ok())
-		{
-			return Larger.status();
-		}
-		State.Policy.emplace(std::move(*Larger));
-		State.Room = Rows;
+		State.Begins.resize(static_cast<std::size_t>(Rows), 1);
 	}
 	State.Observations.assign(static_cast<std::size_t>(Rows) * SeenBytes, std::byte{0});
 	State.Actions.resize(static_cast<std::size_t>(Rows) * State.Policy->action_layout().row_bytes);
@@ -37,8 +32,12 @@ static consac::Status ActFor(FConsacModelState& State, const TArray<float>& Valu
 	{
 		CONSAC_RETURN_IF_ERROR(WriteRow(Layout, State.Observations.data() + static_cast<std::size_t>(Row) * SeenBytes, Values.GetData() + Row * Count, Count));
 	}
-	State.Policy->Act(State.Observations.data(), nullptr, Rows, bDeterministic ? consac::ActionMode::kDeterministic : consac::ActionMode::kSample,
-		State.Rng, State.Actions.data());
+	consac::ActRows Acting;
+	Acting.observations = State.Observations.data();
+	Acting.rows = Rows;
+	Acting.begins = State.Begins.data();
+	State.Policy->Act(Acting, bDeterministic ? consac::ActionMode::kDeterministic : consac::ActionMode::kSample, State.Rng, State.Actions.data());
+	std::fill_n(State.Begins.begin(), static_cast<std::size_t>(Rows), std::uint8_t{0});
 	return consac::Status::Ok();
 }
 
@@ -68,7 +67,7 @@ bool UConsacModel::Load(const FString& Path, FString& Error)
 	}
 	State->Bytes = std::move(*Bytes);
 	State->Policy.emplace(std::move(*Policy));
-	State->Room = 1;
+	State->Begins.clear();
 	return ConsacPlugin::Explain(consac::Status::Ok(), Error);
 }
 
@@ -115,6 +114,17 @@ void UConsacModel::PredictMany(const TArray<float>& Observations, bool bDetermin
 			{
 				ConsacPlugin::ReadLeaf(Leaf, State->Actions.data() + static_cast<std::size_t>(Row) * Layout.row_bytes, Actions);
 			}
+		}
+	}
+}
+
+void UConsacModel::BeginModelEpisode(int32 Agent)
+{
+	for (std::size_t Row = 0; Row < State->Begins.size(); ++Row)
+	{
+		if (Agent < 0 || Row == static_cast<std::size_t>(Agent))
+		{
+			State->Begins[Row] = 1;
 		}
 	}
 }

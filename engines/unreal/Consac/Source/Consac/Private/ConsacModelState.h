@@ -9,7 +9,7 @@ struct FConsacModelState
 {
 	std::vector<std::byte> Bytes;          // the file, for drivers that make models of their own
 	std::optional<consac::Policy> Policy;  // none until Load
-	int64 Room = 0;                        // rows that it can act for at once
+	std::vector<std::uint8_t> Begins;      // of each row of a call: its agent's episode begins
 	std::vector<std::byte> Observations;
 	std::vector<std::byte> Actions;
 	consac::Rng Rng = consac::Rng(0, 0);

@@ -29,6 +29,12 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Predict Many", ExpandEnumAsExecs="Result"))
 	void PredictMany(const TArray<float>& Observations, bool bDeterministic, EConsacResult& Result, TArray<float>& Actions, FString& Error);
 
+	/** Only for models that remember: an agent's episode begins, and what the model remembers of it is forgotten. Predict and each row of
+	 *  Predict Many have a memory of their own, row by row.
+	 *  @param Agent The row, from 0, which is Predict's too; -1 for all of them. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Begin Model Episode"))
+	void BeginModelEpisode(int32 Agent = -1);
+
 	/** Fails with the first difference when the model was trained for other spaces. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Check Model Spaces", ExpandEnumAsExecs="Result"))
 	void CheckModelSpaces(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, EConsacResult& Result, FString& Error);

@@ -34,7 +34,7 @@ enum class EConsacWhileLearning : uint8
 {
 	/** Nothing: every step is learned from. */
 	Wait,
-	/** They go on by the latest model; these steps are not learned from. */
+	/** They go on. Algorithms that learn in rounds (ppo) take the latest model and learn nothing from these steps; those that learn at every step (dqn) lose none. */
 	GoOn
 };
 
