@@ -19,15 +19,24 @@ struct ConformanceVerdict {
   std::string name;
   std::string rules;  ///< of spec/protocol2.md, "R11 R24"
   Status status;      ///< ok, or which step failed and how
+  bool offered = true;  ///< false: the other end does not do what the case is of, which is its right
 };
 
-/// Runs every case against `endpoint`, telling `say` of each; how many failed. kUnavailable when nobody answers there.
-Result<int> RunConformance(const Endpoint& endpoint, const std::string& token,
+/// How many cases came to what.
+struct ConformanceCount {
+  int held = 0, failed = 0, not_offered = 0;
+
+  void Add(const ConformanceVerdict& verdict) {
+    ++(!verdict.status.ok() ? failed : verdict.offered ? held : not_offered);
+  }
+};
+
+/// Runs every case against `endpoint`, telling `say` of each. kUnavailable when nobody answers there.
+Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token,
                            const std::function<void(const ConformanceVerdict&)>& say);
 
-/// Is the engine of every case for a trainer that connects to `endpoint` again and again; how many failed. kUnavailable
-/// when nobody listens for `patience_s`.
-Result<int> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
+/// Is the engine of every case for a trainer that connects to `endpoint` again and again, each time within `patience_s`.
+Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
                                   const std::function<void(const ConformanceVerdict&)>& say);
 
 }  // namespace consac::cli

@@ -15,6 +15,7 @@
 
 #include "consac/base/hash.h"
 #include "consac/base/json.h"
+#include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "consac/space/layout.h"
 #include "consac/transport/transport.h"
@@ -95,6 +96,19 @@ class CaseWriter {
   std::string held_;
 };
 
+/// Whether every choice of an action is legal by its mask row.
+inline bool IsLegal(const Layout& layout, const std::uint8_t* mask, const std::byte* row) {
+  for (const Leaf& leaf : layout.leaves) {
+    std::int64_t at = leaf.mask_offset;
+    for (std::int64_t i = 0; leaf.mask_count > 0 && i < leaf.count; ++i) {
+      const auto [low, high] = ElementBounds(leaf, i);
+      if (mask[at + static_cast<std::int64_t>(ReadElement(leaf, row, i) - low)] == 0) return false;
+      at += static_cast<std::int64_t>(high - low) + 1;
+    }
+  }
+  return true;
+}
+
 /// Moves every choice to the first legal one from where it is.
 inline void MakeLegal(const Layout& layout, const std::uint8_t* mask, std::byte* row) {
   for (const Leaf& leaf : layout.leaves) {
@@ -109,6 +123,36 @@ inline void MakeLegal(const Layout& layout, const std::uint8_t* mask, std::byte*
       at += choices;
     }
   }
+}
+
+/// The same with its CRC as `how` wants it: "right", "wrong", or some number "without flag", which is not looked at.
+inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, std::uint32_t session,
+                              const std::string& payload, bool checked, const nlohmann::json& how) {
+  const std::string crc = how.value("crc", "");
+  std::string frame = WholeFrame(type, request, session, payload, crc.empty() ? checked : crc != "without flag");
+  constexpr std::size_t kCrcOffset = 12;
+  if (crc == "wrong" || crc == "without flag") frame[kCrcOffset] = static_cast<char>(frame[kCrcOffset] ^ 1);
+  return frame;
+}
+
+/// A text of a case or of the peer for people: at most `most` bytes, and a mark where there are more.
+inline std::string Shortened(const std::string& text, std::size_t most = 400) {
+  return text.size() <= most ? text : text.substr(0, most) + "...";
+}
+
+/// A frame that has come, for people: JSON as it is, anything else in hex.
+inline std::string FrameText(const protocol2::Frame& frame) {
+  const std::string payload(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size());
+  if (payload.starts_with("{")) return FrameName(frame.header.type) + " " + Quote(payload, 400);
+  std::string hex;
+  for (const char byte : payload.substr(0, 64)) hex += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  return fmt::format("{} of {} bytes{}{}{}", FrameName(frame.header.type), payload.size(), hex.empty() ? "" : ": ", hex,
+                     payload.size() > 64 ? "..." : "");
+}
+
+/// Where a case stands, for people: the step's number and what it is.
+inline Status AtStep(int number, const nlohmann::json& step, const Status& status) {
+  return {status.code(), fmt::format("step {}: {}: {}", number, Shortened(JsonText(step)), status.message())};
 }
 
 /// A case's rules in one line.

@@ -1,6 +1,7 @@
 #pragma once
 // RESET and STEP as the conformance cases of a server want them, right ones and wrong ones, made from SPEC.
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -46,10 +47,35 @@ class Payloads {
     if (kind == "no options") return Options("");
     if (kind == "first") return OnlyFirst(Step(0, result), 1);
     if (kind == "others") return OnlyFirst(Step(1, result), 0);
-    if (kind == "illegal") return Illegal(Step(1, result), result);
-    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0), result);
+    if (kind == "illegal") return Illegal(Step(1, result), result, blocks_.environments);
+    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0), result, 1);
+    if (kind == "NaN") return NonFinite(Step(1, result), result, std::numeric_limits<double>::quiet_NaN());
+    if (kind == "infinity") return NonFinite(Step(1, result), result, std::numeric_limits<double>::infinity());
+    if (kind == "scattered seeds") return Scattered(Reset(protocol2::kWithSeeds, 1));
     return Step(1, result);
   }
+
+  /// The world of the first slot that takes part, which is whose action is wrong; -1 where nobody does.
+  std::int64_t FirstWorld(const std::string& result) const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const std::int64_t slot = FirstSlot(b, result, blocks_.environments);
+      if (slot >= 0) return slot / static_cast<std::int64_t>(env_->behaviours[b].agents.size());
+    }
+    return -1;
+  }
+
+  /// Whether some action has a floating-point number.
+  bool has_floats() const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
+      for (const Leaf& leaf : env_->behaviours[b].action_layout.leaves) {
+        if (IsFloat(leaf)) return true;
+      }
+    }
+    return false;
+  }
+
+  /// The longest of the frames that have one length each, or a longest: STEP, RESET with seeds, RESULT without infos.
+  std::size_t longest() const { return std::max({blocks_.step_bytes, blocks_.options, blocks_.largest_result}); }
 
   /// A RESULT without what is not looked at: rows of slots without 16, 1 and 2, mask rows of slots without 16.
   std::string LookedAt(std::string result) const {
@@ -126,19 +152,53 @@ class Payloads {
     return payload;
   }
 
-  /// The first environment's first agent that takes part does what cannot be done.
-  std::string Illegal(std::string payload, const std::string& result) const {
+  /// The behaviour's first slot that takes part, within the first `worlds`; -1 where there is none.
+  std::int64_t FirstSlot(std::size_t b, const std::string& result, std::size_t worlds) const {
+    for (std::size_t slot = 0; slot < worlds * env_->behaviours[b].agents.size(); ++slot) {
+      if ((result[blocks_.behaviours[b].states + slot] & protocol2::kActive) != 0) return static_cast<std::int64_t>(slot);
+    }
+    return -1;
+  }
+  std::byte* ActionOf(std::string& payload, std::size_t b, std::int64_t slot) const {
+    return reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[b].actions +
+           static_cast<std::size_t>(slot) * env_->behaviours[b].action_layout.row_bytes;
+  }
+
+  /// The first agent that takes part, of the first `worlds`, does what cannot be done.
+  std::string Illegal(std::string payload, const std::string& result, std::size_t worlds) const {
     for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
-      const Layout& layout = env_->behaviours[b].action_layout;
-      const Leaf& leaf = layout.leaves[0];
-      for (std::size_t slot = 0; slot < env_->behaviours[b].agents.size(); ++slot) {
-        if ((result[blocks_.behaviours[b].states + slot] & protocol2::kActive) == 0) continue;
-        std::byte* row =
-            reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[b].actions + slot * layout.row_bytes;
-        const bool box = leaf.space.kind() == SpaceKind::kBox;
-        WriteElement(leaf, row, 0, box ? std::numeric_limits<double>::quiet_NaN() : 100000.0);
-        return payload;
+      const Leaf& leaf = env_->behaviours[b].action_layout.leaves[0];
+      const std::int64_t slot = FirstSlot(b, result, worlds);
+      if (slot < 0) continue;
+      const bool box = leaf.space.kind() == SpaceKind::kBox;
+      WriteElement(leaf, ActionOf(payload, b, slot), 0, box ? std::numeric_limits<double>::quiet_NaN() : 100000.0);
+      return payload;
+    }
+    return payload;
+  }
+
+  static bool IsFloat(const Leaf& leaf) { return leaf.dtype == DType::kF32 || leaf.dtype == DType::kF64; }
+
+  /// The last number of every floating-point leaf of the first agent that takes part and has one is `value`.
+  std::string NonFinite(std::string payload, const std::string& result, double value) const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const std::int64_t slot = FirstSlot(b, result, blocks_.environments);
+      bool written = false;
+      for (const Leaf& leaf : env_->behaviours[b].action_layout.leaves) {
+        if (slot < 0 || !IsFloat(leaf)) continue;
+        WriteElement(leaf, ActionOf(payload, b, slot), leaf.count - 1, value);
+        written = true;
       }
+      if (written) return payload;
+    }
+    return payload;
+  }
+
+  /// Seeds that do not follow one another: 100, 97, 94, ...
+  std::string Scattered(std::string payload) const {
+    for (std::size_t i = 0; i < blocks_.environments; ++i) {
+      const std::uint64_t seed = 3 * (blocks_.environments - i) + 97;
+      std::memcpy(payload.data() + blocks_.seeds + i * sizeof(seed), &seed, sizeof(seed));
     }
     return payload;
   }

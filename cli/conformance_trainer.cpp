@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "cli/conformance.h"
 #include "cli/conformance_frames.h"
@@ -55,8 +57,10 @@ class EngineScript {
   Status Do(const Case& step) {
     if (step.contains("begin")) return Begin(step);
     if (step.contains("send")) return DoSend(step["send"]);
-    if (step.contains("silent")) return Silent(step["silent"]);
-    if (step.contains("resume")) return AwaitResume();
+    if (step.contains("silent")) return Silent(step["silent"], true);
+    if (step.contains("mute")) return Silent(step["mute"], false);
+    if (step.contains("resume")) return AwaitResume(step["resume"]);
+    if (step.contains("anew")) return AwaitAnew();
     return DoExpect(step["expect"]);
   }
 
@@ -82,10 +86,38 @@ class EngineScript {
     result_ = payload;
     return Send(FrameType::kResult, request_, payload);
   }
+  /// Whether the trainer's next request is a RESET or STEP (`to`) of just these environments, of all where none are
+  /// named.
+  Result<bool> Asks(const Case& answer) {
+    for (Result<Frame> frame = Next();; frame = Next()) {
+      if (!frame.ok()) return frame.status();
+      const FrameType type = frame->header.type;
+      if (type != FrameType::kReset && type != FrameType::kStep) {
+        const Result<bool> aside = Take({{"type", answer["to"]}}, *frame);
+        if (!aside.ok()) return aside.status();
+        continue;
+      }
+      peeked_ = *frame;
+      if (type != FrameTypeOf(answer["to"])) return false;
+      const Case all = Case::array();
+      const Case& chosen = answer.contains("environments") ? answer["environments"] : all;
+      for (std::size_t i = 0; i < spec_["environments"]; ++i) {
+        const std::size_t at = protocol2::kActiveOffset + i;
+        const int wanted = chosen.empty() ? 1 : chosen[i].get<int>();
+        if (at >= frame->payload.size() || std::to_integer<int>(frame->payload[at]) != wanted) return false;
+      }
+      return true;
+    }
+  }
+  /// Another STEP or RESET comes.
+  Status GoesOn() {
+    const Result<bool> asks = Asks({{"to", "STEP"}});
+    return asks.ok() ? Status::Ok() : asks.status();
+  }
   /// Other ways to begin an episode that the trainer has asked for.
   const std::set<std::string>& asked() const { return asked_; }
   Status DoExpect(const Case& what) {
-    if (what.contains("closed")) return ExpectClosed();
+    if (what.contains("closed")) return ExpectClosed(what);
     while (true) {
       const Result<Frame> frame = Next();
       if (!frame.ok())
@@ -115,20 +147,22 @@ class EngineScript {
       payload = JsonText(spec);
     }
     if (what.contains("welcome")) {
-      Case welcome = {{"protocol", 2}, {"session", kSessionNumber}, {"resume", may_resume_ ? kResumeToken : ""}};
+      Case welcome = {{"protocol", 2},
+                      {"session", kSessionNumber},
+                      {"resume", may_resume_ ? kResumeToken : ""},
+                      {"max_frame", max_frame_}};
       welcome.update(what["welcome"]);
       payload = JsonText(welcome);
     }
     const bool answers = what.contains("result") || what.value("request", Case()) == "answer";
     const Case& number = what.contains("request") ? what["request"] : Case();
     const std::uint64_t request = number.is_number() ? number.get<std::uint64_t>() : answers ? request_ : 0;
-    std::string frame = WholeFrame(FrameTypeOf(what["type"]), request, kSessionNumber, payload, what.contains("crc"));
-    if (what.value("crc", "") == "wrong") frame[12] = static_cast<char>(frame[12] ^ 1);
-    return Write(frame, what);
+    return Write(WholeFrame(FrameTypeOf(what["type"]), request, kSessionNumber, payload, false, what), what);
   }
 
   /// The next frame of any kind; kUnavailable once the trainer is gone.
   Result<Frame> Next(double patience_s = kConformancePatience) {
+    if (peeked_.has_value()) return *std::exchange(peeked_, std::nullopt);
     const double deadline = Now() + patience_s;
     while (true) {
       Frame frame;
@@ -154,8 +188,7 @@ class EngineScript {
     if (!awaited && (type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0))
       return false;
     if (!awaited)
-      return Failed(
-          fmt::format("expected {}, got {} {}", JsonText(what["type"]), FrameName(type), Quote(payload, 120)));
+      return Failed(fmt::format("expected {}, got {}", JsonText(what["type"]), FrameText(frame)));
     if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
     if (type == FrameType::kHello) return TakeHello(frame);
     if (type == FrameType::kPong) return true;
@@ -171,6 +204,7 @@ class EngineScript {
     if (!hello.ok()) return hello.status();
     if (hello->lowest > protocol2::kVersion || hello->highest < protocol2::kVersion)
       return Failed("HELLO's versions do not hold 2");
+    max_frame_ = hello->max_frame;
     if (hello->resume.empty() || resuming_) return true;
     const protocol2::ErrorMessage over{"AUTH_FAILED", true, "that session is over", {}, 0.0};
     CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, 0, protocol2::EncodeError(over)));
@@ -211,45 +245,66 @@ class EngineScript {
       return Failed("what must be 0 in RESET and STEP is not (R42)");
     for (std::size_t i = 0; i < blocks.environments; ++i) {
       const int chosen = std::to_integer<int>(frame.payload[protocol2::kActiveOffset + i]);
-      if (chosen > 1 || (!step && chosen != 1))
+      if (chosen > 1 || (!step && result_.empty() && chosen != 1))
         return Failed(fmt::format("{} says {} for environment {} (R40, R43)", step ? "STEP" : "RESET", chosen, i));
     }
     return step ? CheckActions(spec->env, blocks, frame) : Status::Ok();
   }
 
-  /// Of those who take part.
+  /// Of those who take part in environments that are stepped.
   Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const Frame& frame) const {
     for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
-      const Layout& layout = env.behaviours[b].action_layout;
-      for (std::int32_t slot = 0; slot < env.behaviours[b].slots; ++slot) {
+      const BehaviourSpec& behaviour = env.behaviours[b];
+      const Layout& layout = behaviour.action_layout;
+      for (std::int32_t slot = 0; slot < behaviour.slots; ++slot) {
         const std::size_t state = blocks.behaviours[b].states + static_cast<std::size_t>(slot);
-        if (state < result_.size() && (result_[state] & protocol2::kActive) == 0) continue;
+        const std::size_t world = static_cast<std::size_t>(slot) / behaviour.agents.size();
+        if (frame.payload[protocol2::kActiveOffset + world] == std::byte{0}) continue;
+        if (result_.size() < blocks.result_bytes || (result_[state] & protocol2::kActive) == 0) continue;
         const std::byte* row =
             frame.payload.data() + blocks.behaviours[b].actions + static_cast<std::size_t>(slot) * layout.row_bytes;
         const Status legal = CheckRow(layout, row);
         if (!legal.ok()) return Failed(fmt::format("the action of slot {}: {} (R48)", slot, legal.message()));
+        const auto* mask = reinterpret_cast<const std::uint8_t*>(result_.data()) + blocks.behaviours[b].masks +
+                           slot * layout.mask_bytes;
+        if (behaviour.masks_actions && !IsLegal(layout, mask, row))
+          return Failed(fmt::format("the action of slot {} is not legal by its mask (R48)", slot));
       }
     }
     return Status::Ok();
   }
 
-  /// The trainer leaves without another request; BYE and PING are none.
-  Status ExpectClosed() {
+  /// The trainer leaves without another request; BYE and PING are none. `bye`: it says so. `after`: one request of that
+  /// type may have been on its way.
+  Status ExpectClosed(const Case& what) {
+    bool bye = false, after = what.contains("after");
     while (true) {
       const Result<Frame> frame = Next();
       if (!frame.ok() && frame.status().code() == StatusCode::kUnavailable) {
         transport_ = nullptr;
-        return Status::Ok();
+        return bye || !what.contains("bye") ? Status::Ok() : Failed("the trainer left without BYE (R85)");
       }
       if (!frame.ok()) return Failed("the trainer stays: " + frame.status().message());
       const FrameType type = frame->header.type;
-      if (type != FrameType::kBye && type != FrameType::kPing && type != FrameType::kPong)
-        return Failed("the trainer goes on with " + FrameName(type));
+      bye = bye || type == FrameType::kBye;
+      if (type == FrameType::kBye || type == FrameType::kPing || type == FrameType::kPong) continue;
+      if (!after || type != FrameTypeOf(what["after"])) return Failed("the trainer goes on with " + FrameName(type));
+      after = false;
     }
   }
 
-  /// PING is answered all the while.
-  Status Silent(double seconds) {
+  /// The trainer, which has ended the session itself, begins a new one.
+  Status AwaitAnew() {
+    CONSAC_RETURN_IF_ERROR(Accept());
+    const Result<Frame> hello = Next();
+    if (!hello.ok()) return hello.status();
+    const Result<protocol2::Hello> said = protocol2::ParseHello(hello->payload);
+    if (!said.ok()) return said.status();
+    return said->resume.empty() ? Status::Ok() : Failed("it takes up a session that it has ended itself (R15)");
+  }
+
+  /// PING is answered all the while, or nothing is.
+  Status Silent(double seconds, bool answers) {
     const double deadline = Now() + seconds;
     while (true) {
       const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
@@ -257,12 +312,13 @@ class EngineScript {
       if (frame->header.type != FrameType::kPing)
         return Failed(FrameName(frame->header.type) + " came before the answer (R10)");
       const std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
-      CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
+      if (answers) CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
     }
   }
 
-  /// The connection breaks; the trainer comes back and repeats its request. One that does not resume holds too.
-  Status AwaitResume() {
+  /// The connection breaks; the trainer comes back and repeats its request. `how`: true, or members that are wrong in
+  /// the WELCOME that it gets.
+  Status AwaitResume(const Case& how) {
     const std::string before = last_;
     transport_->Close();
     CONSAC_RETURN_IF_ERROR(Accept());
@@ -273,8 +329,10 @@ class EngineScript {
     if (!said.ok()) return said.status();
     if (said->resume.empty()) return {StatusCode::kCancelled, "it does not resume, and need not"};
     if (said->resume != kResumeToken) return Failed("HELLO resumes with " + Quote(said->resume));
-    CONSAC_RETURN_IF_ERROR(DoSend(
-        {{"type", "WELCOME"}, {"welcome", {{"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}}}}));
+    Case welcome = {{"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}};
+    if (how.is_object()) welcome.update(how);
+    CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", welcome}}));
+    if (how.is_object()) return Status::Ok();
     --request_;
     CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "STEP"}}));
     return last_ == before ? Status::Ok() : Failed("the request comes once more with other bytes (R24)");
@@ -289,13 +347,15 @@ class EngineScript {
   CaseWriter writer_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_;
+  std::optional<Frame> peeked_;  // has been looked at and not been taken
+  std::size_t max_frame_ = protocol2::kLargestFrame;  // HELLO's
   std::uint64_t request_ = 0;
   std::string last_, result_;  // payloads of the latest request and the latest RESULT
   bool may_resume_ = false, resuming_ = false;
 };
 
 Status RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results,
-                 std::set<std::string>* asked) {
+                 std::set<std::string>* asked, bool* offered) {
   EngineScript script(listener, patience_s, spec, results);
   CONSAC_RETURN_IF_ERROR(script.Accept());
   int number = 0;
@@ -303,64 +363,70 @@ Status RunScript(const Case& entry, Listener& listener, double patience_s, const
     ++number;
     const Status status = script.Do(step);
     asked->insert(script.asked().begin(), script.asked().end());
-    if (status.code() == StatusCode::kCancelled) return Status::Ok();
-    if (!status.ok())
-      return {status.code(), fmt::format("step {} ({}): {}", number, JsonText(step).substr(0, 80), status.message())};
+    *offered = status.code() != StatusCode::kCancelled;
+    if (!*offered) return Status::Ok();
+    if (!status.ok()) return AtStep(number, step, status);
   }
   return Status::Ok();
 }
 
 /// The answers of one of results.json; the trainer goes on, or leaves at the one that breaks a rule.
-Status RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec) {
+Status RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec, bool* offered) {
   EngineScript script(listener, patience_s, spec, {}, entry["autoreset"]);
   CONSAC_RETURN_IF_ERROR(script.Accept());
   CONSAC_RETURN_IF_ERROR(script.Begin({{"begin", "SPEC"}}));
   bool breaks = false;
+  int number = 0;
   for (const Case& answer : entry["answers"]) {
-    CONSAC_RETURN_IF_ERROR(script.DoExpect({{"type", answer["to"]}}));
+    ++number;
+    const Result<bool> asks = script.Asks(answer);
+    if (!asks.ok()) return AtStep(number, answer, asks.status());
+    *offered = *asks;
+    if (!*offered) return Status::Ok();
+    if (const Status came = script.DoExpect({{"type", answer["to"]}}); !came.ok()) return AtStep(number, answer, came);
     CONSAC_RETURN_IF_ERROR(script.Answer(BytesOf(answer["result"])));
     breaks = answer.contains("breaks");
   }
-  return script.DoExpect(breaks ? Case{{"closed", true}} : Case{{"type", "STEP"}});
+  const bool goes_on = !breaks;
+  const Status end = goes_on ? script.GoesOn() : script.DoExpect({{"closed", true}, {"bye", true}});
+  return end.ok() ? end : AtStep(number, entry["answers"].back(), end);
 }
 
-/// Whether a trainer that resets once, and then steps everything, in a way that it asks for, meets the case and must
-/// notice it: NaN it may overlook.
-bool OnTheWire(const Case& entry, const std::set<std::string>& asked) {
-  const bool offered = entry["autoreset"] == "same_step" || asked.contains(entry["autoreset"].get<std::string>());
-  bool fits = offered && entry["answers"].back().value("breaks", "") != "R75";
-  for (std::size_t i = 0; i < entry["answers"].size(); ++i) {
-    const Case& answer = entry["answers"][i];
-    fits = fits && !answer.contains("environments") && (answer["to"] == "RESET") == (i == 0);
-  }
-  return fits;
+/// Whether the trainer asks for that way to begin an episode.
+bool AsksFor(const Case& autoreset, const std::set<std::string>& asked) {
+  return autoreset == "same_step" || asked.contains(autoreset.get<std::string>());
 }
 
 }  // namespace
 
-Result<int> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
+Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
                                   const std::function<void(const ConformanceVerdict&)>& say) {
   Result<std::unique_ptr<Listener>> listener = ListenTcp(endpoint);
   if (!listener.ok()) return listener.status();
   const Case conversations = ReadCase(ConformanceTrainerCases()), results = ReadCase(ConformanceResults());
-  int failed = 0;
-  const auto tell = [&](const Case& entry, const Status& status) {
-    failed += status.ok() ? 0 : 1;
-    say({entry["name"], RulesText(entry["rules"]), status});
+  ConformanceCount count;
+  const auto tell = [&](const Case& entry, const Status& status, bool offered) {
+    const ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"]), status, offered};
+    count.Add(verdict);
+    say(verdict);
     return status.code() != StatusCode::kUnavailable || status.message().find("no trainer") == std::string::npos;
   };
   std::set<std::string> asked;  // ways to begin an episode
   for (const Case& entry : conversations["cases"]) {
-    if (!tell(entry,
-              RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"], &asked)))
-      return failed;
+    bool offered = true;
+    const Status status =
+        RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"], &asked, &offered);
+    if (!tell(entry, status, offered)) return count;
   }
   for (const Case& entry : results["cases"]) {
-    if (!OnTheWire(entry, asked)) continue;
+    if (entry["answers"].back().value("breaks", "") == "R75") continue;  // which a trainer may overlook (R78)
     const Case& spec = results["specs"][entry["spec"].get<std::string>()];
-    if (!tell(entry, RunResults(entry, **listener, patience_s, spec))) return failed;
+    bool offered = AsksFor(entry["autoreset"], asked);
+    const Status status =
+        offered ? RunResults(entry, **listener, patience_s, spec, &offered) : Status::Ok();
+    if (!tell(entry, status, offered)) return count;
   }
-  return failed;
+  return count;
 }
 
 }  // namespace consac::cli

@@ -126,23 +126,28 @@ int ExamineConformance(const DoctorFlags& flags) {
   const bool of_trainer = !flags.trainer.empty();
   const Result<Endpoint> endpoint = Endpoint::Parse(of_trainer ? flags.trainer : flags.conformance);
   if (!endpoint.ok()) return Fail("doctor", endpoint.status());
-  int count = 0;
   const auto say = [&](const ConformanceVerdict& verdict) {
-    ++count;
-    Print("{:<8} {} ({})\n", verdict.status.ok() ? "holds" : "FAILS", verdict.name, verdict.rules);
-    if (!verdict.status.ok()) Print("         {}\n", verdict.status.message());
+    const char* holds = verdict.offered ? "holds" : "not offered";
+    Print("{:<12} {} ({})\n", verdict.status.ok() ? holds : "FAILS", verdict.name, verdict.rules);
+    if (!verdict.status.ok()) Print("             {}\n", verdict.status.message());
     FlushOutput();
   };
   if (of_trainer) {
-    Print("listening on {}; let the trainer connect, reset and step, again and again, within {} s each time\n",
+    Print("listening on {}; let the trainer connect, reset all and step all, again and again, within {} s each time\n",
           flags.trainer, flags.timeout);
     FlushOutput();
   }
-  const Result<int> failed =
+  const Result<ConformanceCount> count =
       of_trainer ? RunTrainerConformance(*endpoint, flags.timeout, say) : RunConformance(*endpoint, flags.token, say);
-  if (!failed.ok()) return Fail("doctor", failed.status());
-  Print("{} of {} cases of protocol 2 hold\n", count - *failed, count);
-  return *failed == 0 ? 0 : 3;
+  if (!count.ok()) return Fail("doctor", count.status());
+  Print("{} of {} cases of protocol 2 hold", count->held, count->held + count->failed);
+  if (count->not_offered > 0) {
+    Print("; {} more are of what this {}", count->not_offered,
+          of_trainer ? "trainer does not do (another autoreset asked for first, some environments alone, coming back)"
+                     : "engine does not offer");
+  }
+  Print("\n");
+  return count->failed == 0 ? 0 : 3;
 }
 
 int Doctor(const DoctorFlags& flags) {
@@ -172,16 +177,17 @@ Action AddDoctor(CLI::App& app) {
   app.add_option("url", flags->url,
                  "an engine to examine, tcp://host:port; takes one session of it and up to 50 steps");
   app.add_option("--conformance", flags->conformance,
-                 "put the server at tcp://host:port through the cases of spec/conformance/protocol2");
+                 "put the server at tcp://host:port through the cases of spec/conformance/protocol2/server.json");
   app.add_option(
       "--conformance-trainer", flags->trainer,
       "be the engine at tcp://host:port for a trainer that connects again and again, each time within "
-      "--timeout s of the last: one case a connection, and a session in which the trainer resets once and then "
-      "steps until the engine ends it or is wrong. A trainer that asks for next_step or disabled before "
-      "same_step is put through their cases too");
+      "--timeout s of the last: one case of spec/conformance/protocol2/trainer.json or results.json a connection, "
+      "and a session in which the trainer resets all environments and then steps all of them until the engine ends it "
+      "or is wrong. It must be able to do same_step; one that asks for next_step or disabled first is put through "
+      "their cases too");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
-  AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint");
+  AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint (3 unless given)");
   return [flags] { return Doctor(*flags); };
 }
 

@@ -93,8 +93,8 @@ public sealed class Engine {
   }
   byte[] Refuse(Refused refused, ulong request) {
     bool ends = refused.EndsConnection || phase == Phase.Hello;
-    string text = "{\"code\":\"" + refused.Code + "\",\"severity\":\"" + (ends ? "connection" : "request") + "\",\"message\":" + Json.Quote(refused.Message) +
-        (refused.Env >= 0 ? ",\"env\":" + refused.Env : "") + (refused.Path != null ? ",\"path\":" + Json.Quote(refused.Path) : "") +
+    string text = "{\"code\":\"" + refused.Code + "\",\"severity\":\"" + (ends ? "connection" : "request") + "\",\"message\":" + Json.Quote(Names.Cut(refused.Message)) +
+        (refused.Env >= 0 ? ",\"env\":" + refused.Env : "") + (refused.Path != null ? ",\"path\":" + Json.Quote(Names.Cut(refused.Path)) : "") +
         (refused.Code == "UNSUPPORTED_VERSION" ? ",\"protocol\":[2,2]}" : "}");
     byte[] bytes = Send(FrameType.Error, request, Encoding.UTF8.GetBytes(text));
     if (ends) phase = Phase.Over;
@@ -117,11 +117,7 @@ public sealed class Engine {
     }
     if (repeated) { socket.Send(answer); return; }
     last = frame.Request;
-    try {
-      answer = CarryOut(frame);
-    } catch (Refused refused) {
-      answer = Refuse(refused, frame.Request);
-    }
+    try { answer = CarryOut(frame); } catch (Refused refused) { answer = Refuse(refused, frame.Request); }
   }
 
   void Hello(Arrived frame) {
@@ -130,8 +126,8 @@ public sealed class Engine {
     var range = Json.Member<List<object>>(said, "protocol", null);
     if (range == null || range.Count != 2 || !range.All(bound => bound is long)) throw new Refused("MALFORMED", "HELLO without protocol");
     if ((long)range[0] > 2 || (long)range[1] < 2) throw new Refused("UNSUPPORTED_VERSION", "this engine speaks 2");
-    Json.Member<List<object>>(said, "capabilities", null);
-    Json.Member(said, "token", "");
+    if (Json.Member(said, "capabilities", new List<object>()).Any(capability => !(capability is string))) throw new Refused("MALFORMED", "capabilities are texts");
+    Json.Member(said, "token", Json.Member(said, "client", ""));
     if (Json.Member(said, "resume", "") != "") throw new Refused("AUTH_FAILED", "sessions end with their connection");
     long limit = Json.Member<long>(said, "max_frame", FrameReader.LastLimit);
     reader.Limit = (int)Math.Min(Math.Max(limit, FrameReader.FirstLimit), FrameReader.LastLimit);
@@ -157,6 +153,7 @@ public sealed class Engine {
   byte[] Configure(Dictionary<string, object> said) {
     string autoreset = Json.Member(said, "autoreset", "same_step"), transport = Json.Member(said, "transport", "tcp");
     var expected = Json.Member<List<object>>(said, "expect", null);
+    Names.Check(expected);
     if (autoreset != "same_step" || transport != "tcp") throw new Refused("UNSUPPORTED", "same_step and tcp only");
     byte[] offer = Encoding.UTF8.GetBytes(spec);
     string path = expected == null ? null : Json.Difference(expected, Json.Read(offer)["behaviours"], "behaviours");

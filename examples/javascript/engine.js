@@ -3,7 +3,7 @@
 //   node examples/javascript/engine.js [port] [worlds]        then        consac train tcp://127.0.0.1:5005 --steps 30000
 'use strict'
 const net = require('net')
-const { TYPES, FIRST_LIMIT, LAST_LIMIT, CONNECTION, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts } = require('./protocol2')
+const { TYPES, FIRST_LIMIT, LAST_LIMIT, CONNECTION, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts, checkNames } = require('./protocol2')
 const { HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, BYE, PING, PONG, RENDER } = TYPES
 
 // ---- The game
@@ -92,7 +92,7 @@ class Session {
   }
   refuse(error, request) {
     const severity = CONNECTION.has(error.code) || this.phase === 'hello' ? 'connection' : 'request'
-    const said = { code: error.code, severity, message: error.message, ...error.more }
+    const said = { code: error.code, severity, message: error.message.slice(0, 300).toWellFormed(), ...error.more }  // all of it within 4096 bytes (R17)
     const bytes = this.send(ERROR, request, Buffer.from(JSON.stringify(said)))
     if (severity === 'connection') { this.phase = 'over'; this.socket.end() }
     return bytes
@@ -163,9 +163,10 @@ class Session {
     const autoreset = member(said, 'autoreset', isText, 'same_step'), transport = member(said, 'transport', isText, 'tcp')
     const expected = member(said, 'expect', Array.isArray)
     if (autoreset !== 'same_step' || transport !== 'tcp') throw new Refused('UNSUPPORTED', 'same_step and tcp only')
+    checkNames(expected)
     const path = expected ? difference(expected, this.offer.behaviours, 'behaviours') : null
-    if (path) throw new Refused('SPEC_MISMATCH', `${path} is another; the engine offers ${JSON.stringify(this.offer.behaviours)}`, { path })
-    const text = Buffer.from(JSON.stringify(this.offer)), largest = Math.max(text.length, align(this.size + this.worlds * ROW))
+    if (path) throw new Refused('SPEC_MISMATCH', `${path} is another; the engine offers ${JSON.stringify(this.offer.behaviours)}`, { path: path.slice(0, 300).toWellFormed() })
+    const text = Buffer.from(JSON.stringify(this.offer)), largest = Math.max(text.length, align(this.size + this.worlds * ROW))  // STEP is shorter
     if (largest > this.reader.limit) throw new Refused('UNSUPPORTED', `${largest} bytes do not fit into max_frame`)
     this.phase = 'reset'
     return text

@@ -59,7 +59,17 @@ function member(object, name, fits, otherwise) {
   return object[name]
 }
 const isText = value => typeof value === 'string', isWhole = Number.isSafeInteger
+/// A name by spec/names.md: 1 to 255 bytes of characters that show.
+const HIDDEN = /[\u0000-\u001f\u007f-\u009f\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufdd0-\ufdef\ufeff\ufff9-\ufffb\ufffe\uffff\u{e0000}-\u{e00ff}]/u
+const isName = value => isText(value) && value !== '' && Buffer.byteLength(value) <= 255 && !HIDDEN.test(value)
 const isTexts = value => Array.isArray(value) && value.every(isText)
+
+/// Names are judged in `expect` too, though they are only compared (R32).
+function checkNames(value, key) {
+  const names = key === 'name' ? [value] : key === 'agents' && Array.isArray(value) ? value : []
+  if (names.some(name => isText(name) && !isName(name))) throw new Refused('MALFORMED', 'an expected name that is none')
+  if (value && typeof value === 'object') for (const [below, inner] of Object.entries(value)) checkNames(inner, below)
+}
 
 /// A whole frame.
 function frame(type, request, session, payload) {
@@ -93,4 +103,4 @@ class FrameReader {
   }
 }
 
-module.exports = { TYPES, FIRST_LIMIT, LAST_LIMIT, CONNECTION, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts }
+module.exports = { TYPES, FIRST_LIMIT, LAST_LIMIT, CONNECTION, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts, isName, checkNames }

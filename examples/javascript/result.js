@@ -1,16 +1,31 @@
 // Rows of spaces, and a judge of RESULTs, for the trainer's end of protocol 2. R numbers are rules of spec/protocol2.md.
 'use strict'
-const { Refused, align, readJson } = require('./protocol2')
+const { Refused, align, readJson, isName, isWhole } = require('./protocol2')
 
 const SIZES = { BOOL: 1, U8: 1, I8: 1, U16: 2, I16: 2, U32: 4, I32: 4, F32: 4, U64: 8, I64: 8, F64: 8 }
 const product = numbers => numbers.reduce((all, n) => all * n, 1)
 const broken = (rule, what) => new Refused(rule, `a RESULT breaks ${rule}: ${what}`)
+
+/// What the table of spaces asks of one, beside what its row shows (R9).
+function checkSpace({ type, spaces, n, start, nvec, shape, low, high }) {
+  const all = (bound, otherwise) => (Array.isArray(bound) ? bound : Array(product(shape)).fill(bound)).map(one => one ?? otherwise)
+  const fits = {
+    dict: () => spaces.every(({ name }, i) => isName(name) && (i === 0 || Buffer.compare(Buffer.from(spaces[i - 1].name), Buffer.from(name)) < 0)),
+    tuple: () => true,
+    discrete: () => isWhole(n) && n >= 1 && isWhole(start ?? 0) && Math.abs(start ?? 0) < 2 ** 30 && (start ?? 0) + n <= 2 ** 31,
+    multi_discrete: () => nvec.length > 0 && nvec.every(one => isWhole(one) && one >= 1 && one <= 2 ** 31),
+    multi_binary: () => isWhole(n) && n >= 1,
+    box: () => { const lows = all(low, -Infinity), highs = all(high, Infinity); return lows.length === highs.length && lows.every((one, i) => one <= highs[i]) }
+  }[type]
+  if (!fits?.()) throw new Refused('MALFORMED', `a space of type ${type} that its table does not allow`)
+}
 
 /// The leaves of a space, where they lie in a row, and how many mask bytes each choice has.
 function layout(space) {
   const leaves = []
   let bytes = 0, widest = 1
   const append = (space, path) => {
+    checkSpace(space)
     if (space.type === 'dict' || space.type === 'tuple') return space.spaces.forEach(({ name, space }) => append(space, [...path, name]))
     const leaf = {
       discrete: () => ({ dtype: 'I32', count: 1, low: space.start ?? 0, choices: [space.n] }),
@@ -61,6 +76,7 @@ class Judge {
     this.size = at
   }
 
+  /// Whether somebody takes part.
   judge(payload, stepped) {
     if (payload.length < this.size) throw broken('R60', `${payload.length} bytes, at least ${this.size}`)
     const parts = payload.readUInt32LE(0)
@@ -78,7 +94,7 @@ class Judge {
       end = this.padded(payload, end + 4 + payload.readUInt32LE(end))
     }
     if (payload.length !== end) throw broken('R60', `${payload.length} bytes, expected ${end}`)
-    if (parts & 2) this.infos(payload.subarray(infos + 4, infos + 4 + payload.readUInt32LE(infos)))
+    if (parts & 2) this.infos(payload.subarray(infos + 4, infos + 4 + payload.readUInt32LE(infos)), payload)
     this.behaviours.forEach((behaviour, b) => {
       const { slots, seen, done, masked, rows, rewards, states, masks } = behaviour
       this.padded(payload, rows + slots * seen.bytes)
@@ -93,6 +109,7 @@ class Judge {
       }
       payload.copy(behaviour.was, 0, states, states + slots)
     })
+    return this.behaviours.some(({ was }) => was.some(state => state & 16))
   }
 
   /// The end of the block that is full at `from`; what lies between is 0.
@@ -128,13 +145,13 @@ class Judge {
       }
     }
   }
-  infos(bytes) {
-    const slots = this.behaviours.reduce((sum, { slots }) => sum + slots, 0)
+  infos(bytes, payload) {
+    const states = Buffer.concat(this.behaviours.map(({ slots, states }) => payload.subarray(states, states + slots)))
     try {
       const said = readJson(bytes)
-      for (const columns of [said.infos ?? {}, said.final_infos ?? {}])
+      for (const [columns, may] of [[said.infos ?? {}, () => true], [said.final_infos ?? {}, slot => states[slot] & 4]])
         for (const { slots: of, values } of Object.values(columns))
-          if (of.length !== values.length || !of.every(slot => Number.isInteger(slot) && slot >= 0 && slot < slots)) throw new Error('a column')
+          if (of.length !== values.length || new Set(of).size < of.length || !of.every(slot => slot in states && isWhole(slot) && may(slot))) throw new Error('a column')
     } catch (error) { throw broken('R74', error.message) }
   }
 }

@@ -3,7 +3,7 @@
 //   node examples/javascript/trainer.js [port] [steps]        0 steps: until the engine ends the session, and then anew
 'use strict'
 const net = require('net')
-const { TYPES, LAST_LIMIT, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts } = require('./protocol2')
+const { TYPES, LAST_LIMIT, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts, isName } = require('./protocol2')
 const { Judge, element } = require('./result')
 const { HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED } = TYPES
 const DEADLINE = 60000, NAMES = Object.fromEntries(Object.entries(TYPES).map(([name, type]) => [type, name]))  // ms
@@ -40,14 +40,18 @@ class Trainer {
     this.socket.on('error', error => this.leave(error.message, error.code === 'ECONNREFUSED'))
     this.socket.on('close', () => this.leave('the engine closed the connection'))
   }
+  /// Ends the session, with BYE where it is not over already (R85).
   leave(why, nobody = false) {
     clearTimeout(this.timer)
-    this.socket.destroy()
+    if (this.session && !this.left && !this.socket.destroyed) this.send(BYE, 0, Buffer.alloc(0))
+    this.left = true
+    this.socket.destroySoon()
     this.end({ why, nobody })
   }
+  /// So long an answer may take, while the engine is not paused (R83).
   wait() {
     clearTimeout(this.timer)
-    this.timer = setTimeout(() => this.leave('the engine is silent'), DEADLINE)
+    if (!this.paused) this.timer = setTimeout(() => this.leave('the engine is silent'), DEADLINE)
   }
   send(type, request, payload) {
     this.socket.write(frame(type, request, this.session, Buffer.isBuffer(payload) ? payload : Buffer.from(JSON.stringify(payload))))
@@ -61,7 +65,7 @@ class Trainer {
   take(data) {
     this.reader.feed(data)
     try {
-      for (let arrived; !this.socket.destroyed && (arrived = this.reader.next());) this.handle(arrived)
+      for (let arrived; !this.left && (arrived = this.reader.next());) this.handle(arrived)
     } catch (error) {
       if (!(error instanceof Refused)) throw error
       this.leave(error.message)
@@ -70,9 +74,15 @@ class Trainer {
   handle({ type, request, payload }) {
     if (type === PING) return this.send(PONG, 0, payload)
     if (type === PONG || type & 0x8000) return
-    if (type === PAUSED) return clearTimeout(this.timer)
-    if (type === RESUMED) return this.wait()
-    if (type === ERROR || type === GOAWAY) return this.leave(`${NAMES[type]}: ${payload}`)
+    if (type === PAUSED || type === RESUMED) {
+      this.paused = type === PAUSED
+      this.deserted = undefined
+      return this.wait()
+    }
+    if (type === ERROR || type === GOAWAY) {
+      this.left = type === GOAWAY || readJson(payload).severity === 'connection'
+      return this.leave(`${NAMES[type]}: ${payload}`)
+    }
     if (type !== this.awaited || request !== this.request) return this.leave(`type ${type}, number ${request}; expected ${NAMES[this.awaited]}, ${this.request}`)
     if (type === WELCOME) return this.welcome(readJson(payload))
     if (type === SPEC) return this.spec(readJson(payload))
@@ -84,6 +94,7 @@ class Trainer {
     this.session = member(said, 'session', isWhole)
     if (!(this.session >= 1 && this.session < 2 ** 32)) throw new Refused('MALFORMED', 'WELCOME without session')
     if (member(said, 'capabilities', isTexts, []).length > 0) throw new Refused('MALFORMED', 'a capability that HELLO has not named')
+    if (member(said, 'resumed', value => typeof value === 'boolean')) throw new Refused('MALFORMED', 'a session that nobody resumed')
     member(said, 'heartbeat_s', value => typeof value === 'number' && value > 0)
     member(said, 'server', isText)
     this.reader.limit = Math.min(Math.max(member(said, 'max_frame', isWhole, LAST_LIMIT), 4096), LAST_LIMIT)
@@ -94,8 +105,10 @@ class Trainer {
     this.environments = member(said, 'environments', isWhole, 0)
     const behaviours = member(said, 'behaviours', Array.isArray, [])
     if (this.environments < 1 || behaviours.length === 0) throw new Refused('MALFORMED', 'SPEC offers nothing')
+    for (const name of ['id', 'model_name']) if (member(said, name, isText, '') !== '') member(said, name, isName)
     for (const behaviour of behaviours) {
-      if (!member(behaviour, 'name', isText) || !member(behaviour, 'agents', isTexts, []).length) throw new Refused('MALFORMED', 'a behaviour')
+      const agents = member(behaviour, 'agents', isTexts, [])
+      if (!isName(behaviour.name) || !agents.length || !agents.every(isName) || new Set(agents).size < agents.length) throw new Refused('MALFORMED', 'a behaviour')
       member(behaviour, 'masks_actions', value => typeof value === 'boolean')
     }
     this.judge = new Judge(this.environments, behaviours)
@@ -110,11 +123,12 @@ class Trainer {
   }
 
   result(payload) {
-    this.judge.judge(payload, this.actions !== undefined)
+    const anyone = this.judge.judge(payload, this.actions !== undefined)
+    this.deserted = anyone ? undefined : this.deserted ?? Date.now()
+    if (Date.now() - this.deserted > DEADLINE) return this.leave('nobody takes part: state 16 is set for no slot (R77)')
     this.count = (this.count ?? -this.slots) + this.slots  // RESET steps nothing
     if (this.learns) this.learn(payload)
     if (this.steps && this.count >= this.steps) {
-      this.send(BYE, 0, Buffer.alloc(0))
       return this.leave('done')
     }
     this.step(payload)

@@ -90,6 +90,7 @@ class Connection(Session):
             self._greet(sock or open_socket(self.host, self.port, HANDSHAKE_S, wait), time.monotonic() + HANDSHAKE_S)
             self._configure({"expect": expect} if expect is not None else {})
         except BaseException:
+            self._part()
             self._drop()
             raise
         self._stop = threading.Event()
@@ -224,11 +225,7 @@ class Connection(Session):
         self.closed = True
         if hasattr(self, "_stop"):
             self._stop.set()
-        try:
-            if self._socket is not None and self._broken is None:
-                self._socket.send(wire.pack(wire.Frame(wire.BYE, session=self.session)))
-        except OSError:
-            pass
+        self._part()
         self._drop()
 
     def _leave_to_parent(self) -> None:

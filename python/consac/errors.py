@@ -39,6 +39,9 @@ class EngineError(ConsacError):
 
     @classmethod
     def from_json(cls, value: dict) -> "EngineError":
+        severity = value.get("severity")
+        if severity not in ("connection", "request"):
+            raise ProtocolError("MALFORMED", f"an ERROR of severity {severity!r}; it is connection or request")
         code = str(value.get("code", "?"))
         kind = KINDS.get(code, cls)
         return kind(code, str(value.get("message", "")), value.get("env"), value.get("path"), value.get("retry_after_s"), value.get("severity") == "connection")

@@ -63,7 +63,8 @@ def bytes_in(value: dict) -> int:
 def space_from_json(value: dict) -> spaces.Space:
     """The reverse of space_to_json."""
     kind = value.get("type")
-    dtype = DTYPES.get(value.get("dtype", "I64"), np.int64)
+    called = value.get("dtype")
+    dtype = DTYPES.get(called, np.int64) if isinstance(called, str) else np.int64
     if kind == "discrete":
         return spaces.Discrete(value["n"], start=value.get("start", 0), dtype=dtype)
     if kind == "box":
@@ -79,7 +80,10 @@ def space_from_json(value: dict) -> spaces.Space:
     if kind == "multi_binary":
         return spaces.MultiBinary(value.get("shape", value["n"]))
     if kind == "dict":
-        check_names_apart("leaf", [child["name"] for child in value["spaces"]])
+        names = [child["name"] for child in value["spaces"]]
+        check_names_apart("leaf", names)
+        if names != sorted(names, key=str.encode):
+            raise WireError("MALFORMED", f"a dict whose children are not sorted by name: {str(names)[:200]}")
         return spaces.Dict({child["name"]: space_from_json(child["space"]) for child in value["spaces"]})
     if kind == "tuple":
         return spaces.Tuple([space_from_json(child["space"]) for child in value["spaces"]])

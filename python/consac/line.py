@@ -34,6 +34,7 @@ class Line:
 
     def __init__(self):
         self.paused = False
+        self._deserted: float | None = None  # since then nobody takes part
         self.goaway: str | None = None  # why the engine takes no further requests
         self.session = 0
         self.max_frame, self.heartbeat_s = wire.LARGEST_BEFORE_WELCOME, 10.0
@@ -66,6 +67,15 @@ class Line:
         self._channel = None  # a session that is taken up goes on over TCP
         if sock is not None:
             sock.close()
+
+    def _part(self) -> None:
+        """BYE, where a session is there and it can still be said (R85)."""
+        if self._socket is None or isinstance(self._broken, OSError) or not self.session or self.goaway is not None:
+            return
+        try:
+            self._socket.send(wire.pack(wire.Frame(wire.BYE, session=self.session)))
+        except OSError:
+            pass
 
     def _await(self, have: int, request: int, answer: int, end: float, channel: shared_memory.Channel | None = None) -> memoryview:
         """The payload of the frame that answers `request`; `have` bytes are in the receive buffer. Other frames are dealt with.
@@ -165,6 +175,7 @@ class Line:
             self.paused = True
         elif frame.type == wire.RESUMED:
             self.paused = False
+            self._deserted = None  # nor did its empty worlds grow older (R83)
         elif frame.type == wire.GOAWAY:
             value = read_json(frame.payload)
             after = value.get("retry_after_s")
@@ -202,7 +213,9 @@ class Line:
                     self._control(frame)
             self._beat()
         except (OSError, wire.WireError, ConsacError) as error:
-            self._broken = error if isinstance(error, OSError) else ConnectionLost(str(error))
+            if isinstance(error, wire.WireError):
+                error = ProtocolError(error.code, error.message)
+            self._broken = error  # what the engine says wrongly is the end, what is lost is taken up
 
 
 def set_timeouts(sock: socket.socket, receive: float, send: float = 10.0) -> None:

@@ -64,7 +64,7 @@ class Session(Line):
     def _greet(self, sock: socket.socket, end: float) -> dict:
         """HELLO and WELCOME on a new socket; with `self.resume` the session is taken up."""
         self._hold(sock, end)
-        hello = self._hello | ({"resume": self.resume} if self.resume else {})
+        hello, before = self._hello | ({"resume": self.resume} if self.resume else {}), self.session
         try:
             sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json(hello))))
             welcome = read_json(self._await(0, 0, wire.WELCOME, end))
@@ -81,6 +81,9 @@ class Session(Line):
             if unasked:
                 raise ValueError(f"capabilities {sorted(unasked)}, which HELLO has not named (R21)")
             self.heartbeat_s = float(wire.member(welcome, "heartbeat_s", float, 10.0))
+            resumed = wire.member(welcome, "resumed", bool, False)
+            if resumed != ("resume" in hello) or resumed and self.session != before:
+                raise ValueError(f"session {self.session}{', resumed' * resumed}, to a HELLO that resumes {f'session {before}' if 'resume' in hello else 'none'} (R24)")
             if not (0 < self.session < 1 << 32 and 0 < self.heartbeat_s < math.inf):
                 raise ValueError(f"session {self.session} or heartbeat_s {self.heartbeat_s}")
         except wire.WireError as error:
@@ -190,5 +193,6 @@ class Session(Line):
         self.closed = True
         if hasattr(self, "_stop"):
             self._stop.set()
+        self._part()
         self._drop()
         raise error

@@ -77,7 +77,7 @@ class ResultCheck:
                     judge_row(behaviour, payload, at)
                     at += behaviour.observation.row_bytes
         if infos:
-            self._judge_infos(payload[infos[0]:infos[1]])
+            self._judge_infos(payload[infos[0]:infos[1]], b"".join(states))
         self.states, self.before = states, payload
 
     def _judge_slot(self, payload, behaviour, block, slot, was, state):
@@ -112,13 +112,14 @@ class ResultCheck:
         if state & (wire.ACTIVE | ENDS):
             judge_row(behaviour, payload, row)
 
-    def _judge_infos(self, text):
-        slots = sum(behaviour.slots for behaviour in self.behaviours)
+    def _judge_infos(self, text, states):
         try:
             said = wire.load_json(text)
-            for columns in (said.get("infos", {}), said.get("final_infos", {})):
-                for column in columns.values():
-                    need("R74", len(column["slots"]) == len(column["values"]) and all(type(slot) is int and 0 <= slot < slots for slot in column["slots"]))
+            for part, bits in (("infos", 255), ("final_infos", wire.FINAL)):
+                for column in said.get(part, {}).values():
+                    slots = column["slots"]
+                    need("R74", len(slots) == len(column["values"]) == len(set(slots)) and all(type(slot) is int and 0 <= slot < len(states) for slot in slots))
+                    need("R74", bits == 255 or all(states[slot] & bits for slot in slots))
         except (wire.WireError, AttributeError, KeyError, TypeError):
             raise Broken("R74") from None
 

@@ -13,6 +13,14 @@ namespace consac::protocol2 {
 namespace {
 
 constexpr JsonLimits kMessageLimits = {.bytes = kLargestJson, .values = std::size_t{1} << 18};
+constexpr std::size_t kLongestPath = 512;  // bytes in an ERROR, of which JSON makes six times as many at most
+
+/// At most `most` bytes of a text in UTF-8, and no part of a character.
+std::string Cut(const std::string& text, std::size_t most) {
+  if (text.size() <= most) return text;
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
+  return text.substr(0, most);
+}
 
 }  // namespace
 
@@ -111,19 +119,29 @@ std::string EncodePicture(const Picture& picture) {
 std::string EncodeError(const ErrorMessage& error) {
   Json json = {
       {"code", error.code}, {"severity", error.ends_connection ? "connection" : "request"}, {"message", error.message}};
-  if (!error.path.empty()) json["path"] = error.path;
+  if (!error.path.empty()) json["path"] = Cut(error.path, kLongestPath);
   if (error.retry_after_s > 0.0) json["retry_after_s"] = error.retry_after_s;
   if (error.environment >= 0) json["env"] = error.environment;
   if (error.code == "UNSUPPORTED_VERSION") json["protocol"] = {kVersion, kVersion};
-  return JsonText(json);
+  std::string text = JsonText(json), message = error.message;
+  while (text.size() > kLargestBeforeWelcome && !message.empty()) {  // R17
+    message = Cut(message, message.size() - std::min(text.size() - kLargestBeforeWelcome, message.size()));
+    json["message"] = message;
+    text = JsonText(json);
+  }
+  return text;
 }
 
 Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
   const Members members{*json};
-  return ErrorMessage{members.Text("code"), members.Text("severity") == "connection", members.Text("message"),
-                      members.Text("path"), members.Number("retry_after_s", 0.0),     members.Whole("env", -1)};
+  const std::string severity = members.Text("severity");
+  if (members.wrong.empty() && severity != "connection" && severity != "request")
+    return Fault("MALFORMED", "ERROR: severity is " + Quote(severity) + ", expected connection or request");
+  const ErrorMessage error{members.Text("code"), severity == "connection",           members.Text("message"),
+                           members.Text("path"), members.Number("retry_after_s", 0.0), members.Whole("env", -1)};
+  return members.Checked("ERROR", error);
 }
 
 std::string EncodeGoAway(const std::string& reason) {

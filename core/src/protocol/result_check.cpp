@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 #include "consac/base/json.h"
 #include "consac/base/text.h"
@@ -74,16 +76,22 @@ bool LeafHasNonFinite(const Leaf& leaf, const std::byte* row) {
   return false;
 }
 
-std::string ColumnFault(const nlohmann::json& column, std::size_t slots) {
+/// `states`: of all slots, behaviour by behaviour. Final infos are of those that have a final row.
+std::string ColumnFault(const nlohmann::json& column, std::span<const std::uint8_t> states, bool final) {
   if (!column.is_object()) return "is no object";
   const auto of = column.find("slots"), values = column.find("values");
   if (of == column.end() || values == column.end() || !of->is_array() || !values->is_array())
     return "lacks the lists \"slots\" and \"values\"";
   if (of->size() != values->size())
     return "has " + std::to_string(of->size()) + " slots and " + std::to_string(values->size()) + " values";
+  std::vector<std::uint8_t> named(states.size());
   for (const nlohmann::json& slot : *of) {
-    if (!slot.is_number_integer() || slot < 0 || slot >= slots)
-      return "names slot " + Quote(JsonText(slot)) + "; there are " + std::to_string(slots);
+    if (!slot.is_number_integer() || slot < 0 || slot >= states.size())
+      return "names slot " + Quote(JsonText(slot)) + "; there are " + std::to_string(states.size());
+    const auto at = slot.get<std::size_t>();
+    if (std::exchange(named[at], std::uint8_t{1}) != 0) return "names slot " + std::to_string(at) + " twice";
+    if (final && (states[at] & kFinal) == 0)
+      return "names slot " + std::to_string(at) + ", which has " + StateText(states[at]) + " and no final row (4)";
   }
   return "";
 }
@@ -313,14 +321,16 @@ Status ResultCheck::JudgeInfos(std::span<const std::byte> payload, std::size_t a
     return Breaks("R74", "its infos are " + std::to_string(length) + " bytes of JSON; at most 1 MiB is taken");
   const Result<nlohmann::json> infos = ParseObject(payload.subspan(at + sizeof(length), length));
   if (!infos.ok()) return Breaks("R74", "its infos are no JSON object: " + Quote(text));
-  std::size_t slots = 0;
-  for (const auto& states : states_) slots += states.size();
+  std::vector<std::uint8_t> states;
+  for (std::size_t b = 0; b < states_.size(); ++b) {
+    for (std::size_t slot = 0; slot < states_[b].size(); ++slot) states.push_back(StateIn(payload, b, slot));
+  }
   for (const char* part : {"infos", "final_infos"}) {
     const auto columns = infos->find(part);
     if (columns == infos->end()) continue;
     if (!columns->is_object()) return Breaks("R74", "its " + std::string(part) + " are no object");
     for (const auto& [name, column] : columns->items()) {
-      const std::string fault = ColumnFault(column, slots);
+      const std::string fault = ColumnFault(column, states, part[0] == 'f');
       if (!fault.empty()) return Breaks("R74", std::string(part) + " " + Quote(name) + " " + fault);
     }
   }

@@ -134,7 +134,7 @@ Result<Frame> Client2::Perform(FrameType type) {
 Result<Frame> Client2::PerformShared(std::uint64_t request) {
   std::memcpy(shared_->request(), message_.data(), message_.size());
   shared_->request_turn.Take();
-  Patience patience(options_.deadline_s);
+  Patience patience(options_.deadline_s, paused_);
   while (!shared_->result_turn.Await(kSharedWait)) {
     if (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed))
       return Status{StatusCode::kCancelled, "stopped while waiting for " + transport_->peer()};
@@ -215,7 +215,7 @@ Status Client2::CheckAnyone() {
 }
 
 Result<Frame> Client2::ReadAnswer(std::uint64_t request, double deadline_s) {
-  Patience patience(deadline_s);
+  Patience patience(deadline_s, paused_);
   while (true) {
     Frame frame;
     const Result<bool> whole = reader_.Next(&frame);
@@ -245,9 +245,12 @@ Result<bool> Client2::IsAnswer(const Frame& frame, std::uint64_t request, Patien
       return false;
     case FrameType::kPaused:
       Log(LogLevel::kInfo, transport_->peer() + " is paused");
-      if (options_.waits_while_paused) patience->Pause();
+      paused_ = options_.waits_while_paused;
+      if (paused_) patience->Pause();
       return false;
     case FrameType::kResumed:
+      paused_ = false;
+      deserted_at_ = -1.0;  // nor did its empty worlds grow older
       patience->Resume();
       return false;
     case FrameType::kPong:

@@ -20,7 +20,9 @@ namespace consac {
 /// meanwhile, a PING least of all, gives it more.
 class Patience {
  public:
-  explicit Patience(double deadline_s) : deadline_s_(deadline_s), end_(Now() + deadline_s) {}
+  explicit Patience(double deadline_s, bool paused = false) : deadline_s_(deadline_s), end_(Now() + deadline_s) {
+    if (paused) Pause();
+  }
   void Pause() {
     if (!paused_) left_ = end_ - Now();
     paused_ = true;
@@ -42,6 +44,7 @@ class Client2 final : public EnvClient {
  public:
   Client2(std::unique_ptr<Transport> transport, const EnvClientOptions& options)
       : transport_(std::move(transport)), options_(options) {}
+  ~Client2() override { Client2::Close(); }  // a session that is ended hears BYE (R85)
 
   Status Begin();
 
@@ -128,6 +131,7 @@ class Client2 final : public EnvClient {
   std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
   double engine_seconds_ = 0.0, alive_at_ = 0.0, deserted_at_ = -1.0;
   bool agents_leave_ = false, open_ = false, refused_ = false;
+  bool paused_ = false;  // the engine said so on this connection
 };
 
 }  // namespace consac

@@ -60,6 +60,7 @@ Status Client2::SayHello() {
   if (options_.shared_memory) hello.capabilities.emplace_back(kSharedMemory);
   CONSAC_RETURN_IF_ERROR(SendControl(FrameType::kHello, protocol2::EncodeHello(hello)));
   reader_ = protocol2::FrameReader();
+  paused_ = false;
   const Result<Frame> answer = ReadAnswer(0, std::min(options_.setup_timeout_s, options_.deadline_s));
   if (!answer.ok()) return HelloFailed(answer.status());
   if (answer->header.type != FrameType::kWelcome) return Unexpected(*answer, "WELCOME");
@@ -69,6 +70,13 @@ Status Client2::SayHello() {
     if (std::find(hello.capabilities.begin(), hello.capabilities.end(), agreed) != hello.capabilities.end()) continue;
     return {StatusCode::kProtocol,
             transport_->peer() + " agrees to capability " + Quote(agreed) + ", which was not asked for (R21)"};
+  }
+  const bool same = !hello.resume.empty() && welcome->session == welcome_.session;
+  if (welcome->resumed ? !same : !hello.resume.empty()) {
+    return {StatusCode::kProtocol, transport_->peer() + " answered with session " + std::to_string(welcome->session) +
+                                       (welcome->resumed ? ", resumed," : ", a new one,") + " to a HELLO that " +
+                                       (hello.resume.empty() ? "resumes none" : "resumes session ") +
+                                       (hello.resume.empty() ? "" : std::to_string(welcome_.session)) + " (R24)"};
   }
   const bool follows = welcome->last_request == request_ || welcome->last_request + 1 == request_;
   if (welcome->resumed && !follows) {

@@ -93,9 +93,7 @@ class EnvServerOfEither final : public EnvServer {
   std::int64_t session_steps() const override { return steps_.load(std::memory_order_relaxed); }
   int port() const override { return listener_->port(); }
   void SetPaused(bool paused) override {
-    for (const std::unique_ptr<Seat>& seat : seats_) {
-      if (seat->present() != nullptr) seat->present()->SetPaused(paused);
-    }
+    for (const std::unique_ptr<Seat>& seat : seats_) seat->SetPaused(paused);
   }
 
   void Close(const std::string& why) override {
@@ -322,9 +320,9 @@ class EnvServerOfEither final : public EnvServer {
   Result<Seat*> SeatFor(const protocol2::Hello& hello) {
     if (!hello.resume.empty()) {
       for (const std::unique_ptr<Seat>& seat : seats_) {
-        if (seat->Owns(hello.resume)) return seat.get();
+        if (seat->Owns(hello)) return seat.get();
       }
-      return Fault("AUTH_FAILED", "that session is over; begin a new one");
+      return Fault("AUTH_FAILED", "that session is over, or had a larger max_frame; begin a new one");
     }
     if (options_.protocol == Protocol::kText1)
       return Fault("UNSUPPORTED_VERSION", "this engine speaks text protocol 1");

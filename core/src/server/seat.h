@@ -33,7 +33,13 @@ class Seat {
   }
   bool resumable() const { return session2_->resumable(); }
   double mute_s() const { return present() == nullptr ? 0.0 : present()->mute_s(); }
-  bool Owns(std::string_view token) const { return session2_->Owns(token); }
+  /// Whether HELLO takes up its session.
+  bool Owns(const protocol2::Hello& hello) const { return session2_->Owns(hello); }
+  /// A trainer that comes back meanwhile hears of it too.
+  void SetPaused(bool paused) {
+    session2_->SetPaused(paused);
+    if (text_ != nullptr) text_->SetPaused(paused);
+  }
   void RestartCount() { steps_.Restart(); }
 
   Status Connect(Arrival arrival) {

@@ -78,7 +78,7 @@ class Session2 : public ServerSession {
   /// A new connection: of a new session or, where HELLO says so, of the one there is, in place of the one it had.
   virtual Status Connect(Arrival arrival) = 0;
   /// Whether `token` takes up the session there is.
-  virtual bool Owns(std::string_view token) const = 0;
+  virtual bool Owns(const protocol2::Hello& hello) const = 0;
   /// True once the trainer has said BYE.
   virtual bool finished() const = 0;
   /// Another trainer has the world now: the session cannot be taken up again.

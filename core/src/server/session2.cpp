@@ -36,7 +36,7 @@ Status Session2Server::Connect(Arrival arrival) {
     --request_;
     under_way_ = UnderWay::kNothing;
   }
-  finished_ = through_memory_ = refused_ = false;
+  finished_ = through_memory_ = refused_ = damaged_ = false;
   connected_at_ = arrival.since;
   last_heard_ = Now();
 
@@ -70,15 +70,17 @@ Status Session2Server::Connect(Arrival arrival) {
   max_frame_ = welcome.max_frame = std::min(arrival.hello.max_frame, protocol2::kLargestFrame);
   stepper_.LimitInfos(max_frame_);
   if (welcome.resumed && stepper_.result_room() > max_frame_)
-    return Fatal(Fault("FRAME_TOO_LARGE", "a RESULT may take " + std::to_string(stepper_.result_room()) +
+    return Fatal(Fault("AUTH_FAILED", "a RESULT may take " + std::to_string(stepper_.result_room()) +
                                               " bytes, which does not fit over TCP; begin a new session"));
   welcome.last_request = request_;
   reader_.SetLimit(std::min(welcome.max_frame, LargestRequest()));
-  return SendJson(FrameType::kWelcome, 0, protocol2::EncodeWelcome(welcome));
+  CONSAC_RETURN_IF_ERROR(SendJson(FrameType::kWelcome, 0, protocol2::EncodeWelcome(welcome)));
+  return welcome.resumed ? SayPaused() : Status::Ok();
 }
 
-bool Session2Server::Owns(std::string_view token) const {
-  return (resumable() || (connected_ && phase_ == Phase::kRun)) && SameSecret(resume_, token);
+bool Session2Server::Owns(const protocol2::Hello& hello) const {
+  const bool there = resumable() || (connected_ && phase_ == Phase::kRun);
+  return there && SameSecret(resume_, hello.resume) && hello.max_frame >= max_frame_;
 }
 
 Result<bool> Session2Server::Pump(double timeout_s) {
@@ -131,7 +133,7 @@ Status Session2Server::End(const Status& why) {
   outbox_.Clear();
   connected_ = false;
   broke_at_ = Now();
-  resumable_ = !finished_ && phase_ == Phase::kRun && why.code() == StatusCode::kUnavailable;
+  resumable_ = !finished_ && phase_ == Phase::kRun && (why.code() == StatusCode::kUnavailable || damaged_);
   if (finished_ || why.code() != StatusCode::kUnavailable) return finished_ ? Status::Ok() : why;
   if (phase_ != Phase::kRun) return {StatusCode::kUnavailable, "the trainer left before the session began"};
   return {StatusCode::kUnavailable, "the trainer left after " + std::to_string(steps_.session()) + " of " +
@@ -145,7 +147,13 @@ void Session2Server::Forget() {
 
 void Session2Server::SetPaused(bool paused) {
   last_heard_ = Now();  // the trainer's silence meanwhile was not its own
-  if (phase_ == Phase::kRun) (void)SendFrame(paused ? FrameType::kPaused : FrameType::kResumed, 0, {});
+  paused_ = paused;
+  if (connected_ && phase_ != Phase::kConfigure)
+    (void)SendFrame(paused ? FrameType::kPaused : FrameType::kResumed, 0, {});
+}
+
+Status Session2Server::SayPaused() {
+  return paused_ ? SendFrame(FrameType::kPaused, 0, {}) : Status::Ok();
 }
 
 std::size_t Session2Server::LargestRequest() const {
@@ -272,7 +280,7 @@ Status Session2Server::Repeat() {
 }
 
 Status Session2Server::Refuse(const Status& why, const std::string& path) {
-  if (protocol2::FaultName(why) == "MALFORMED") return Fatal(why, request_);
+  if (protocol2::FaultName(why) == "MALFORMED") return Fatal(why, request_--);  // uses no number up
   protocol2::ErrorMessage error{
       std::string(protocol2::FaultName(why)), false, protocol2::FaultText(why), path, 0.0, stepper_.TakeBlamed()};
   return Answer(FrameType::kError, protocol2::EncodeError(error));
@@ -287,6 +295,7 @@ Status Session2Server::Fatal(const Status& why, std::uint64_t request) {
   protocol2::ErrorMessage error{std::string(protocol2::FaultName(why)), true, protocol2::FaultText(why), {}, 0.0, -1};
   (void)SendJson(FrameType::kError, request, protocol2::EncodeError(error));
   refused_ = true;
+  damaged_ = protocol2::FaultName(why) == "CRC_MISMATCH";
   return why;
 }
 

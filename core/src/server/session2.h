@@ -26,7 +26,7 @@ class Session2Server final : public Session2 {
   ~Session2Server() override { DropUnderWay(); }
 
   Status Connect(Arrival arrival) override;
-  bool Owns(std::string_view token) const override;
+  bool Owns(const protocol2::Hello& hello) const override;
   Result<bool> Pump(double timeout_s) override;
   Status End(const Status& why) override;
 
@@ -85,6 +85,9 @@ class Session2Server final : public Session2 {
   Status SendFrame(FrameType type, std::uint64_t request, std::span<const std::byte> payload);
   Status SendJson(FrameType type, std::uint64_t request, const std::string& json);
 
+  /// A connection and a session begin unpaused: an engine that stands still says so anew.
+  Status SayPaused();
+
   /// The answer to a request: kept, should it be asked for again.
   Status Answer(FrameType type, const std::string& json);
   Status Repeat();
@@ -124,6 +127,8 @@ class Session2Server final : public Session2 {
   std::size_t max_frame_ = protocol2::kLargestFrame;
   bool renders_ = false;  // was agreed
   bool connected_ = false, finished_ = false, resumable_ = false, refused_ = false;
+  bool damaged_ = false;  // what it ended by was changed on its way: a loss, and nobody's fault
+  bool paused_ = false;   // the engine stands still
 
   // The session.
   std::uint32_t number_ = 0;

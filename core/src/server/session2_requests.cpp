@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include <nlohmann/json.hpp>
+
 #include "consac/base/text.h"
+#include "protocol/protocol2_json.h"
 #include "server/limits.h"
 #include "server/session2.h"
 
@@ -71,9 +74,9 @@ Status Session2Server::OnConfigure(const Frame& frame) {
         protocol2::CompareBehaviours(configure->expect_json, protocol2::BehavioursJson(env_.spec()), &path);
     if (!same.ok()) return Refuse(same, path);
   }
-  const std::size_t largest = stepper_.blocks().largest_result;
+  const std::size_t largest = std::max(stepper_.blocks().largest_result, stepper_.blocks().step_bytes);
   if (!configure->shared_memory && largest > max_frame_) {
-    return Refuse(Fault("UNSUPPORTED", "a RESULT may take " + std::to_string(largest) +
+    return Refuse(Fault("UNSUPPORTED", "STEP or RESULT may take " + std::to_string(largest) +
                                            " bytes, more than the trainer's max_frame of " +
                                            std::to_string(max_frame_)));
   }
@@ -96,8 +99,11 @@ Status Session2Server::OnConfigure(const Frame& frame) {
                                            " bytes, more than the trainer's max_frame of " +
                                            std::to_string(max_frame_)));
   }
+  if (!protocol2::ParseObject(std::as_bytes(std::span(text))).ok())
+    return Refuse(Fault("UNSUPPORTED", "SPEC has more bytes, values or levels than JSON of a message may have (R7)"));
   phase_ = Phase::kBegin;
-  return Answer(FrameType::kSpec, text);
+  CONSAC_RETURN_IF_ERROR(Answer(FrameType::kSpec, text));
+  return SayPaused();
 }
 
 Status Session2Server::OnReset(std::span<const std::byte> payload) {

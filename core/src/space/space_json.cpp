@@ -115,6 +115,11 @@ Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, Mem
     else
       ordered.push_back(std::move(*space));
   }
+  for (std::size_t i = 1; i < named_children.size(); ++i) {
+    if (named_children[i].first < named_children[i - 1].first)
+      return BadSpace("has " + Quote(named_children[i].first) + " behind " + Quote(named_children[i - 1].first) +
+                      "; the children of a dict are sorted by name");
+  }
   return named ? Space::Dict(std::move(named_children)) : Space::Tuple(std::move(ordered));
 }
 
@@ -155,6 +160,7 @@ Result<Space> FromJson(const SpaceJson& json, int depth, MemoryBudget& budget) {
   if (type == "discrete") {
     const SpaceJson& start = Field(json, "start");
     if (!n.is_number_integer()) return BadSpace("is discrete without n");
+    if (json.contains("start") && !start.is_number_integer()) return BadSpace("is discrete with a start that is none");
     return Within(Space::Discrete(n.get<std::int64_t>(), start.is_number_integer() ? start.get<std::int64_t>() : 0),
                   budget);
   }

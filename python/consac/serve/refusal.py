@@ -83,4 +83,8 @@ _NOT_THEIRS = (os.path.dirname(consac.__file__) + os.sep, gymnasium.envs.registr
 
 def error_json(code: str, message: str, **extra) -> bytes:
     severity = "connection" if code in CONNECTION_ERRORS else "request"
-    return wire.dump_json({"code": code, "severity": severity, "message": printable_line(message), **extra})
+    message = printable_line(message)
+    extra = {name: value[:300] if name == "path" else value for name, value in extra.items()}  # for people, and no longer than R17 allows
+    while len(said := wire.dump_json({"code": code, "severity": severity, "message": message, **extra})) > wire.LARGEST_BEFORE_WELCOME and message:
+        message = message[:-max(1, (len(said) - wire.LARGEST_BEFORE_WELCOME) // 12)]  # R17; a character has 12 bytes of JSON at most
+    return said

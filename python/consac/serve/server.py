@@ -187,6 +187,8 @@ class Server:
             connection.last_word(connection.pack(wire.ERROR, error_json(error.code, error.message, **getattr(error, "extra", {})),
                                                         connection.request if refused is None else refused, session=session.number if session else 0))
             self._refusals.say(f"closed a connection: {error}")
+            if session is not None and session.started and error.code != "CRC_MISMATCH":  # which is a loss (R24)
+                self._end(session, "was refused")
         except Gone as error:
             if connection.closing.is_set():
                 connection.last_word(connection.pack(wire.GOAWAY, wire.dump_json({"reason": "the server shuts down"}),
@@ -288,9 +290,9 @@ class Server:
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
         has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
         capabilities = [name for name in has if name in offered and has[name]]
-        session, resumed = self._take_up(connection, resume) if resume else self._open(connection)
+        session, resumed = self._take_up(connection, resume, min(most, self.limits.max_frame)) if resume else self._open(connection)
         connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
-        session.renders = "render" in capabilities
+        session.renders, session.limit = "render" in capabilities, connection.limit
         answer = connection.pack(wire.WELCOME, wire.dump_json({
             "protocol": wire.VERSION, "server": "consac-python 0.1.0", "session": session.number, "resume": session.token, "capabilities": capabilities,
             "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), 0, session.number)
@@ -315,11 +317,13 @@ class Server:
             session.lock.acquire()
         return session, False
 
-    def _take_up(self, connection: Connection, token) -> tuple[Session, bool]:
+    def _take_up(self, connection: Connection, token, limit: int) -> tuple[Session, bool]:
         with self._lock:
             session = next((known for known in self._sessions.values() if known.started and _same_secret(token, known.token)), None)
             if session is None:
                 raise Refused("AUTH_FAILED", "no session has this resume token, or it has expired; begin a new one")
+            if limit < session.limit:
+                raise Refused("AUTH_FAILED", f"session {session.number} had a max_frame of {session.limit}, this connection has {limit}; raise it or begin a new session")
             before, session.connection = session.connection, connection
         if before is not None:
             try:

@@ -49,6 +49,7 @@ class Session:
         self.batch: Batch | None = None
         self.configured = False
         self.renders = False
+        self.limit = 0  # max_frame of its WELCOME
         self.deadline: float | None = None  # for CONFIGURE
 
     @property
@@ -147,6 +148,10 @@ class Session:
         if transport == "shm":
             channel, spec["shm"] = self._share()
         text = wire.dump_json(spec)
+        try:
+            wire.load_json(text)
+        except WireError as error:
+            raise Refused("UNSUPPORTED", f"SPEC is more than JSON of a message may be: {error.message} (R7)") from None
         largest = max(Batch.largest_result(self.offer.world), Batch.step_bytes(self.offer.world), len(text))
         if largest > connection.limit:
             raise Refused("UNSUPPORTED", f"this world's frames have up to {largest} bytes, over max_frame {connection.limit}; raise it or serve fewer environments")
