@@ -328,8 +328,8 @@ class Conversation {
       if (until == "over" && Ended() > 0) return Status::Ok();
       if (check_.anyone()) deserted_at = Now();
       if (Now() - deserted_at > kConformancePatience)
-        return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)",
-                                  kConformancePatience));
+        return Failed(
+            fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", kConformancePatience));
       const Status status = PlayOne();
       if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
     }
@@ -385,8 +385,8 @@ class Conversation {
   protocol2::ResultCheck check_;
   std::uint32_t session_ = 0;
   std::uint64_t request_ = 0, judged_ = 0;
-  std::string resume_, result_;  // result_: the latest RESULT's payload
-  Frame held_frame_;             // WELCOME of a session that was taken up, while held_
+  std::string resume_, result_;                   // result_: the latest RESULT's payload
+  Frame held_frame_;                              // WELCOME of a session that was taken up, while held_
   std::size_t limit_ = protocol2::kLargestFrame;  // WELCOME's
   bool crc_ = false, over_ = false, ended_ = false, held_ = false;
   std::map<std::string, std::string> kept_;
@@ -410,7 +410,7 @@ Status RunCase(const Case& entry, const Endpoint& endpoint, const std::string& t
 }  // namespace
 
 Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token,
-                           const std::function<void(const ConformanceVerdict&)>& say) {
+                                        const std::function<void(const ConformanceVerdict&)>& say) {
   const Result<std::unique_ptr<Transport>> there = ConnectTcp(endpoint, 3.0);
   if (!there.ok()) return there.status();
   (*there)->Close();

@@ -17,8 +17,8 @@ const char* ConformanceResults();
 /// What became of one case.
 struct ConformanceVerdict {
   std::string name;
-  std::string rules;  ///< of spec/protocol2.md, "R11 R24"
-  Status status;      ///< ok, or which step failed and how
+  std::string rules;    ///< of spec/protocol2.md, "R11 R24"
+  Status status;        ///< ok, or which step failed and how
   bool offered = true;  ///< false: the other end does not do what the case is of, which is its right
 };
 
@@ -33,10 +33,11 @@ struct ConformanceCount {
 
 /// Runs every case against `endpoint`, telling `say` of each. kUnavailable when nobody answers there.
 Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token,
-                           const std::function<void(const ConformanceVerdict&)>& say);
+                                        const std::function<void(const ConformanceVerdict&)>& say);
 
-/// Is the engine of every case for a trainer that connects to `endpoint` again and again, each time within `patience_s`.
+/// Is the engine of every case for a trainer that connects to `endpoint` again and again, each time within
+/// `patience_s`.
 Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
-                                  const std::function<void(const ConformanceVerdict&)>& say);
+                                               const std::function<void(const ConformanceVerdict&)>& say);
 
 }  // namespace consac::cli

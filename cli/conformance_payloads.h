@@ -155,7 +155,8 @@ class Payloads {
   /// The behaviour's first slot that takes part, within the first `worlds`; -1 where there is none.
   std::int64_t FirstSlot(std::size_t b, const std::string& result, std::size_t worlds) const {
     for (std::size_t slot = 0; slot < worlds * env_->behaviours[b].agents.size(); ++slot) {
-      if ((result[blocks_.behaviours[b].states + slot] & protocol2::kActive) != 0) return static_cast<std::int64_t>(slot);
+      if ((result[blocks_.behaviours[b].states + slot] & protocol2::kActive) != 0)
+        return static_cast<std::int64_t>(slot);
     }
     return -1;
   }

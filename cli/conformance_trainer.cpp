@@ -187,8 +187,7 @@ class EngineScript {
     }
     if (!awaited && (type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0))
       return false;
-    if (!awaited)
-      return Failed(fmt::format("expected {}, got {}", JsonText(what["type"]), FrameText(frame)));
+    if (!awaited) return Failed(fmt::format("expected {}, got {}", JsonText(what["type"]), FrameText(frame)));
     if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
     if (type == FrameType::kHello) return TakeHello(frame);
     if (type == FrameType::kPong) return true;
@@ -347,7 +346,7 @@ class EngineScript {
   CaseWriter writer_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_;
-  std::optional<Frame> peeked_;  // has been looked at and not been taken
+  std::optional<Frame> peeked_;                       // has been looked at and not been taken
   std::size_t max_frame_ = protocol2::kLargestFrame;  // HELLO's
   std::uint64_t request_ = 0;
   std::string last_, result_;  // payloads of the latest request and the latest RESULT
@@ -400,7 +399,7 @@ bool AsksFor(const Case& autoreset, const std::set<std::string>& asked) {
 }  // namespace
 
 Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
-                                  const std::function<void(const ConformanceVerdict&)>& say) {
+                                               const std::function<void(const ConformanceVerdict&)>& say) {
   Result<std::unique_ptr<Listener>> listener = ListenTcp(endpoint);
   if (!listener.ok()) return listener.status();
   const Case conversations = ReadCase(ConformanceTrainerCases()), results = ReadCase(ConformanceResults());
@@ -422,8 +421,7 @@ Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double 
     if (entry["answers"].back().value("breaks", "") == "R75") continue;  // which a trainer may overlook (R78)
     const Case& spec = results["specs"][entry["spec"].get<std::string>()];
     bool offered = AsksFor(entry["autoreset"], asked);
-    const Status status =
-        offered ? RunResults(entry, **listener, patience_s, spec, &offered) : Status::Ok();
+    const Status status = offered ? RunResults(entry, **listener, patience_s, spec, &offered) : Status::Ok();
     if (!tell(entry, status, offered)) return count;
   }
   return count;

@@ -187,7 +187,8 @@ Action AddDoctor(CLI::App& app) {
       "their cases too");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
-  AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds, "seconds to wait for the endpoint (3 unless given)");
+  AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds,
+            "seconds to wait for the endpoint (3 unless given)");
   return [flags] { return Doctor(*flags); };
 }
 

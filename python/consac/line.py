@@ -43,6 +43,7 @@ class Line:
         self._lock = threading.RLock()  # of one owner: whoever was interrupted while holding it can take it again
         self._heard = self._pinged = time.monotonic()
         self._missed = 0
+        self._greeted = False  # WELCOME has come on this socket
         self._broken: Exception | None = None  # the socket is lost; the next request takes the session up
         self._socket: socket.socket | None = None
         self._reserve(wire.LARGEST_JSON)
@@ -56,7 +57,7 @@ class Line:
         """From now on `sock` is the connection; the handshake on it ends at `end`."""
         self._drop()
         self._socket, self._left, self.paused, self._missed = sock, b"", False, 0
-        self._broken, self.goaway = None, None
+        self._broken, self.goaway, self._greeted = None, None, False
         self._heard = time.monotonic()
         sock.setblocking(True)
         set_timeouts(sock, min(0.1, max(0.005, end - time.monotonic())))
@@ -70,7 +71,7 @@ class Line:
 
     def _part(self) -> None:
         """BYE, where a session is there and it can still be said (R85)."""
-        if self._socket is None or isinstance(self._broken, OSError) or not self.session or self.goaway is not None:
+        if self._socket is None or isinstance(self._broken, OSError) or not self._greeted or self.goaway is not None:
             return
         try:
             self._socket.send(wire.pack(wire.Frame(wire.BYE, session=self.session)))

@@ -73,6 +73,7 @@ class Session(Line):
                 raise
             raise ConnectionLost(f"{self.url} closed the connection during the handshake ({error})") from error
         try:
+            self._greeted = True
             version = wire.member(welcome, "protocol", int)
             self.session, self.resume = wire.member(welcome, "session", int), wire.member(welcome, "resume", str, "")
             self.max_frame = min(wire.member(welcome, "max_frame", int, wire.LARGEST_FRAME), self._hello["max_frame"])

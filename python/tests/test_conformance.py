@@ -19,7 +19,8 @@ from consac.frames import ResultFrame
 from consac.judge import Judge
 from consac.layout import align
 from consac.offer import read_spec
-from consac.serve import Server
+from consac.serve import Refused, Server
+from consac.serve.batch import Batch
 from result_check import ResultCheck
 
 CASES = pathlib.Path(__file__).parents[2] / "spec/conformance/protocol2"
@@ -317,3 +318,81 @@ def test_the_doctor_finds_nothing_wrong_with_our_server():
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
         done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def all_or_none(monkeypatch):
+    """Environments that are stepped and reset together or not at all."""
+    for name in ("reset", "step"):
+        def judged(batch, payload, plain=getattr(Batch, name)):
+            if len(payload) >= 8 + len(batch.envs) and not all(payload[8:8 + len(batch.envs)]) and batch.started:
+                raise Refused("UNSUPPORTED", "all or none")
+            plain(batch, payload)
+        monkeypatch.setattr(Batch, name, judged)
+
+
+def somebody_comes_later(monkeypatch):
+    """Nobody is there after a RESET but in the first step."""
+    reset, advance = Batch.reset, Batch._advance
+
+    def empty(batch, payload):
+        reset(batch, payload)
+        batch.parts[0].states[:] = 0
+
+    def fill(batch, env):
+        if batch.parts[0].states[env]:
+            return advance(batch, env)
+        batch.parts[0].states[env] = wire.FIRST | wire.ACTIVE
+    monkeypatch.setattr(Batch, "reset", empty)
+    monkeypatch.setattr(Batch, "_advance", fill)
+
+
+def nobody_is_ever_said(monkeypatch):
+    """State 16 is forgotten."""
+    result = Batch.result
+
+    def forgetful(batch, *arguments):
+        for rows in batch.parts:
+            rows.states[:] = 0
+        return result(batch, *arguments)
+    monkeypatch.setattr(Batch, "result", forgetful)
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@pytest.mark.parametrize("engine", [all_or_none, somebody_comes_later], ids=lambda engine: engine.__name__)
+def test_engines_that_the_page_allows_hold_every_case(engine, monkeypatch):
+    with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
+        engine(monkeypatch)
+        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    if engine is all_or_none:
+        assert "holds        disabled: 300 steps" in done.stdout and "not offered  the first environment alone is stepped" in done.stdout, done.stdout
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+def test_an_engine_that_forgets_state_16_is_told_so_by_name(monkeypatch):
+    with Server(lambda: gymnasium.make("CartPole-v1"), envs=1) as server:
+        nobody_is_ever_said(monkeypatch)
+        with subprocess.Popen([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], stdout=subprocess.PIPE, text=True) as doctor:
+            said = []
+            while not (said and "state 16" in said[-1]):
+                said.append(doctor.stdout.readline())
+                assert said[-1], said
+            doctor.kill()
+    assert "nobody takes part: state 16 has been set for no slot for 10 s (R77)" in said[-1]
+
+
+class Outsider(gymnasium.Env):
+    """Its bounds are more values than a message's JSON may have."""
+    observation_space = gymnasium.spaces.Box(np.arange(140000.0), np.arange(140000.0) + 1, dtype=np.float64)
+    action_space = gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        return self.observation_space.low, {}
+
+    def step(self, action):
+        return self.observation_space.low, 0.0, False, False, {}
+
+
+def test_a_spec_that_is_more_than_json_may_be_is_unsupported():
+    with Server(Outsider) as server, pytest.raises(ConsacError, match="UNSUPPORTED.*R7"):
+        connect(f"tcp://127.0.0.1:{server.port}", protocol=2)

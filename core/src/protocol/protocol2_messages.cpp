@@ -139,8 +139,12 @@ Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
   const std::string severity = members.Text("severity");
   if (members.wrong.empty() && severity != "connection" && severity != "request")
     return Fault("MALFORMED", "ERROR: severity is " + Quote(severity) + ", expected connection or request");
-  const ErrorMessage error{members.Text("code"), severity == "connection",           members.Text("message"),
-                           members.Text("path"), members.Number("retry_after_s", 0.0), members.Whole("env", -1)};
+  const ErrorMessage error{members.Text("code"),
+                           severity == "connection",
+                           members.Text("message"),
+                           members.Text("path"),
+                           members.Number("retry_after_s", 0.0),
+                           members.Whole("env", -1)};
   return members.Checked("ERROR", error);
 }
 

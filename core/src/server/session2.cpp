@@ -71,7 +71,7 @@ Status Session2Server::Connect(Arrival arrival) {
   stepper_.LimitInfos(max_frame_);
   if (welcome.resumed && stepper_.result_room() > max_frame_)
     return Fatal(Fault("AUTH_FAILED", "a RESULT may take " + std::to_string(stepper_.result_room()) +
-                                              " bytes, which does not fit over TCP; begin a new session"));
+                                          " bytes, which does not fit over TCP; begin a new session"));
   welcome.last_request = request_;
   reader_.SetLimit(std::min(welcome.max_frame, LargestRequest()));
   CONSAC_RETURN_IF_ERROR(SendJson(FrameType::kWelcome, 0, protocol2::EncodeWelcome(welcome)));

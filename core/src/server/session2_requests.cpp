@@ -1,7 +1,6 @@
 // What a trainer asks of its session, carried out or refused.
 #include <algorithm>
 #include <chrono>
-
 #include <nlohmann/json.hpp>
 
 #include "consac/base/text.h"
