@@ -336,7 +336,7 @@ def somebody_comes_later(monkeypatch):
 
     def empty(batch, payload):
         reset(batch, payload)
-        batch.parts[0].states[:] = 0
+        batch.parts[0].states[np.frombuffer(payload, np.uint8, len(batch.envs), 8) == 1] = 0
 
     def fill(batch, env):
         if batch.parts[0].states[env]:
@@ -353,6 +353,7 @@ def nobody_is_ever_said(monkeypatch):
     def forgetful(batch, *arguments):
         for rows in batch.parts:
             rows.states[:] = 0
+            rows.rewards[:] = 0
         return result(batch, *arguments)
     monkeypatch.setattr(Batch, "result", forgetful)
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "cli/conformance_frames.h"
 #include "consac/env/buffer.h"
 #include "consac/model/model_file.h"
 #include "consac/server/env_client.h"
@@ -188,6 +189,11 @@ bool StepUntilTheEnd(int port) {
       batches[b] = buffers[b].batch();
       const std::size_t row_bytes = (*client)->spec().behaviours[b].action_layout.row_bytes;
       std::memset(batches[b].actions, 0, batches[b].slots.size() * row_bytes);
+      const Layout& layout = (*client)->spec().behaviours[b].action_layout;
+      for (std::size_t slot = 0; batches[b].action_masks != nullptr && slot < batches[b].slots.size(); ++slot) {
+        cli::MakeLegal(layout, batches[b].action_masks + slot * static_cast<std::size_t>(layout.mask_bytes),
+                       batches[b].actions + slot * row_bytes);
+      }
     }
     status = (*client)->Step(batches, MoreSteps::kYes);
   }

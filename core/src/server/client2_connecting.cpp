@@ -66,6 +66,7 @@ Status Client2::SayHello() {
   if (answer->header.type != FrameType::kWelcome) return Unexpected(*answer, "WELCOME");
   Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(answer->payload);
   if (!welcome.ok()) return welcome.status();
+  open_ = true;  // the engine has a session now, which hears BYE whatever is wrong with it
   for (const std::string& agreed : welcome->capabilities) {
     if (std::find(hello.capabilities.begin(), hello.capabilities.end(), agreed) != hello.capabilities.end()) continue;
     return {StatusCode::kProtocol,
@@ -85,7 +86,6 @@ Status Client2::SayHello() {
   }
   welcome_ = std::move(*welcome);
   reader_.SetLimit(welcome_.max_frame);
-  open_ = true;
   return Status::Ok();
 }
 
