@@ -73,9 +73,10 @@ class Session(Line):
                 raise
             raise ConnectionLost(f"{self.url} closed the connection during the handshake ({error})") from error
         try:
-            self._greeted = True
             version = wire.member(welcome, "protocol", int)
-            self.session, self.resume = wire.member(welcome, "session", int), wire.member(welcome, "resume", str, "")
+            number, self.resume = wire.member(welcome, "session", int), wire.member(welcome, "resume", str, "")
+            if 0 < number < 1 << 32:
+                self.session, self._greeted = number, True
             self.max_frame = min(wire.member(welcome, "max_frame", int, wire.LARGEST_FRAME), self._hello["max_frame"])
             self.capabilities = wire.texts(welcome, "capabilities")
             unasked = set(self.capabilities) - set(self._hello["capabilities"])
@@ -83,10 +84,10 @@ class Session(Line):
                 raise ValueError(f"capabilities {sorted(unasked)}, which HELLO has not named (R21)")
             self.heartbeat_s = float(wire.member(welcome, "heartbeat_s", float, 10.0))
             resumed = wire.member(welcome, "resumed", bool, False)
-            if resumed != ("resume" in hello) or resumed and self.session != before:
-                raise ValueError(f"session {self.session}{', resumed' * resumed}, to a HELLO that resumes {f'session {before}' if 'resume' in hello else 'none'} (R24)")
-            if not (0 < self.session < 1 << 32 and 0 < self.heartbeat_s < math.inf):
-                raise ValueError(f"session {self.session} or heartbeat_s {self.heartbeat_s}")
+            if resumed != ("resume" in hello) or resumed and number != before:
+                raise ValueError(f"session {number}{', resumed' * resumed}, to a HELLO that resumes {f'session {before}' if 'resume' in hello else 'none'} (R24)")
+            if not (0 < number < 1 << 32 and 0 < self.heartbeat_s < math.inf):
+                raise ValueError(f"session {number} or heartbeat_s {self.heartbeat_s}")
         except wire.WireError as error:
             raise ProtocolError(error.code, f"WELCOME: {error.message}") from None
         except (ValueError, OverflowError) as error:
