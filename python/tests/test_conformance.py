@@ -10,6 +10,7 @@ import time
 
 import gymnasium
 import numpy as np
+import pettingzoo
 import pytest
 
 from consac import wire
@@ -292,8 +293,8 @@ def test_results_before_our_client(case):
 
 
 @pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
-@pytest.mark.parametrize("autoreset", ["same_step", "next_step", "disabled"])
-def test_every_case_holds_for_our_client(autoreset):
+@pytest.mark.parametrize("autoreset, max_frame", [("same_step", wire.LARGEST_FRAME), ("same_step", 4096), ("next_step", wire.LARGEST_FRAME), ("disabled", wire.LARGEST_FRAME)])
+def test_every_case_holds_for_our_client(autoreset, max_frame):
     """Whoever asks for another way first is put through its cases too."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
@@ -301,7 +302,7 @@ def test_every_case_holds_for_our_client(autoreset):
         doctor.stdout.readline()
         while doctor.poll() is None:
             try:
-                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2, autoreset=(autoreset,) if autoreset == "same_step" else (autoreset, "same_step"))) as connection:
+                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2, max_frame=max_frame, autoreset=(autoreset,) if autoreset == "same_step" else (autoreset, "same_step"))) as connection:
                     connection.reset()
                     while True:
                         choose_legal(connection)
@@ -314,9 +315,10 @@ def test_every_case_holds_for_our_client(autoreset):
 
 
 @pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
-def test_the_doctor_finds_nothing_wrong_with_our_server():
-    with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+@pytest.mark.parametrize("token", ["", "open sesame"])
+def test_the_doctor_finds_nothing_wrong_with_our_server(token):
+    with Server(lambda: gymnasium.make("CartPole-v1"), envs=3, token=token) as server:
+        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}", *["--token", token] * bool(token)], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -380,6 +382,36 @@ def test_an_engine_that_forgets_state_16_is_told_so_by_name(monkeypatch):
                 assert said[-1], said
             doctor.kill()
     assert "nobody takes part: state 16 has been set for no slot for 10 s (R77)" in said[-1]
+
+
+class Deaths(pettingzoo.ParallelEnv):
+    """Of two agents one ends while the other goes on."""
+    metadata = {"name": "deaths_v0"}
+    possible_agents = ["first", "last"]
+
+    def observation_space(self, agent):
+        return gymnasium.spaces.Discrete(3)
+
+    def action_space(self, agent):
+        return gymnasium.spaces.Discrete(2)
+
+    def reset(self, seed=None, options=None):
+        self.steps, self.agents = 0, list(self.possible_agents)
+        return {agent: 0 for agent in self.agents}, {agent: {} for agent in self.agents}
+
+    def step(self, actions):
+        self.steps += 1
+        were = self.agents
+        ended = {agent: self.steps == (3 if agent == "first" else 6) for agent in were}
+        self.agents = [agent for agent in were if not ended[agent]]
+        return {agent: 1 for agent in were}, {agent: 1.0 for agent in were}, ended, {agent: False for agent in were}, {agent: {"steps": self.steps} for agent in were}
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+def test_every_case_holds_where_one_agent_ends_before_the_others():
+    with Server(Deaths, envs=2) as server:
+        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 class Outsider(gymnasium.Env):

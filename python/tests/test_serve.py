@@ -436,9 +436,9 @@ def test_several_agents():
         step = lambda: Result(client, client.ask(STEP, actions))
         assert [b["states"] for b in step().behaviours] == [[16] * 4, [16] * 2]
         second = step()
-        assert [b["states"] for b in second.behaviours] == [[1, 16, 1, 16], [16, 16]] and second.floats()[0] == [2]
+        assert [b["states"] for b in second.behaviours] == [[5, 16, 5, 16], [16, 16]] and second.floats()[0] == [2]
         third = step()
-        assert [b["states"] for b in third.behaviours] == [[0, 1, 0, 1], [16, 16]] and third.floats()[0] == [2]
+        assert [b["states"] for b in third.behaviours] == [[0, 5, 0, 5], [16, 16]] and third.floats()[0] == [2]
         assert third.rewards == [0, 3, 0, 3]
         fourth = step()
         assert [b["states"] for b in fourth.behaviours] == [[24] * 4, [1 | 4 | 8 | 16] * 2]

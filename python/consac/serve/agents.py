@@ -66,22 +66,24 @@ class AgentBatch(Batch):
             if terminated or truncated or gone:
                 rows.states[slot] = (TERMINATED if terminated or gone else 0) | (TRUNCATED if truncated else 0)
                 self.ended[env].add(agent)
-                ended_now.append((rows, slot))
+                ended_now.append((rows, slot, number))
             else:
                 rows.states[slot] = ACTIVE
                 going_on = True
-        if going_on:
-            self.infos += seen
-            return
         if self.autoreset != "same_step":
             self.infos += seen
-            self.over[env] = True
+            self.over[env] = not going_on
             return
-        self.final_infos += seen
-        said = [(rows, slot, int(rows.states[slot]), float(rows.rewards[slot])) for rows, slot in ended_now]
-        for rows, slot in ended_now:
+        last = {number for _, _, number in ended_now}
+        self.final_infos += [info for info in seen if info[0] in last]
+        for rows, slot, _ in ended_now:
             rows.finals.append((slot, rows.row(slot)))
+            rows.states[slot] |= FINAL
+        if going_on:
+            self.infos += [info for info in seen if info[0] not in last]
+            return
+        said = [(rows, slot, int(rows.states[slot]), float(rows.rewards[slot])) for rows, slot, _ in ended_now]
         self._begin(env, None, None)
         for rows, slot, state, reward in said:
-            rows.states[slot] |= state | FINAL
+            rows.states[slot] |= state
             rows.rewards[slot] = reward
