@@ -16,6 +16,7 @@ out=bench/results/speed.md
   printf '\n## PPO update beside LibTorch, same run\n\n```\n'; build/release/bench/consac_ppo_update_bench; echo '```'
   printf '\n## The nature CNN beside PyTorch, in turn\n\n'; $python bench/compare/cnn_speed.py build/release/bench/consac_cnn_bench
   printf '\n## One action\n\n```\n'; build/release/bench/consac_action_bench; echo '```'
+  printf '\n## Checkpoints of a replay\n\n'; build/release/bench/consac_checkpoint_bench
   printf '\n## Transports\n\n'; build/release/bench/consac_transport_bench; echo
   PYTHONPATH=python $python bench/compare/python_client_bench.py $consac
   printf '\n## CartPole PPO beside Stable Baselines3, in turn\n\n'; $python bench/compare/sb3_speed.py $consac

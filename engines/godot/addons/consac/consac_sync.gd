@@ -66,8 +66,9 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 ## Of training inside the engine: values by name, as the program [code]consac[/code] takes them; they
 ## go before [member settings].
 @export var hyperparameters: Dictionary = {}
-## Of training inside the engine: while it learns, the agents go on by the latest model. Else the
-## world stands still and every step is learned from.
+## Of training inside the engine: while it learns, the agents go on. Algorithms that learn in rounds
+## (ppo) then act by their latest model and learn nothing from these steps; those that learn at every
+## step (dqn) lose none. Else the world stands still and every step is learned from.
 @export var act_while_learning: bool = false
 ## Where what the agents saw and did is saved (spec/demonstration.md); "" for nowhere. Needs the
 ## native extension.
