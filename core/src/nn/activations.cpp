@@ -3,6 +3,19 @@
 #include <algorithm>
 
 namespace consac::nn {
+namespace {
+
+constexpr std::int64_t kImagesInCache = 4;  // 84 x 84 x 4 with what the nature CNN makes of them: 1.2 MB
+constexpr std::int64_t kNumbersOfAnImage = 1 << 12;
+
+/// Whether a step's rows are large and its parameters few beside a dense layer's: each row pays for itself.
+bool HasImages(const PlanStep& step, const Needs& needs) {
+  const PlacedBlock& block = step.block;
+  return std::max(block.in_size, block.out_size) >= kNumbersOfAnImage &&
+         block.parameter_count < block.in_size * block.out_size && step.state_size == 0 && !needs.couples_rows;
+}
+
+}  // namespace
 
 PackedNetwork::PackedNetwork(const Network& network) : plan_(network), parameter_count_(network.parameter_count()) {
   std::int64_t size = 0;
@@ -39,8 +52,8 @@ Activations::Activations(const Plan& plan, const ActivationsOptions& options) : 
   for (const PlanStep& step : plan.steps) {
     Room& room = saved_.emplace_back();
     most_inputs = std::max(most_inputs, step.inputs.size());
-    if (step.op->needs == nullptr) continue;
-    const Needs needs = step.op->needs(step.block, options_.group_rows);
+    const Needs needs = step.op->needs == nullptr ? Needs() : step.op->needs(step.block, options_.group_rows);
+    images_.push_back(HasImages(step, needs));
     scratch = std::max(scratch, needs.scratch);
     if (!options_.learning || needs.saved == 0) continue;
     room.stride = InnerStride(needs.saved);
@@ -66,7 +79,7 @@ void Activations::Run(const PackedNetwork& packed, std::span<const std::size_t> 
     const std::int64_t count = std::min(options_.group_rows, call.rows - first);
     const bool stateful = plan_.state_size > 0;
     if (stateful) LoadState(call.recurrent, first, count / call.steps);
-    for (const std::size_t s : steps) RunStep(s, packed, call, first, count);
+    RunGroup(packed, steps, call, {first, count});
     if (stateful) StoreState(call.recurrent, first, count / call.steps);
   }
 }
@@ -91,26 +104,43 @@ void Activations::StoreState(const RecurrentRows& recurrent, std::int64_t first,
   }
 }
 
-void Activations::RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, std::int64_t first,
-                          std::int64_t count) {
+// Images go through one block after another a few at a time, so that each finds them in cache; a dense layer wants many
+// rows, since its weights are what has to come from far.
+void Activations::RunGroup(const PackedNetwork& packed, std::span<const std::size_t> steps, const ForwardRows& call,
+                           const Group& group) {
+  for (std::size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
+    const bool images = images_[steps[begin]] && call.steps == 1;
+    end = begin + 1;
+    while (images && end < steps.size() && images_[steps[end]]) ++end;
+    const std::int64_t together = images ? kImagesInCache : group.count;
+    for (std::int64_t at = 0; at < group.count; at += together) {
+      for (std::size_t s = begin; s < end; ++s)
+        RunStep(steps[s], packed, call, group, {at, std::min(together, group.count - at)});
+    }
+  }
+}
+
+void Activations::RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, const Group& group,
+                          const Group& part) {
   const PlanStep& step = plan_.steps[s];
+  const auto rows_of = [&](Rows rows) { return Rows{rows.data + part.first * rows.stride, rows.stride}; };
   for (std::size_t i = 0; i < step.inputs.size(); ++i) {
     const std::size_t value = step.inputs[i];
     const std::int64_t size = plan_.values[value].size;
-    inputs_[i] =
-        value < plan_.input_count ? ConstRows(call.inputs[value] + first * size, size) : ConstRows(Value(value, first));
+    inputs_[i] = value < plan_.input_count ? ConstRows(call.inputs[value] + (group.first + part.first) * size, size)
+                                           : ConstRows(rows_of(Value(value, group.first)));
   }
   BlockCall work;
   work.packed = packed.of_step(s);
-  work.rows = count;
+  work.rows = part.count;
   work.inputs = {inputs_.data(), step.inputs.size()};
-  work.output = Value(step.output, first);
-  work.saved = Saved(s);
+  work.output = rows_of(Value(step.output, group.first));
+  work.saved = saved_[s].stride == 0 ? Rows{} : rows_of(Saved(s));
   work.scratch = scratch_.data();
   work.steps = call.steps;
   if (step.state_size > 0) {
     work.state = {state_.data() + step.state_at, plan_.state_size};
-    work.begins = call.recurrent.begins == nullptr ? nullptr : call.recurrent.begins + first;
+    work.begins = call.recurrent.begins == nullptr ? nullptr : call.recurrent.begins + group.first;
   }
   step.op->forward(step.block, work);
 }

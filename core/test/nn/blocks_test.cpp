@@ -166,6 +166,33 @@ TEST(Features, TheNatureNetworkHasTheParametersOfThePaper) {
   }
 }
 
+// Images are worked on a few at a time, whatever their number.
+TEST(Features, AnImageGivesTheSameBitsAmongManyAsAlone) {
+  QNetworkOptions options;
+  options.layers = {16};
+  options.action_count = 3;
+  const Layout layout = LayoutOf(Space::Box(0, 255, {50, 48, 3}, DType::kU8));
+  const auto network = Network::Create(*QNetwork(layout, options, {.extractor = Extractor::kNatureCnn}));
+  ASSERT_TRUE(network.ok()) << network.status().message();
+  std::vector<float> parameters(static_cast<std::size_t>(network->parameter_count()));
+  Rng rng(1, 1);
+  network->Initialise(rng, parameters);
+  constexpr std::int64_t kRows = 71;  // a whole group, part of another, and not whole fours
+  const auto size = static_cast<std::size_t>(layout.feature_count);
+  std::vector<float> images(kRows * size);
+  for (float& value : images) value = static_cast<float>(rng.Below(256));
+  Evaluator many(*network, kRows), one(*network, 1);
+  many.Load(parameters);
+  one.Load(parameters);
+  const float* all = images.data();
+  many.Forward({&all, 1}, kRows);
+  for (std::size_t r = 0; r < kRows; ++r) {
+    const float* image = images.data() + r * size;
+    one.Forward({&image, 1}, 1);
+    for (std::size_t a = 0; a < 3; ++a) ASSERT_EQ(many.output(0)[r * 3 + a], one.output(0)[a]) << r;
+  }
+}
+
 TEST(Features, ImagesAreDividedBy255AndTheRestIsAsItIs) {
   const Space space = *Space::Dict({{"camera", *Space::Box(0, 255, {2, 2, 1}, DType::kU8)},
                                     {"gear", *Space::Discrete(3)},

@@ -69,13 +69,21 @@ class Activations {
   };
   void LoadState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count);
   void StoreState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count) const;
-  void RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, std::int64_t first,
-               std::int64_t count);
+  /// Rows of one group, from `first` on in the call.
+  struct Group {
+    std::int64_t first, count;
+  };
+  void RunGroup(const PackedNetwork& packed, std::span<const std::size_t> steps, const ForwardRows& call,
+                const Group& group);
+  /// `part` is rows of `group`, counted from its first.
+  void RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, const Group& group,
+               const Group& part);
 
   const Plan& plan_;
   ActivationsOptions options_;
   std::vector<Room> values_;  // [plan.values]
   std::vector<Room> saved_;   // [plan.steps]
+  std::vector<bool> images_;  // [plan.steps] which are run for a few rows at a time
   std::vector<ConstRows> inputs_;
   AlignedFloats scratch_;
   AlignedFloats state_;  // [group_rows, plan.state_size] of the group at work
