@@ -99,11 +99,14 @@ class ToyCloning final : public learn::Learner {
   mutable learn::Metric metric_;
 };
 
-/// Acts by a constant, and learns how far off another goal was, which the world says.
+/// Acts by a constant, and learns how far off another goal was, which the world says; begins with as much as it was
+/// shown.
 class ToyGoals final : public learn::Learner {
  public:
   explicit ToyGoals(const learn::LearnerOptions& options)
-      : behaviour_(options.behaviour), price_(options.price_goals), rows_(options.behaviour) {}
+      : behaviour_(options.behaviour), price_(options.price_goals), rows_(options.behaviour) {
+    if (options.demonstration != nullptr) meant_ = static_cast<double>(options.demonstration->steps());
+  }
   Batch Stage(std::span<const std::int32_t> slots) override {
     Batch batch = rows_.batch();
     batch.slots = slots;
@@ -164,6 +167,7 @@ void AddToyAlgorithms() {
     return Result<std::unique_ptr<learn::Learner>>(std::make_unique<ToyGoals>(options));
   };
   goals.relabels_goals = true;
+  goals.demonstrations = learn::Demonstrations::kTakes;
   learn::AddAlgorithm(goals);
 }
 
@@ -277,6 +281,9 @@ TEST(ToyAlgorithm, SaysWhatItNeeds) {
   config = SmallRun(scratch.path(), "ppo");
   config.demonstrations = RecordedSteps(scratch.path());
   EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("'ppo2' learns from no demonstrations"));
+  config.algorithm = "toy_goals";
+  config.hyperparameters.clear();
+  EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("record them in this world"));
   EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/needs"));
 }
 
@@ -294,6 +301,11 @@ TEST(ToyAlgorithm, AWorldPricesGoalsThatWereNotMeant) {
   const Result<RunSummary> trained = train(true);
   ASSERT_TRUE(trained.ok()) << trained.status().message();
   EXPECT_EQ(Policy::Load(trained->models[0].path)->data().parameters.back(), 200.0f) << "each was worth 1";
+  config.name = "shown";
+  config.demonstrations = RecordedSteps(scratch.path());
+  const Result<RunSummary> shown = train(true);
+  ASSERT_TRUE(shown.ok()) << shown.status().message();
+  EXPECT_EQ(Policy::Load(shown->models[0].path)->data().parameters.back(), 250.0f) << "and fifty were shown besides";
   config.name = "refused";
   EXPECT_THAT(train(false).status().message(),
               HasSubstr("needs a world that can say what other goals would have paid"));

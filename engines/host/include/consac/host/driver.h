@@ -32,7 +32,8 @@ class Driver {
  public:
   virtual ~Driver() = default;
   /// Does what is due and gives the world its next cue when it is known; waits for that at most `wait_s` (0: never
-  /// waits). An error is reported once; where it can, the driver then begins anew.
+  /// waits, but for a gradient step where a learner learns at every step). An error is reported once; where it can, the
+  /// driver then begins anew.
   virtual Status Poll(double wait_s) = 0;
   /// True once a training has come to its end in order, with all of its steps, here or at the other end of the
   /// connection; false again when a further trainer comes.
