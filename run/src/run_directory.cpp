@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <deque>
 #include <nlohmann/json.hpp>
 
 #include "consac/base/file.h"
@@ -94,18 +95,71 @@ bool IsOwnModel(const std::string& path, const std::string& name) {
          FileNameOf(behaviour->get_ref<const std::string&>(), kModelEnd) == name;
 }
 
+constexpr const char* kNothingRemoved = "; nothing of the old run was removed";
+
+// A file that this run will write, or a checkpoint that goes.
+Status CheckReplaceable(const std::string& file) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(ToPath(file), ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    return {StatusCode::kDataLoss, "'" + file + "' is no regular file; take it away" + kNothingRemoved};
+  if (IsImmutable(file))
+    return {StatusCode::kDataLoss, "'" + file + "' may neither be replaced nor removed (chattr -i lets it)" +
+                                       kNothingRemoved};
+  return Status::Ok();
+}
+
+// Whatever would stop the new run is found before anything of the old one goes: each file that it writes is begun
+// beside its place, all at once, for a run holds some of them open together, and one with some bytes in it.
+Status CheckOverwritable(const std::string& path) {
+  constexpr std::size_t kSomeBytes = 65536;
+  std::error_code ignored;
+  for (const char* name : {"/tensorboard", "/best"}) {
+    const fs::file_status status = fs::status(ToPath(path + name), ignored);
+    if (fs::exists(status) && !fs::is_directory(status))
+      return {StatusCode::kDataLoss, "'" + path + name + "' is no folder; take it away" + kNothingRemoved};
+  }
+  const std::string checkpoints = path + "/checkpoints/", first = checkpoints + "step_000000000000.consac";
+  for (const std::string& name : FilesIn(checkpoints)) {
+    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd))
+      CONSAC_RETURN_IF_ERROR(CheckReplaceable(checkpoints + name));
+  }
+  std::vector<std::string> files = {path + "/model.consac", first};
+  for (const std::string_view name : kRunFiles) files.push_back(path + "/" + std::string(name));
+  for (const std::string_view name : kBehaviourFiles) files.push_back(path + "/" + std::string(name));
+  for (const std::string& file : files) CONSAC_RETURN_IF_ERROR(CheckReplaceable(file));
+  const std::vector<std::byte> bytes(kSomeBytes);
+  std::deque<AtomicFile> begun;
+  for (const std::string& file : files) {
+    Status status = begun.emplace_back().Open(file);
+    if (status.ok() && file == first) status = begun.back().Write(bytes);
+    if (!status.ok()) return {status.code(), status.message() + kNothingRemoved};
+  }
+  return Status::Ok();
+}
+
+// Or --resume would go on with it.
+Status RemoveCheckpoint(const std::string& path) {
+  std::error_code error;
+  fs::remove(ToPath(path), error);
+  if (!error) return Status::Ok();
+  return {StatusCode::kDataLoss,
+          "cannot remove '" + path + "' of the run to overwrite: " + error.message() + "; remove it, and try again"};
+}
+
 // Only what a run writes, but for its models, whose paths it returns; whatever else somebody put there stays, and so
 // does config.yaml, by which the folder is known for a run's whenever this is interrupted: the new run writes its own
 // over it.
-std::vector<std::string> RemoveRun(const std::string& path) {
+Result<std::vector<std::string>> RemoveRun(const std::string& path) {
   std::vector<std::string> models;
+  for (const std::string& name : FilesIn(path + "/checkpoints")) {
+    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd))
+      CONSAC_RETURN_IF_ERROR(RemoveCheckpoint(path + "/checkpoints/" + name));
+  }
   for (const std::string_view name : kRunFiles) {
     if (name != kConfigFile) Remove(path + "/" + std::string(name));
   }
   for (const std::string_view name : kBehaviourFiles) Remove(path + "/" + std::string(name));
-  for (const std::string& name : FilesIn(path + "/checkpoints")) {
-    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd)) Remove(path + "/checkpoints/" + name);
-  }
   for (const std::string& logs : FilesIn(path + "/tensorboard")) {  // PPO2_1, PPO2_2
     const std::string folder = path + "/tensorboard/" + logs;
     for (const std::string& name : FilesIn(folder)) {
@@ -196,7 +250,11 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   RemoveHalfWritten(path);
   RemoveHalfWritten(path + "/checkpoints");
   std::unique_ptr<RunDirectory> opened(new RunDirectory(path, lock));
-  if (existing == ExistingRun::kOverwrite) opened->old_models_ = RemoveRun(path);
+  if (existing != ExistingRun::kOverwrite) return opened;
+  CONSAC_RETURN_IF_ERROR(CheckOverwritable(path));
+  Result<std::vector<std::string>> models = RemoveRun(path);
+  if (!models.ok()) return models.status();
+  opened->old_models_ = std::move(*models);
   return opened;
 }
 

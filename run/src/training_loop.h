@@ -103,6 +103,8 @@ class Training {
   void TellFailure(const std::string& what, const Status& status, bool* told);
   Status Checkpoint();
   std::string Description() const;
+  std::string Identity() const;
+  Status CheckIdentity(const StateMap& state) const;
   void Visit(Archive& archive);
   std::size_t SavingBytes();
   Status CheckCheckpointFits();

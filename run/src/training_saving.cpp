@@ -1,11 +1,13 @@
 // What of a run is on disk: the checkpoint that it goes on from, and the models that act.
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "config_fields.h"
 #include "consac/base/json.h"
 #include "consac/base/names.h"
+#include "consac/base/text.h"
 #include "consac/nn/kernels.h"
 #include "consac/run/path.h"
 #include "row_segments.h"
@@ -21,6 +23,25 @@ void ReadNumber(const StateMap& state, const char* name, Number* value) {
   const auto at = state.find(name);
   if (at != state.end() && at->second.bytes.size() == sizeof(Number))
     std::memcpy(value, at->second.bytes.data(), sizeof(Number));
+}
+
+/// The text that a checkpoint holds under `name`; "" where it holds none.
+std::string TextIn(const StateMap& state, std::string_view name) {
+  const auto at = state.find(name);
+  if (at == state.end()) return {};
+  return {reinterpret_cast<const char*>(at->second.bytes.data()), at->second.bytes.size()};
+}
+
+/// "seed=1\nenvs=2\n" by name.
+std::map<std::string, std::string, std::less<>> SettingsIn(std::string_view lines) {
+  std::map<std::string, std::string, std::less<>> settings;
+  while (!lines.empty()) {
+    const std::string_view line = lines.substr(0, lines.find('\n'));
+    lines.remove_prefix(std::min(lines.size(), line.size() + 1));
+    const std::size_t equals = line.find('=');
+    if (equals != line.npos) settings.emplace(line.substr(0, equals), line.substr(equals + 1));
+  }
+  return settings;
 }
 
 }  // namespace
@@ -78,6 +99,7 @@ Status Training::Restore() {
     CONSAC_RETURN_IF_ERROR(OpenReport(false));  // killed before its first checkpoint: from the start
     return Status::Ok();
   }
+  CONSAC_RETURN_IF_ERROR(CheckIdentity(*state));
   ReadNumber(*state, "steps", &restored_steps_);
   ReadNumber(*state, "next_evaluation", &next_evaluation_);
   ReadNumber(*state, "best_evaluation", &best_evaluation_);
@@ -86,13 +108,10 @@ Status Training::Restore() {
     const std::int64_t more = crew_[0].link().request().training_length;
     config_.steps = restored_steps_ + std::min(more, kMostSteps - restored_steps_);
   }
-  const auto kernels = state->find("instruction_set");
-  if (kernels != state->end()) {
-    const std::string then(reinterpret_cast<const char*>(kernels->second.bytes.data()), kernels->second.bytes.size());
-    if (then != nn::InstructionSet()) {
-      Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " +
-                                  std::string(nn::InstructionSet()) + "; results will differ in the last digits");
-    }
+  const std::string then = TextIn(*state, "instruction_set");
+  if (!then.empty() && then != nn::InstructionSet()) {
+    Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " +
+                                std::string(nn::InstructionSet()) + "; results will differ in the last digits");
   }
   restored_ = true;
   CONSAC_RETURN_IF_ERROR(OpenReport(true));
@@ -120,6 +139,35 @@ bool Training::CheckpointDue() const {
   if (unsaved == 0 && !remembered) return false;  // between updates a rollout is all there is to lose
   if (config_.checkpoint_every_updates > 0) return unsaved >= config_.checkpoint_every_updates;
   return config_.checkpoint_every_s > 0 && Now() - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
+}
+
+// Its settings that no resumed run may change, a line each. Engines move.
+std::string Training::Identity() const {
+  std::string lines;
+  for (const Field& field : Fields()) {
+    const bool moves = field.name == std::string_view("world") && IsUrl(config_.world);
+    if (field.on_resume == OnResume::kMustStay && !moves)
+      lines += std::string(field.name) + "=" + FieldText(field, config_) + "\n";
+  }
+  const Result<learn::HyperparameterSet> values = HyperparametersOf(config_);
+  if (!values.ok()) return lines;
+  for (const learn::Hyperparameter& row : values->table())
+    lines += std::string(row.name) + "=" + values->Text(row.name) + "\n";
+  return lines;
+}
+
+// A setting that this program does not know, or that the checkpoint does not name, decides nothing.
+Status Training::CheckIdentity(const StateMap& state) const {
+  const std::map<std::string, std::string, std::less<>> then = SettingsIn(TextIn(state, "run")),
+                                                        now = SettingsIn(Identity());
+  for (const auto& [name, value] : then) {
+    const auto here = now.find(name);
+    if (here == now.end() || here->second == value) continue;
+    return {StatusCode::kDataLoss, "the newest checkpoint in '" + directory_->path() + "' is another run's: of " +
+                                       name + " = " + Quote(value) + ", where config.yaml says " +
+                                       Quote(here->second) + "; take it away, or train anew with --force"};
+  }
+  return Status::Ok();
 }
 
 std::string Training::Description() const {
@@ -161,7 +209,8 @@ Status Training::Checkpoint() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   CheckpointWriter writer(directory_->segments());
   std::int64_t at = steps();
-  std::string instruction_set(nn::InstructionSet());
+  std::string instruction_set(nn::InstructionSet()), run = Identity();
+  writer("run", run);
   writer("steps", at);
   writer("instruction_set", instruction_set);
   writer("next_evaluation", next_evaluation_);

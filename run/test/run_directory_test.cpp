@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #if !defined(_WIN32)
+#include <sys/resource.h>
 #include <sys/stat.h>
-#endif
-#if !defined(_WIN32)
 #include <sys/wait.h>
 #include <unistd.h>
 #endif
 
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -210,6 +210,83 @@ TEST(RunDirectory, OverwritingThatIsInterruptedMayBeTriedAgain) {
   for (const char* file : {"config.yaml", "model.consac", "notes.txt"}) Write(scratch.path() + "/run/" + file, "old");
   for (int i = 0; i < 2; ++i) ASSERT_NE(Open(scratch.path(), ExistingRun::kOverwrite), nullptr) << i;
 }
+
+/// A run with two checkpoints and a model, to be overwritten.
+std::string OldRun(const std::string& root) {
+  const std::string run = root + "/run/";
+  fs::remove_all(run);
+  for (const char* file : {"config.yaml", "progress.csv", "monitor.csv", "model.consac", "best/model.consac", ".lock",
+                           "checkpoints/step_000000000100.consac", "checkpoints/step_000000000200.consac"})
+    Write(run + file, "old");
+  return run;
+}
+
+TEST(RunDirectory, WhatCannotBeOverwrittenLosesNothing) {
+  testing::ScratchFolder scratch("refused");
+  for (const char* name : {"config.yaml", "progress.csv", "monitor.csv", "evaluations.csv", "curve.svg", "model.consac",
+                           "checkpoints/step_000000000200.consac", "tensorboard", "best"}) {
+    const std::string run = OldRun(scratch.path());
+    const bool folder = std::string_view(name) == "tensorboard" || std::string_view(name) == "best";
+    fs::remove_all(run + name);
+    if (folder) Write(run + name, "a file");
+    if (!folder) fs::create_directory(run + name);
+    const auto before = FilesBelow(run);
+    const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kOverwrite);
+    ASSERT_FALSE(directory.ok()) << name;
+    EXPECT_EQ(directory.status().code(), StatusCode::kDataLoss) << name;
+    EXPECT_THAT(directory.status().message(), HasSubstr(run + name));
+    EXPECT_THAT(directory.status().message(), HasSubstr("nothing of the old run was removed"));
+    EXPECT_EQ(FilesBelow(run), before) << name;
+  }
+}
+
+#if !defined(_WIN32)
+TEST(RunDirectory, WithoutDescriptorsOrRoomTheOldRunStays) {
+  testing::ScratchFolder scratch("limits");
+  const std::string run = OldRun(scratch.path());
+  const auto before = FilesBelow(run);
+  for (const auto& [resource, limit] : {std::pair{RLIMIT_NOFILE, rlim_t{6}}, std::pair{RLIMIT_FSIZE, rlim_t{1024}}}) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::signal(SIGXFSZ, SIG_IGN);
+      for (int descriptor = 3; descriptor < 100; ++descriptor) close(descriptor);
+      const rlimit limits{limit, limit};
+      setrlimit(resource, &limits);
+      const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kOverwrite);
+      _exit(directory.ok() ? 0 : static_cast<int>(directory.status().code()));
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), static_cast<int>(StatusCode::kResourceExhausted));
+    EXPECT_EQ(FilesBelow(run), before);
+  }
+}
+
+TEST(RunDirectory, AFolderThatTakesNoNewFilesLosesNothing) {
+  testing::ScratchFolder scratch("closed_folder");
+  const std::string run = OldRun(scratch.path());
+  for (const std::string& closed : {run, run + "checkpoints"}) {
+    const auto before = FilesBelow(run);
+    const pid_t child = fork();
+    if (child == 0) {
+      for (const auto& entry : fs::recursive_directory_iterator(scratch.path())) {
+        fs::permissions(entry.path(), fs::perms::all);
+      }
+      fs::permissions(scratch.path(), fs::perms::all);
+      fs::permissions(closed, fs::perms(0555));
+      if (getuid() == 0 && setuid(65534) != 0) _exit(100);  // nothing is closed to root
+      const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kOverwrite);
+      const bool said = directory.status().message().find("Permission denied") != std::string::npos;
+      _exit(!said ? 101 : static_cast<int>(directory.status().code()));
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), static_cast<int>(StatusCode::kDataLoss)) << closed;
+    fs::permissions(closed, fs::perms::all);
+    EXPECT_EQ(FilesBelow(run), before) << closed;
+  }
+}
+#endif
 
 TEST(RunDirectory, CheckpointsThatCannotBeLookedAtMayBeWhole) {
   testing::ScratchFolder scratch("closed");

@@ -178,6 +178,34 @@ TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
   EXPECT_EQ(TrainOk(bare).weights_hash, TrainOk(whole).weights_hash) << "a name is enough to go on";
 }
 
+// One that --force could not remove, or that somebody has put there.
+TEST(Training, AnotherRunsCheckpointIsNotGoneOnWith) {
+  consac::testing::ScratchFolder scratch("foreign_checkpoint");
+  RunConfig config = SmallRun(scratch.path(), "one");
+  config.steps = 640;
+  ASSERT_TRUE(Train(config, kNeverStop).ok());
+  const std::string of_one = scratch.path() + "/one/checkpoints";
+  const auto refused = [&](const std::string& difference) {
+    ASSERT_TRUE(Train(config, kNeverStop).ok());
+    std::filesystem::remove_all(scratch.path() + "/" + config.name + "/checkpoints");
+    std::filesystem::copy(of_one, scratch.path() + "/" + config.name + "/checkpoints");
+    config.resume = true;
+    const Result<RunSummary> resumed = Train(config, kNeverStop);
+    ASSERT_FALSE(resumed.ok());
+    EXPECT_EQ(resumed.status().code(), StatusCode::kDataLoss);
+    EXPECT_NE(resumed.status().message().find("another run's: of " + difference), std::string::npos)
+        << resumed.status().message();
+    config.resume = false;
+  };
+  config.name = "other_seed";
+  config.seed = 4;
+  refused("seed = '3', where config.yaml says '4'");
+  config.name = "other_gamma";
+  config.seed = 3;
+  config.hyperparameters.emplace_back("gamma", "0.9");
+  refused("gamma = '0.99', where config.yaml says '0.9'");
+}
+
 TEST(Training, LearningThatDivergedEndsItAndSaysWhy) {
   testing::ScratchFolder scratch("diverged");
   RunConfig config = SmallRun(scratch.path());

@@ -46,6 +46,9 @@ bool CutTo(int descriptor, std::uint64_t bytes);
 /// Gives the file, or the lock, back.
 void Close(int descriptor);
 
+/// Whether nobody may replace or remove the file at `path` (chattr +i); false where the system does not say.
+bool IsImmutable(const std::string& path);
+
 /// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced.
 bool IsStillAt(int descriptor, const std::string& path);
 

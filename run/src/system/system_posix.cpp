@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <string_view>
 
@@ -81,6 +82,13 @@ bool CutTo(int descriptor, std::uint64_t bytes) {
 
 void Close(int descriptor) {
   ::close(descriptor);
+}
+
+bool IsImmutable(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor < 0) return errno == EPERM;
+  ::close(descriptor);
+  return false;
 }
 
 bool IsStillAt(int descriptor, const std::string& path) {

@@ -85,6 +85,10 @@ void Close(int descriptor) {
 }
 
 // A file that is open cannot be deleted there, nor can its folder.
+bool IsImmutable(const std::string&) {
+  return false;
+}
+
 bool IsStillAt(int, const std::string&) {
   return true;
 }

@@ -23,7 +23,8 @@ Status CheckRunName(const std::string& directory, const std::string& name, Exist
 class RunDirectory {
  public:
   /// Makes or opens directory/name. Of a run that is overwritten the models stay until this one has its own
-  /// (RemoveOldModels). kAlreadyExists names --resume and --force, or says that the folder is no run's and
+  /// (RemoveOldModels), and all of it where the new one could not be written (kDataLoss, kResourceExhausted: a file or
+  /// folder that cannot be replaced, a full disk, too few descriptors). kAlreadyExists names --resume and --force, or says that the folder is no run's and
   /// is left alone; kNotFound when there is nothing to resume; kFailedPrecondition when another process trains it.
   static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name,
                                                     ExistingRun existing);
