@@ -338,6 +338,7 @@ constexpr BenchRow kRows[] = {
 };
 
 int Bench(const BenchFlags& flags) {
+  EndAtSignals();
   std::vector<std::string_view> names;
   for (const BenchRow& row : kRows) names.emplace_back(row.name);
   if (!flags.only.empty() && std::find(names.begin(), names.end(), flags.only) == names.end()) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
@@ -29,7 +30,8 @@ constexpr int kReconnects = 100;
 /// One case under way.
 class Conversation {
  public:
-  Conversation(const Endpoint& endpoint, const std::string& token) : endpoint_(endpoint), token_(token) {}
+  Conversation(const Endpoint& endpoint, const std::string& token, double patience_s)
+      : endpoint_(endpoint), token_(token), patience_s_(patience_s), writer_(patience_s) {}
   ~Conversation() {
     if (transport_ == nullptr) return;
     if (ended_ && !resume_.empty()) (void)TakeUp();
@@ -91,7 +93,7 @@ class Conversation {
 
   /// A second trainer, while this one is there: it is served or told that there is no room.
   Status KnockBeside() const {
-    Conversation other(endpoint_, token_);
+    Conversation other(endpoint_, token_, patience_s_);
     CONSAC_RETURN_IF_ERROR(other.Connect());
     CONSAC_RETURN_IF_ERROR(other.SayHello());
     const Result<Frame> answer = other.Next();
@@ -145,10 +147,11 @@ class Conversation {
     return Send(type, request, payload, how);
   }
 
-  /// The next frame that is an answer; kUnavailable once the connection has ended. Time stands still during a pause.
+  /// The next frame that is an answer; kUnavailable once the connection has ended. What comes between restarts no
+  /// clock: a pause ends the case too, for nobody may be there to end it.
   Result<Frame> Next() {
     if (std::exchange(held_, false)) return held_frame_;
-    double deadline = Now() + kConformancePatience;
+    const double deadline = Now() + patience_s_;
     bool paused = false;
     while (true) {
       Frame frame;
@@ -158,15 +161,19 @@ class Conversation {
         const Result<bool> aside = IsAside(frame, &paused);
         if (!aside.ok()) return aside.status();
         if (!*aside) return frame;
-        deadline = Now() + kConformancePatience;
+        if (Now() > deadline) return Silent(paused);
         continue;
       }
-      const Result<std::size_t> count =
-          transport_->Read(reader_.Writable(), paused ? kConformancePatience : deadline - Now());
+      const Result<std::size_t> count = transport_->Read(reader_.Writable(), std::max(0.0, deadline - Now()));
       if (!count.ok()) return count.status();
-      if (*count == 0 && !paused) return Failed("no answer within 10 s");
+      if (*count == 0 && Now() >= deadline) return Silent(paused);
       reader_.Commit(*count);
     }
+  }
+
+  Status Silent(bool paused) const {
+    return Failed(fmt::format("no answer within {} s", patience_s_) +
+                  (paused ? ": the server says PAUSED and no RESUMED; end its pause, or raise --timeout" : ""));
   }
 
   /// What may come between a request and its answer.
@@ -187,9 +194,9 @@ class Conversation {
   /// Whatever the server says to bytes of another protocol, it closes.
   Status ExpectGone() {
     std::array<std::byte, 4096> thrown_away;
-    const double deadline = Now() + kConformancePatience;
+    const double deadline = Now() + patience_s_;
     while (Now() < deadline) {
-      const Result<std::size_t> count = transport_->Read(thrown_away, deadline - Now());
+      const Result<std::size_t> count = transport_->Read(thrown_away, std::max(0.0, deadline - Now()));
       if (!count.ok()) return Status::Ok();
     }
     return Failed("the connection stays open");
@@ -327,9 +334,8 @@ class Conversation {
     for (int step = 0; step < steps || !check_.anyone(); ++step) {
       if (until == "over" && Ended() > 0) return Status::Ok();
       if (check_.anyone()) deserted_at = Now();
-      if (Now() - deserted_at > kConformancePatience)
-        return Failed(
-            fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", kConformancePatience));
+      if (Now() - deserted_at > patience_s_)
+        return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", patience_s_));
       const Status status = PlayOne();
       if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
     }
@@ -375,6 +381,7 @@ class Conversation {
 
   const Endpoint endpoint_;
   const std::string token_;
+  const double patience_s_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_{protocol2::kLargestFrame};
   CaseWriter writer_;
@@ -392,8 +399,9 @@ class Conversation {
   std::map<std::string, std::string> kept_;
 };
 
-Status RunCase(const Case& entry, const Endpoint& endpoint, const std::string& token, bool* offered) {
-  Conversation conversation(endpoint, token);
+Status RunCase(const Case& entry, const Endpoint& endpoint, const std::string& token, double patience_s,
+               bool* offered) {
+  Conversation conversation(endpoint, token, patience_s);
   CONSAC_RETURN_IF_ERROR(conversation.Connect());
   int number = 0;
   for (const Case& step : entry["steps"]) {
@@ -409,7 +417,7 @@ Status RunCase(const Case& entry, const Endpoint& endpoint, const std::string& t
 
 }  // namespace
 
-Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token,
+Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token, double patience_s,
                                         const std::function<void(const ConformanceVerdict&)>& say) {
   const Result<std::unique_ptr<Transport>> there = ConnectTcp(endpoint, 3.0);
   if (!there.ok()) return there.status();
@@ -417,7 +425,7 @@ Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::str
   ConformanceCount count;
   for (const Case& entry : ReadCase(ConformanceServerCases())) {
     ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"]), Status::Ok(), true};
-    verdict.status = RunCase(entry, endpoint, token, &verdict.offered);
+    verdict.status = RunCase(entry, endpoint, token, patience_s, &verdict.offered);
     count.Add(verdict);
     say(verdict);
   }

@@ -31,8 +31,9 @@ struct ConformanceCount {
   }
 };
 
-/// Runs every case against `endpoint`, telling `say` of each. kUnavailable when nobody answers there.
-Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token,
+/// Runs every case against `endpoint`, telling `say` of each; an answer is waited for `patience_s`, a pause counted.
+/// kUnavailable when nobody answers there.
+Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token, double patience_s,
                                         const std::function<void(const ConformanceVerdict&)>& say);
 
 /// Is the engine of every case for a trainer that connects to `endpoint` again and again, each time within

@@ -22,7 +22,7 @@
 
 namespace consac::cli {
 
-inline constexpr double kConformancePatience = 10.0;  ///< s for an answer
+inline constexpr double kConformancePatience = 10.0;  ///< s for an answer, unless --timeout says otherwise
 
 inline constexpr std::pair<const char*, protocol2::FrameType> kFrameNames[] = {
     {"HELLO", protocol2::FrameType::kHello},         {"WELCOME", protocol2::FrameType::kWelcome},
@@ -78,6 +78,8 @@ inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, 
 /// Writes a stream as a case wants it: held back for the next write, or in pieces that arrive one after another.
 class CaseWriter {
  public:
+  explicit CaseWriter(double patience_s = kConformancePatience) : patience_s_(patience_s) {}
+
   Status Write(Transport& transport, const nlohmann::json& how, std::string bytes) {
     held_ += bytes;
     if (how.contains("hold")) return Status::Ok();
@@ -86,13 +88,14 @@ class CaseWriter {
     const std::size_t size = (all.size() + pieces - 1) / pieces;
     for (std::size_t at = 0; at < all.size(); at += size) {
       if (at > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      CONSAC_RETURN_IF_ERROR(transport.Write(std::as_bytes(std::span(all)).subspan(at, std::min(size, all.size() - at)),
-                                             kConformancePatience));
+      CONSAC_RETURN_IF_ERROR(
+          transport.Write(std::as_bytes(std::span(all)).subspan(at, std::min(size, all.size() - at)), patience_s_));
     }
     return Status::Ok();
   }
 
  private:
+  double patience_s_;
   std::string held_;
 };
 

@@ -1,6 +1,8 @@
 // consac doctor: what this machine can do, and what is wrong with an endpoint.
 #include <algorithm>
+#include <string_view>
 #include <thread>
+#include <utility>
 
 #include "bench/peak.h"
 #include "cli/conformance.h"
@@ -19,9 +21,13 @@
 namespace consac::cli {
 namespace {
 
+constexpr double kEndpointPatience = 3.0;  // s for an engine's answer, and between a trainer's connections
+
 struct DoctorFlags {
   std::string url, conformance, trainer, token, directory = "runs";
-  double timeout = 3.0;
+  double timeout = 0.0;  // 0: not given
+
+  double Patience(double otherwise) const { return timeout > 0.0 ? timeout : otherwise; }
 };
 
 void Check(const char* what, const Status& status) {
@@ -69,17 +75,28 @@ Status CheckSomebody(const EnvClient& client) {
           "counts next time (R77)"};
 }
 
+/// What an EnvClient says is for those who train; the flag is another here.
+int FailAtEndpoint(const Status& status) {
+  constexpr std::string_view kFlag = "--deadline";
+  std::string message = status.message();
+  const std::size_t at = message.find(kFlag);
+  if (status.code() == StatusCode::kDeadlineExceeded && at != std::string::npos)
+    message.replace(at, kFlag.size(), "--timeout");
+  return Fail("doctor", {status.code(), message});
+}
+
 int ExamineEndpoint(const DoctorFlags& flags) {
+  const double timeout = flags.Patience(kEndpointPatience);
   const Result<Endpoint> endpoint = Endpoint::Parse(flags.url);
   if (!endpoint.ok()) return Fail("doctor", endpoint.status());
-  Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, flags.timeout);
+  Result<std::unique_ptr<Transport>> transport = ConnectTcp(*endpoint, timeout);
   if (!transport.ok()) return Fail("doctor", transport.status());
   EnvClientOptions options;
-  options.setup_timeout_s = options.deadline_s = flags.timeout;
+  options.setup_timeout_s = options.deadline_s = timeout;
   options.waits_while_paused = false;  // an answer is wanted, and within that time
   options.token = flags.token;
   Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options);
-  if (!client.ok()) return Fail("doctor", client.status());
+  if (!client.ok()) return FailAtEndpoint(client.status());
   const std::vector<BehaviourSpec>& behaviours = (*client)->spec().behaviours;
   const SessionRequest& request = (*client)->request();
   Print("endpoint             {}\n", (*client)->description());
@@ -94,7 +111,7 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   Print("training length      {}\nmodel name           {}\n", request.training_length,
         request.model_name.empty() ? "none given" : request.model_name);
   Status status = (*client)->Reset(0, batches);
-  if (!status.ok()) return Fail("doctor", status);
+  if (!status.ok()) return FailAtEndpoint(status);
   Rng rng(1, StreamId("doctor"));
   constexpr std::int64_t kMostSteps = 50;
   const std::int64_t steps = request.training_length > 0 ? std::min(request.training_length, kMostSteps) : kMostSteps;
@@ -115,7 +132,7 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   }
   if (status.ok()) status = CheckSomebody(**client);
   (*client)->Close();
-  if (!status.ok()) return Fail("doctor", status);
+  if (!status.ok()) return FailAtEndpoint(status);
   Print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n",
         (Now() - start) / static_cast<double>(steps) * 1e6, steps);
   return 0;
@@ -134,11 +151,12 @@ int ExamineConformance(const DoctorFlags& flags) {
   };
   if (of_trainer) {
     Print("listening on {}; let the trainer connect, reset all and step all, again and again, within {} s each time\n",
-          flags.trainer, flags.timeout);
+          flags.trainer, flags.Patience(kEndpointPatience));
     FlushOutput();
   }
   const Result<ConformanceCount> count =
-      of_trainer ? RunTrainerConformance(*endpoint, flags.timeout, say) : RunConformance(*endpoint, flags.token, say);
+      of_trainer ? RunTrainerConformance(*endpoint, flags.Patience(kEndpointPatience), say)
+                 : RunConformance(*endpoint, flags.token, flags.Patience(kConformancePatience), say);
   if (!count.ok()) return Fail("doctor", count.status());
   Print("{} of {} cases of protocol 2 hold", count->held, count->held + count->failed);
   if (count->not_offered > 0) {
@@ -151,6 +169,16 @@ int ExamineConformance(const DoctorFlags& flags) {
 }
 
 int Doctor(const DoctorFlags& flags) {
+  EndAtSignals();
+  const std::pair<const char*, const std::string&> asked[] = {
+      {"an engine", flags.url}, {"--conformance", flags.conformance}, {"--conformance-trainer", flags.trainer}};
+  std::string all;
+  int count = 0;
+  for (const auto& [what, url] : asked) {
+    if (url.empty()) continue;
+    all += fmt::format("{}{} {}", count++ == 0 ? "" : " and ", what, Quote(url));
+  }
+  if (count > 1) return Fail("doctor", {StatusCode::kInvalidArgument, "one examination at a time, got " + all});
   if (!flags.conformance.empty() || !flags.trainer.empty()) return ExamineConformance(flags);
   if (!flags.url.empty()) return ExamineEndpoint(flags);
   Print(
@@ -188,7 +216,7 @@ Action AddDoctor(CLI::App& app) {
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
   AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds,
-            "seconds to wait for the endpoint (3 unless given)");
+            "seconds to wait for each answer (3 unless given, of --conformance 10)");
   return [flags] { return Doctor(*flags); };
 }
 

@@ -58,7 +58,7 @@ int Inspect(const InspectFlags& flags) {
   std::optional<Policy> policy;
   if (kind == "policy") {
     Result<Policy> loaded = Policy::FromFile(*file);
-    if (!loaded.ok()) return Fail("inspect", loaded.status());
+    if (!loaded.ok()) return Fail("inspect", {loaded.status().code(), "'" + *path + "': " + loaded.status().message()});
     policy = std::move(*loaded);
   }
   if (flags.json) {

@@ -58,6 +58,22 @@ extern "C" void OnHangUp(int) {
   EndWhereNothingIsLost();
 }
 
+extern "C" void OnEndSignal(int) {
+  std::_Exit(130);
+}
+
+/// The signals that ask a program to end; a hang-up that is ignored (nohup) stays so.
+void Catch(void (*on_stop)(int), [[maybe_unused]] void (*on_hang_up)(int)) {
+  std::signal(SIGINT, on_stop);
+  std::signal(SIGTERM, on_stop);
+#if defined(SIGHUP)
+  if (std::signal(SIGHUP, on_hang_up) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+#endif
+#if defined(SIGBREAK)
+  std::signal(SIGBREAK, on_stop);  // Windows: Ctrl-Break
+#endif
+}
+
 }  // namespace
 
 int ExitCode(const Status& status) {
@@ -96,15 +112,12 @@ const std::string& ProgramPath() {
 }
 
 const std::atomic<bool>& StopSignal() {
-  std::signal(SIGINT, OnStopSignal);
-  std::signal(SIGTERM, OnStopSignal);
-#if defined(SIGHUP)
-  if (std::signal(SIGHUP, OnHangUp) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup
-#endif
-#if defined(SIGBREAK)
-  std::signal(SIGBREAK, OnStopSignal);  // Windows: Ctrl-Break
-#endif
+  Catch(OnStopSignal, OnHangUp);
   return stop_flag;
+}
+
+void EndAtSignals() {
+  Catch(OnEndSignal, OnEndSignal);
 }
 
 bool Stopped() {
@@ -116,6 +129,8 @@ namespace {
 /// CLI11's message without its help text, on one line.
 int UsageError(const std::string& verb, const CLI::ParseError& error) {
   std::string line = error.what();
+  const std::size_t twice = line.find(": At Most 1 required but received");  // CLI11's words
+  if (twice != std::string::npos) line = line.substr(0, twice) + " is given more than once";
   for (char& c : line) c = c == '\n' ? ' ' : c;
   PrintError("consac{}: {} (consac{} --help lists what there is)\n", verb, line, verb);
   return 2;

@@ -62,6 +62,11 @@ int Serve(const ServeFlags& flags) {
   if (!named.ok()) return Fail("serve", {named.code(), "--model: " + named.message()});
   const Status exposure = CheckExposure({flags.host, static_cast<int>(flags.port)}, flags.token);
   if (!exposure.ok()) return Fail("serve", {exposure.code(), "--host, --token: " + exposure.message()});
+  if (flags.protocol == "text1" && !flags.token.empty()) {
+    return Fail("serve", {StatusCode::kInvalidArgument,
+                          "--protocol text1 cannot ask for a token (--token or CONSAC_TOKEN), so nobody could be "
+                          "served; take --protocol 2, or no token"});
+  }
   const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
   const run::MemoryReserve reserve(run::kFirstAid);  // sessions outlive a short moment
   const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);

@@ -44,6 +44,9 @@ const std::string& ProgramPath();
 /// Catches Ctrl-C, SIGTERM and the end of the terminal: any of them sets the flag; Ctrl-C or SIGTERM once more ends the
 /// program at once.
 const std::atomic<bool>& StopSignal();
+/// For verbs that leave nothing half done: Ctrl-C, SIGTERM and the end of the terminal end the program at once, with
+/// exit code 130.
+void EndAtSignals();
 /// Whether that flag is set.
 bool Stopped();
 

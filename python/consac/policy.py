@@ -226,7 +226,9 @@ class Policy:
             return None
         if not isinstance(normalise, dict) or type(normalise.get("clip")) not in (int, float) or not 0 < normalise["clip"] < math.inf:
             raise ModelDamaged("the model's normaliser needs mean, scale and a clip above 0")
-        mean, scale = (self._floats(str(normalise.get(key)), (self.features,)) for key in ("mean", "scale"))
+        if not all(isinstance(normalise.get(key), str) for key in ("mean", "scale")):
+            raise ModelDamaged("the model's normaliser does not name its mean and its scale")
+        mean, scale = (self._floats(normalise[key], (self.features,)) for key in ("mean", "scale"))
         return mean, scale, np.float32(normalise["clip"])
 
     def _run_self_test(self, pairs) -> None:

@@ -3,9 +3,11 @@ import contextlib
 import json
 import os
 import pathlib
+import signal
 import socket
 import struct
 import subprocess
+import threading
 import time
 
 import gymnasium
@@ -382,6 +384,76 @@ def test_an_engine_that_forgets_state_16_is_told_so_by_name(monkeypatch):
                 assert said[-1], said
             doctor.kill()
     assert "nobody takes part: state 16 has been set for no slot for 10 s (R77)" in said[-1]
+
+
+@contextlib.contextmanager
+def scripted(answer):
+    """A port where everybody's frames are answered by `answer`(write, type, request), and none otherwise."""
+    def serve(sock):
+        reader = wire.FrameReader(wire.LARGEST_FRAME)
+        write = lambda kind, request=0, payload=b"": sock.sendall(wire.pack(wire.Frame(kind, payload, request, 5)))
+        with sock, contextlib.suppress(OSError, wire.WireError):
+            while data := sock.recv(65536):
+                reader.feed(data)
+                while frame := reader.next():
+                    answer(write, frame.type, frame.request)
+
+    def accept():
+        with contextlib.suppress(OSError):
+            while True:
+                threading.Thread(target=serve, args=(listener.accept()[0],), daemon=True).start()
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=accept, daemon=True).start()
+        yield f"tcp://127.0.0.1:{listener.getsockname()[1]}"
+        listener.shutdown(socket.SHUT_RDWR)
+
+
+def welcomes(write, kind, request):
+    if kind == wire.HELLO:
+        write(wire.WELCOME, 0, wire.dump_json({"protocol": 2, "session": 5, "resume": "", "capabilities": [], "max_frame": wire.LARGEST_FRAME}))
+
+
+def pauses_for_ever(write, kind, request):
+    welcomes(write, kind, request)
+    if kind == wire.CONFIGURE:
+        write(wire.PAUSED)
+
+
+def pings_for_ever(write, kind, request):
+    if kind in (wire.HELLO, wire.PONG):
+        time.sleep(0.01)
+        write(wire.PING, 0, b"still there")
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@pytest.mark.parametrize("answer, said", [(pauses_for_ever, "no answer within 0.05 s: the server says PAUSED and no RESUMED"), (pings_for_ever, "no answer within 0.05 s"),
+                                          (lambda *_: None, "no answer within 0.05 s")])
+def test_no_server_holds_the_doctor_up(answer, said):
+    """Neither by a pause that nobody ends, nor by PINGs, nor by silence; --timeout says how long an answer may take."""
+    with scripted(answer) as url:
+        done = subprocess.run([PROGRAM, "doctor", "--conformance", url, "--timeout", "0.05"], capture_output=True, text=True, timeout=100)
+    assert done.returncode == 3 and said in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+def test_what_the_doctor_is_asked_is_what_it_does():
+    """One examination at a time; its advice names its own flag; signals that end it leave one exit code."""
+    for both in (["tcp://127.0.0.1:1", "--conformance", "tcp://127.0.0.1:2"], ["--conformance", "tcp://127.0.0.1:1", "--conformance-trainer", "tcp://127.0.0.1:2"]):
+        done = subprocess.run([PROGRAM, "doctor", *both], capture_output=True, text=True, timeout=20)
+        assert done.returncode == 2 and "one examination at a time" in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    with scripted(welcomes) as url:
+        done = subprocess.run([PROGRAM, "doctor", url, "--timeout", "0.3"], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 3 and "raise --timeout" in done.stderr, done.stderr
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        with subprocess.Popen([PROGRAM, "doctor", "--conformance-trainer", "tcp://127.0.0.1:0", "--timeout", "30"], stdout=subprocess.PIPE, text=True) as doctor:
+            assert "listening" in doctor.stdout.readline()
+            doctor.send_signal(number)
+            assert doctor.wait(10) == 130, number
+    with subprocess.Popen([PROGRAM, "bench", "--only", "cartpole", "--repeats", "100"], stdout=subprocess.DEVNULL) as bench:
+        time.sleep(0.5)
+        bench.terminate()
+        assert bench.wait(10) == 130
 
 
 class Deaths(pettingzoo.ParallelEnv):

@@ -450,6 +450,31 @@ def test_inconsistent_models_are_refused(change):
     assert "\n" not in str(told.value)
 
 
+def renamed(s, t):
+    """Nothing asks a writer to give the normaliser's tensors the names that ours gives."""
+    t["input mean"], t["s"] = t.pop("norm/obs/mean"), t.pop("norm/obs/scale")
+    s["interface"]["normalise"].update(mean="input mean", scale="s")
+
+
+@needs_program
+@pytest.mark.parametrize("fits, change", [(True, renamed)] + [(False, change) for change in (
+    lambda s, t: s["interface"]["normalise"].update(scale=0), lambda s, t: s["interface"]["normalise"].update(mean={}), lambda s, t: s["interface"]["normalise"].update(scale="nix"),
+    lambda s, t: s["interface"]["normalise"].pop("scale"), lambda s, t: s["interface"]["normalise"].pop("mean"), lambda s, t: s["interface"].update(normalise=[]),
+    lambda s, t: s["graph"].update(outputs="pi/1"), lambda s, t: s["graph"].update(blocks={"a": s["graph"]["blocks"][0], "b": s["graph"]["blocks"][1]}),
+    lambda s, t: s["graph"].update(inputs={"a": s["graph"]["inputs"][0]}), lambda s, t: s.update(selftest={"a": s["selftest"][0]}), lambda s, t: s.update(requires={"a": "dense"}))])
+def test_both_readers_take_and_refuse_the_same(tmp_path, fits, change):
+    path = tmp_path / "model.consac"
+    path.write_bytes(changed(change, normalise=True))
+    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    assert done.returncode == (0 if fits else 6), done.stdout + done.stderr
+    assert fits or str(path) in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    if fits:
+        load_policy(path)
+    else:
+        with pytest.raises(ModelDamaged):
+            load_policy(path)
+
+
 def test_foreign_files_are_refused(tmp_path):
     good = model_bytes(*make())
     length = struct.unpack_from("<Q", good)[0]

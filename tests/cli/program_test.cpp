@@ -73,6 +73,10 @@ TEST_F(ProgramTest, NumbersThatCannotBeMeantAreRefusedByEveryVerb) {
   ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--rate", "nan"}), 2, "--rate");
   ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "70000"}), 2, "from 0 to 65535");
   ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "0", "--model", "a#b"}), 2, "--model: ");
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--port", "5", "--port", "6"}), 2,
+                "--port is given more than");
+  ExpectRefusal(RunProgram(folder(), {"serve", "road-v0", "--protocol", "text1", "--token", "x"}), 2,
+                "take --protocol 2");
   ExpectRefusal(RunProgram(folder(), {"play", "x", "--delay", "inf"}), 2, "--delay");
   ExpectRefusal(RunProgram(folder(), {"eval", "x", "--episodes", "0"}), 2, "at least 1");
   ExpectRefusal(RunProgram(folder(), {"eval", "x", "--episodes", "1e30"}), 2, "from 1 to 9000000000000000000");

@@ -39,6 +39,13 @@ std::string TextOf(const SpecJson& json, const char* name) {
   return value.is_string() ? value.get<std::string>() : std::string();
 }
 
+/// A member that must be a list, or is not there where that is `optional`; a text or an object could be iterated too.
+Status CheckList(const SpecJson& json, const char* name, bool optional = false) {
+  const SpecJson& value = SpecField(json, name);
+  if (value.is_array() || (optional && value.is_null())) return Status::Ok();
+  return BadSpec("has " + Quote(name) + " that are no list");
+}
+
 SpecJson HeadsJson(const std::vector<HeadSpec>& specs) {
   SpecJson heads = SpecJson::array();
   for (const HeadSpec& spec : specs) {
@@ -95,6 +102,7 @@ Result<nn::Port> ReadPort(const SpecJson& json) {
   const SpecJson &size = SpecField(json, "size"), &shape = SpecField(json, "shape");
   if (!size.is_number_integer()) return BadSpec("has a network input without a size");
   nn::Port port{TextOf(json, "name"), size.get<std::int64_t>(), {}};
+  CONSAC_RETURN_IF_ERROR(CheckList(json, "shape", true));
   for (const SpecJson& dimension : shape) {
     if (!dimension.is_number_integer()) return BadSpec("has a network input of no usable shape");
     port.shape.push_back(dimension.get<std::int64_t>());
@@ -142,6 +150,7 @@ Result<nn::Block> ReadBlock(const SpecJson& entry) {
 }
 
 Result<nn::NetworkSpec> GraphFromJson(const SpecJson& json) {
+  for (const char* list : {"inputs", "blocks", "outputs"}) CONSAC_RETURN_IF_ERROR(CheckList(json, list));
   nn::NetworkSpec network;
   for (const SpecJson& input : SpecField(json, "inputs")) {
     Result<nn::Port> port = ReadPort(input);
@@ -178,8 +187,10 @@ Status ReadNormaliser(const ModelFile& file, const SpecJson& json, std::size_t f
   const SpecJson& clip = SpecField(json, "clip");
   if (!clip.is_number()) return BadSpec("has a normaliser without clip");
   out->clip = clip.get<float>();
-  CONSAC_RETURN_IF_ERROR(ReadFloats(file, "norm/obs/mean", features, &out->mean));
-  return ReadFloats(file, "norm/obs/scale", features, &out->scale);
+  const std::string mean = TextOf(json, "mean"), scale = TextOf(json, "scale");
+  if (mean.empty() || scale.empty()) return BadSpec("has a normaliser that does not name its mean and its scale");
+  CONSAC_RETURN_IF_ERROR(ReadFloats(file, mean, features, &out->mean));
+  return ReadFloats(file, scale, features, &out->scale);
 }
 
 Status ReadSelfTest(const SpecJson& json, std::vector<SelfTestPair>* selftest) {
@@ -279,6 +290,7 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
   const SpecJson& spec = *read;
   if (!spec.is_object()) return BadSpec("is no JSON object");
   if (TextOf(spec, "kind") != "policy") return BadSpec("is of kind " + Quote(TextOf(spec, "kind")) + ", not 'policy'");
+  CONSAC_RETURN_IF_ERROR(CheckList(spec, "requires", true));
   CONSAC_RETURN_IF_ERROR(CheckRequires(SpecField(spec, "requires")));
   const SpecJson& interface_json = SpecField(spec, "interface");
   PolicyData data;
@@ -314,6 +326,7 @@ Result<PolicyData> ReadPolicy(const ModelFile& file, std::vector<SelfTestPair>* 
   if (log_std_size > 0) CONSAC_RETURN_IF_ERROR(ReadFloats(file, "pi/log_std", log_std_size, &data.log_std));
   const auto features = static_cast<std::size_t>(data.observation_space.flat_size());
   CONSAC_RETURN_IF_ERROR(ReadNormaliser(file, SpecField(interface_json, "normalise"), features, &data.normaliser));
+  CONSAC_RETURN_IF_ERROR(CheckList(spec, "selftest"));
   CONSAC_RETURN_IF_ERROR(ReadSelfTest(SpecField(spec, "selftest"), selftest));
   const SpecJson& training = SpecField(spec, "training");
   if (training.is_object()) data.training_json = JsonText(training);
