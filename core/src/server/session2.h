@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "consac/base/hooks.h"
-#include "server/outbox.h"
+#include "consac/transport/outbox.h"
 #include "server/session.h"
 #include "server/shared_channel.h"
 #include "server/stepper.h"

@@ -7,7 +7,7 @@
 
 #include "consac/base/text.h"
 #include "consac/env/buffer.h"
-#include "server/outbox.h"
+#include "consac/transport/outbox.h"
 #include "server/session.h"
 
 namespace consac {

@@ -9,8 +9,9 @@
 namespace consac::host {
 namespace {
 
-constexpr double kQuiet = 0.002;      // s after which a message without terminator is complete
-constexpr double kSendTimeout = 1.0;  // s for a trainer to take what is sent
+constexpr double kQuiet = 0.002;            // s after which a message without terminator is complete
+constexpr double kUntaken = 10.0;           // s after which a trainer that takes nothing is given up
+constexpr std::size_t kMostHeld = 1 << 20;  // bytes that may wait for it
 
 Status NotConnected(const char* what) {
   return {StatusCode::kFailedPrecondition,
@@ -61,12 +62,20 @@ Status Socket::AcceptConnection() {
   framer_ = text1::Framer();
   framer_.SetExpect(text1::Framer::Expect::kAction, false);
   message_.clear();
+  outbox_.Clear();
   return Status::Ok();
 }
 
 Result<bool> Socket::CheckPendingData() {
   if (!message_.empty()) return true;
   if (!connected()) return NotConnected("hear from");
+  if (!outbox_.empty()) {
+    const Status sent = outbox_.Flush(*transport_, 0.0, kUntaken);
+    if (!sent.ok()) {
+      CloseConnection();
+      return sent;
+    }
+  }
   std::string_view message = framer_.Next();
   if (message.empty()) {
     const Result<std::size_t> count = transport_->Read(framer_.Writable(), 0.0);
@@ -94,7 +103,12 @@ Status Socket::SendData(std::string_view message) {
   if (!connected()) return NotConnected("send to");
   std::string line(message);
   line += '\n';
-  const Status status = transport_->Write(std::as_bytes(std::span(line)), kSendTimeout);
+  if (!outbox_.empty() && outbox_.held() + line.size() > kMostHeld) {
+    return {StatusCode::kResourceExhausted,
+            peer() + " has not taken " + std::to_string(outbox_.held()) +
+                " bytes of earlier messages; check for pending data before sending more"};
+  }
+  const Status status = outbox_.Send(*transport_, std::as_bytes(std::span(line)));
   if (!status.ok()) CloseConnection();
   return status;
 }
@@ -103,6 +117,7 @@ void Socket::CloseConnection() {
   if (transport_ != nullptr) transport_->Close();
   transport_.reset();
   message_.clear();
+  outbox_.Clear();
 }
 
 // ---- messages

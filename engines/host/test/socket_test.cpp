@@ -51,6 +51,33 @@ TEST(Socket, AMessageWithoutTerminatorEndsWithSilence) {
   EXPECT_EQ(*pair.socket.AcceptPendingData(), "0.25,-0.7");
 }
 
+TEST(Socket, ATrainerThatReadsNothingHoldsNobody) {
+  Pair pair;
+  const std::string message(100000, '1');
+  Status status;
+  double longest = 0.0;
+  std::size_t sent = 0;
+  for (int k = 0; k < 10000 && status.ok(); ++k) {
+    const double before = Now();
+    status = pair.socket.SendData(message);
+    longest = std::max(longest, Now() - before);
+    sent += status.ok() ? 1 : 0;
+  }
+  EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
+  EXPECT_THAT(status.message(), HasSubstr("before sending more"));
+  EXPECT_TRUE(pair.socket.connected());
+  EXPECT_LT(longest, 0.9);
+  // All that was sent arrives, once it is read.
+  std::vector<std::byte> heard(1 << 16);
+  std::size_t count = 0;
+  ASSERT_TRUE(Eventually([&] {
+    EXPECT_FALSE(*pair.socket.CheckPendingData());
+    while (const std::size_t more = *pair.trainer->Read(heard, 0.0)) count += more;
+    return count == sent * (message.size() + 1);
+  }));
+  EXPECT_TRUE(pair.socket.SendData("1").ok());
+}
+
 TEST(Socket, WhatCrashedTheThesisEngineIsAnErrorThatSaysWhatToDo) {
   Socket socket;
   EXPECT_THAT(socket.CheckConnection().status().message(), HasSubstr("open it first"));

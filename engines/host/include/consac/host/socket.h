@@ -11,6 +11,7 @@
 
 #include "consac/base/status.h"
 #include "consac/protocol/text1.h"
+#include "consac/transport/outbox.h"
 #include "consac/transport/transport.h"
 
 namespace consac::host {
@@ -36,11 +37,13 @@ class Socket {
   /// "127.0.0.1:40312"; "" when nobody is connected.
   std::string peer() const { return transport_ != nullptr ? transport_->peer() : std::string(); }
 
-  /// True when a whole message is there. kUnavailable once the other end has left; the connection is then closed.
+  /// True when a whole message is there; sends on what the other end had not taken yet. kUnavailable once the other end
+  /// has left, kDeadlineExceeded when it takes nothing for 10 s; the connection is then closed.
   Result<bool> CheckPendingData();
   /// Takes the message, without its terminator. kFailedPrecondition when none is there.
   Result<std::string> AcceptPendingData();
-  /// Sends a message and its terminator. kFailedPrecondition when nobody is connected.
+  /// Sends a message and its terminator; what is not taken at once waits for CheckPendingData. kFailedPrecondition when
+  /// nobody is connected, kResourceExhausted when 1 MiB waits already: the message is then not sent.
   Status SendData(std::string_view message);
   /// Ends the connection; the port stays open.
   void CloseConnection();
@@ -49,6 +52,7 @@ class Socket {
   std::unique_ptr<Listener> listener_;
   std::unique_ptr<Transport> waiting_, transport_;
   text1::Framer framer_;
+  Outbox outbox_;
   std::string message_;
   double last_byte_ = 0.0;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// What a peer has not taken yet: a session never waits in a write. Private to core/server.
+// What a peer has not taken yet: a session never waits in a write.
 
 #include <span>
 #include <vector>
@@ -37,6 +37,8 @@ class Outbox {
                                                " s; it hangs or is stopped in a debugger"};
   }
   bool empty() const { return rest_.empty(); }
+  /// Bytes that it holds: 0 once all has been taken.
+  std::size_t held() const { return rest_.size(); }
   void Clear() {
     rest_.clear();
     if (rest_.capacity() > kKept) rest_.shrink_to_fit();
