@@ -65,6 +65,22 @@ def test_definitions_are_those_of_cmake(files):
         layout.cmake_words(ROOT / "CMakeLists.txt", r"set\(CONSAC_NOTHING ([^)]*)\)")
 
 
+def test_no_warning_of_a_newer_compiler_stops_a_game(files):
+    prefix = files[f"{layout.STAGED}/ConsacStaged.h"].decode()
+    microsofts = prefix.split("#if !defined(CONSAC_ALL_WARNINGS)")[1].split("_MSC_VER")[1]
+    assert "#pragma warning(push, 0)\n" in microsofts, "the level of Unreal's build tool is 4"
+    assert re.search(r"disable : 4668 4191 4702\)", microsofts)
+
+
+@pytest.mark.parametrize(("library", "has"), [(13000, False), (14000, True)])
+def test_a_libcxx_without_to_chars_for_floats_is_not_asked(library, has):
+    command = ["g++", "-std=c++20", "-E", f"-D_LIBCPP_VERSION={library}", "-Icore/include", "-Icore/src", "core/src/base/text.cpp"]
+    text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    ours = text[text.rindex("FormatShortest(Number value"):]
+    assert ("std::to_chars(" in ours) is has
+    assert ("return FormatWithoutToChars(" in ours) is not has
+
+
 def test_nothing_is_included_from_outside(staged, tmp_path):
     """The preprocessor over all sources as one: every library's header comes from the staged folder."""
     roots = [f"-I{staged}/Source/{module}/{folder}" for module in COPIED for folder in ("Public", "Private")]

@@ -18,7 +18,7 @@ MANIFEST = "MANIFEST.sha256"
 NOTICE = "// Copyright CONSAC authors. MIT License.\n// Written by tools/stage_unreal.py; the next staging overwrites it.\n"
 
 PRAGMAS = """#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF  // a trained model acts here bit for bit as in its trainer
+#pragma STDC FP_CONTRACT OFF  // as in the trainer: the same kernels give the same bits
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #pragma warning(disable : 4668 4191)  // inside Windows' own headers: macros that #if finds undefined, casts of functions
@@ -31,7 +31,8 @@ PRAGMAS = """#if defined(__clang__)
 #pragma clang diagnostic ignored "-Wshadow"
 #pragma clang diagnostic ignored "-Wundef"
 #elif defined(_MSC_VER)
-#pragma warning(disable : 4244 4267 4305 4456 4457 4458 4459 4702 4996)
+#pragma warning(push, 0)
+#pragma warning(disable : 4668 4191 4702)  // which this level does not silence everywhere
 #endif
 #endif
 """

@@ -14,8 +14,11 @@ namespace {
 
 template <class Number>
 std::size_t FormatShortest(Number value, std::span<char, 32> out) {
-// A program that is to start on macOS before 13.3, as Unreal 5.3's and 5.4's, may not call to_chars for floats.
-#if defined(__ENVIRONMENT_MAC_OS_X_VERSION_MIN_REQUIRED__) && __ENVIRONMENT_MAC_OS_X_VERSION_MIN_REQUIRED__ < 130300
+// A program that is to start on macOS before 13.3, as Unreal 5.3's and 5.4's, may not call to_chars for floats; libc++
+// before 14 has none.
+#if (defined(__ENVIRONMENT_MAC_OS_X_VERSION_MIN_REQUIRED__) &&  \
+     __ENVIRONMENT_MAC_OS_X_VERSION_MIN_REQUIRED__ < 130300) || \
+    (defined(_LIBCPP_VERSION) && _LIBCPP_VERSION < 14000)
   return FormatWithoutToChars(value, out);
 #else
   const std::to_chars_result result = std::to_chars(out.data(), out.data() + out.size(), value);
