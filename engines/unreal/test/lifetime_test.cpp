@@ -226,6 +226,27 @@ TEST(Lifetime, APortThatAnotherGameHasIsTriedAgain) {
   EXPECT_EQ(told, 1);
 }
 
+TEST(Lifetime, ATrainerWithoutAgentsBeginsWhenOneHasCome) {
+  Shim::Game game;
+  AConsacTrainer* trainer = Trainer(game, EConsacMode::ByHand);
+  std::vector<std::string> told;
+  trainer->OnTrainerError.ShimBind(nullptr, [&told](const FString& error) { told.push_back(Text(error)); });
+  for (int k = 0; k < 5; ++k) game.Tick();
+  EXPECT_FALSE(trainer->IsTraining());
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("it begins by itself once one has come"), std::string::npos) << told[0];
+  RoadAgent agent(game, 1);
+  EXPECT_TRUE(TickUntil(
+      30.0, [&] { game.Tick(); }, [&] { return trainer->IsTraining(); }));
+  EXPECT_EQ(told.size(), 1U);
+}
+
+TEST(Lifetime, ATrainerIsThereWhereverThePlayerIs) {
+  Shim::Game game;
+  EXPECT_TRUE(game.Spawn<AConsacTestActor>()->ShimStreamsByPlace());
+  EXPECT_FALSE(game.Spawn<AConsacTrainer>()->ShimStreamsByPlace());
+}
+
 TEST(Lifetime, AnUnattendedGameWaitsForNobodyWhoHasNotCome) {
   FApp::ShimSetUnattended(true);
   {

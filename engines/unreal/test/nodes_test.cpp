@@ -1,4 +1,6 @@
 // The nodes one by one: sockets with a client at the other end, waiting, sensors, texts, the plugin's automation tests.
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "ConsacCameraSensorComponent.h"
@@ -29,9 +31,12 @@ class Engine : public ::testing::Environment {
 
 TEST(Plugin, ItsOwnAutomationTestsHold) {
   ASSERT_FALSE(FAutomationTestBase::ShimAll().empty());
-  for (FAutomationTestBase* test : FAutomationTestBase::ShimAll()) {
-    test->ShimRun();
-    for (const FString& failure : test->ShimFailures()) ADD_FAILURE() << test->ShimName() << ": " << Text(failure);
+  for (const char* const run : {"once", "again at once"}) {
+    for (FAutomationTestBase* test : FAutomationTestBase::ShimAll()) {
+      test->ShimRun();
+      for (const FString& failure : test->ShimFailures())
+        ADD_FAILURE() << test->ShimName() << ", " << run << ": " << Text(failure);
+    }
   }
 }
 
@@ -286,6 +291,65 @@ TEST(Program, ATokenIsNotLoggedAndAnEndedProgramsHandleIsClosed) {
   ASSERT_EQ(Shim::Log().size(), 4U);
   for (const std::string& line : Shim::Log()) EXPECT_EQ(line.find("sesame"), std::string::npos) << line;
   EXPECT_NE(Shim::Log()[0].find("secretive"), std::string::npos) << Shim::Log()[0];
+}
+
+/// A program that writes its arguments into `folder`, one after another.
+std::string WriteListener(const std::string& folder) {
+  const std::string path = folder + "/listener.sh";
+  std::ofstream(path) << "#!/bin/sh\necho \"$@\" > '" << folder << "/part'\nmv '" << folder << "/part' '" << folder
+                      << "/arguments'\n";
+  std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  return path;
+}
+
+/// What it was started with; removes that.
+std::string HeardBy(const std::string& folder) {
+  const std::string path = folder + "/arguments";
+  EXPECT_TRUE(TickUntil(
+      30.0, [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); },
+      [&] { return std::filesystem::exists(path); }));
+  std::string line;
+  std::getline(std::ifstream(path), line);
+  std::filesystem::remove(path);
+  return line;
+}
+
+TEST(Program, ItIsSentToThePortThatIsOpen) {
+  const ProgramFolder scratch("unreal_port");
+  Shim::Game game;
+  RoadAgent agent(game, 1);
+  AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
+  trainer->Port = 0;
+  trainer->Program.Program = Text(WriteListener(scratch.path()));
+  trainer->Program.RunsFolder = Text(scratch.path());
+  std::vector<std::string> errors;
+  trainer->OnTrainerError.ShimBind(nullptr, [&errors](const FString& error) { errors.push_back(Text(error)); });
+  trainer->StartProgram();
+  ASSERT_EQ(errors.size(), 1U) << "nothing is open yet";
+  EXPECT_NE(errors[0].find("start the game first, or give a port"), std::string::npos) << errors[0];
+  game.Tick();
+  ASSERT_GT(trainer->GetTrainerPort(), 0);
+  trainer->StartProgram();
+  EXPECT_EQ(errors.size(), 1U);
+  const std::string heard = HeardBy(scratch.path());
+  EXPECT_NE(heard.find("tcp://127.0.0.1:" + std::to_string(trainer->GetTrainerPort()) + " "), std::string::npos)
+      << heard;
+}
+
+TEST(Program, WhatListensOnEveryAddressIsReachedAtItsOwn) {
+  const ProgramFolder scratch("unreal_host");
+  FConsacProgramSettings settings;
+  settings.Program = Text(WriteListener(scratch.path()));
+  settings.RunsFolder = Text(scratch.path());
+  for (const auto& [host, reached] :
+       {std::pair("0.0.0.0", "127.0.0.1"), std::pair("::", "::1"), std::pair("10.0.0.7", "10.0.0.7")}) {
+    settings.Host = Text(host);
+    FString error;
+    UConsacTrainerProgram* program = NewObject<UConsacTrainerProgram>();
+    ASSERT_TRUE(program->Start(settings, {}, error)) << Text(error);
+    const std::string heard = HeardBy(scratch.path());
+    EXPECT_NE(heard.find("tcp://" + std::string(reached) + ":5005 "), std::string::npos) << heard;
+  }
 }
 
 TEST(Samples, TheGameModeSpawnsTheRoad) {

@@ -42,8 +42,13 @@ class AActor : public UObject {
   FVector shim_location_ = FVector::ZeroVector;
   FQuat shim_rotation_ = FQuat::Identity;
   bool shim_begun_ = false;
+  /// Whether a partitioned world unloads it where no player is near.
+  bool ShimStreamsByPlace() const { return bIsSpatiallyLoaded; }
 
  protected:
+#if WITH_EDITORONLY_DATA
+  uint8 bIsSpatiallyLoaded : 1 = 1;
+#endif
   friend void Shim::BeginPlay(AActor&);
   virtual void BeginPlay() {}
   TObjectPtr<USceneComponent> RootComponent;

@@ -3,6 +3,7 @@
 
 #include "ConsacConvert.h"
 #include "ConsacCoreInclude.h"
+#include "ConsacLog.h"
 #include "ConsacModel.h"
 #include "ConsacSocket.h"
 #include "Engine/Engine.h"
@@ -123,4 +124,9 @@ FConsacSpace UConsacBlueprintLibrary::MakeDiscreteSpace(int32 Choices)
 	Space.Kind = EConsacSpaceKind::Discrete;
 	Space.Size = Choices;
 	return Space;
+}
+
+void UConsacBlueprintLibrary::ForgetErrors()
+{
+	ConsacPlugin::ForgetErrors();
 }

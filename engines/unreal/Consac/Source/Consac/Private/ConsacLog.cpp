@@ -23,9 +23,15 @@ struct FTextsSaid
 	std::map<std::string, double> Came;
 };
 
-static bool IsNew(const FString& Text)
+static FTextsSaid& TextsSaid()
 {
 	static FTextsSaid Said;
+	return Said;
+}
+
+static bool IsNew(const FString& Text)
+{
+	FTextsSaid& Said = TextsSaid();
 	const double Now = consac::Now();
 	const std::lock_guard<std::mutex> Lock(Said.Mutex);
 	if (Said.Came.size() >= MostKept)
@@ -36,6 +42,13 @@ static bool IsNew(const FString& Text)
 	const bool bNew = bFirst || Now - Row->second >= QuietSeconds;
 	Row->second = Now;
 	return bNew;
+}
+
+void ForgetErrors()
+{
+	FTextsSaid& Said = TextsSaid();
+	const std::lock_guard<std::mutex> Lock(Said.Mutex);
+	Said.Came.clear();
 }
 
 void LogError(const FString& Text)

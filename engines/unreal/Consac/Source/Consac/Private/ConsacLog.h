@@ -13,4 +13,7 @@ namespace ConsacPlugin
  *  written again. Any thread. */
 void LogError(const FString& Text);
 
+/** Whatever comes next is written. */
+void ForgetErrors();
+
 }

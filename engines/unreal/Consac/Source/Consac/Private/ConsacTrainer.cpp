@@ -52,6 +52,9 @@ AConsacTrainer::AConsacTrainer()
 {
 	PrimaryActorTick.bCanEverTick = true;
 	PrimaryActorTick.bTickEvenWhenPaused = true; // to tell the trainer so
+#if WITH_EDITORONLY_DATA
+	bIsSpatiallyLoaded = false; // wherever the player is
+#endif
 }
 
 void AConsacTrainer::Report(const FString& Error)
@@ -177,7 +180,8 @@ void AConsacTrainer::Tick(float DeltaSeconds)
 	}
 }
 
-// Begins by itself once, when it is its turn; where another game of this computer has the port, again until that has gone.
+// Begins by itself once, when it is its turn; while no agent is there, or another game of this computer has the port, it is tried
+// again every second, and each reason is told once.
 void AConsacTrainer::StartInTurn()
 {
 	const UConsacSubsystem* Subsystem = bAutoStart && !State->bStarted && !State->bAway ? UConsacSubsystem::Of(this) : nullptr;
@@ -185,14 +189,15 @@ void AConsacTrainer::StartInTurn()
 	{
 		return;
 	}
+	const bool bNobody = Subsystem->GetAgents().IsEmpty();
 	const consac::Status Status = State->Begin(*this);
-	const bool bTaken = Status.code() == consac::StatusCode::kAlreadyExists;
-	const bool bSaid = bTaken && State->TryAgainAt > 0.0;
-	State->bStarted = !bTaken;
-	State->TryAgainAt = bTaken ? consac::Now() + 1.0 : 0.0;
-	if (!Status.ok() && !bSaid)
+	const bool bLater = bNobody || Status.code() == consac::StatusCode::kAlreadyExists;
+	State->bStarted = !bLater;
+	State->TryAgainAt = bLater ? consac::Now() + 1.0 : 0.0;
+	const bool bNew = std::exchange(State->Told, Status.message()) != Status.message();
+	if (!Status.ok() && bNew)
 	{
-		Report(ConsacPlugin::FromUtf8(Status.message()));
+		Report(ConsacPlugin::FromUtf8(bNobody ? Status.message() + "; it begins by itself once one has come" : Status.message()));
 	}
 }
 
@@ -311,7 +316,7 @@ void AConsacTrainer::StartProgram()
 {
 	FConsacProgramSettings Settings = Program;
 	Settings.Host = Host;
-	Settings.Port = Port;
+	Settings.Port = Port != 0 ? Port : GetTrainerPort();
 	TArray<FString> Arguments;
 	if (IsValid(Hyperparameters.Get()))
 	{

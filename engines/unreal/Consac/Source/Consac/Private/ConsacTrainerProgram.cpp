@@ -58,6 +58,12 @@ static bool Quoted(const FString& Argument, std::string& Line)
 	return true;
 }
 
+// Where to reach who listens on every address: Windows connects to none of these.
+static FString HostToReach(const FString& Host)
+{
+	return Host == FString(TEXT("0.0.0.0")) ? FString(TEXT("127.0.0.1")) : Host == FString(TEXT("::")) ? FString(TEXT("::1")) : Host;
+}
+
 // A name that no run has yet, so that nothing is written over.
 static FString FreeRunName(const FString& Folder, const FString& Wanted)
 {
@@ -89,12 +95,17 @@ bool UConsacTrainerProgram::Start(const FConsacProgramSettings& Settings, const 
 	{
 		return ConsacPlugin::Explain(Status(StatusCode::kNotFound, "there is no program " + ConsacPlugin::ToUtf8(Program) + "; give its path in Program"), Error);
 	}
+	if (Settings.Port <= 0)
+	{
+		const std::string Given = std::to_string(Settings.Port);
+		return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "there is no port " + Given + " to connect to; start the game first, or give a port"), Error);
+	}
 	const FString Runs = Settings.RunsFolder.IsEmpty() ? FPaths::Combine(FPaths::ProjectSavedDir(), TEXT("Consac")) : Settings.RunsFolder;
 	const FString Folder = FPaths::ConvertRelativePathToFull(Runs);
 	const FString Name = ConsacPlugin::FreeRunName(Folder, Settings.RunName.IsEmpty() ? FString(TEXT("unreal")) : Settings.RunName);
 	TArray<FString> Arguments;
 	Arguments.Add(TEXT("train"));
-	Arguments.Add(FString::Printf(TEXT("tcp://%s:%d"), *Settings.Host, Settings.Port));
+	Arguments.Add(FString::Printf(TEXT("tcp://%s:%d"), *ConsacPlugin::HostToReach(Settings.Host), Settings.Port));
 	Arguments.Append({ TEXT("--name"), Name, TEXT("--dir"), Folder });
 	if (!Settings.Algorithm.IsEmpty())
 	{

@@ -37,7 +37,8 @@ struct FConsacTrainerState
 	bool bAway = false;          // this is a client of a network game
 	std::vector<TWeakObjectPtr<UConsacAgentComponent>> Newcomers;
 	double LoggedAt = 0.0;
-	double TryAgainAt = 0.0;     // when to start once more: another game has the port
+	double TryAgainAt = 0.0;     // when to start once more: no agent is there, or another game has the port
+	std::string Told;            // why it could not start
 	FConsacProgress Last;        // of what has ended
 
 	/** Gathers the agents and begins. */

@@ -58,4 +58,7 @@ public:
 	/** A space of choices: 0, 1, ... up to one less than Choices. */
 	UFUNCTION(BlueprintPure, Category="Consac|Space", meta=(DisplayName="Make Discrete Space"))
 	static FConsacSpace MakeDiscreteSpace(int32 Choices = 2);
+
+	/** For automation tests: an error that came less than a second ago is written to the log again. No node. */
+	static void ForgetErrors();
 };

@@ -35,7 +35,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Accept Connection", ExpandEnumAsExecs="Result"))
 	void AcceptConnection(EConsacResult& Result, FString& PeerAddress, FString& Error);
 
-	/** Yes when a whole message has come. Fails once the trainer has left. */
+	/** Yes when a whole message has come. Sends on what the trainer had not taken yet. Fails once the trainer has left, or takes
+	 *  nothing for 10 s. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Check Pending Data", ExpandEnumAsExecs="Answer"))
 	void CheckPendingData(EConsacAnswer& Answer, FString& Error);
 
@@ -43,7 +44,8 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Accept Pending Data", ExpandEnumAsExecs="Result"))
 	void AcceptPendingData(EConsacResult& Result, FString& Message, FString& Error);
 
-	/** Sends a message. Fails when nobody is connected. */
+	/** Sends a message; what the trainer does not take at once goes with the next Check Pending Data. Fails when nobody is
+	 *  connected, or 1 MiB waits already. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Send Data", ExpandEnumAsExecs="Result"))
 	void SendData(const FString& Message, EConsacResult& Result, FString& Error);
 

@@ -74,7 +74,7 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	EConsacMode Mode = EConsacMode::Serve;
 
-	/** Begins with the game; otherwise Start Training begins. */
+	/** Begins with the game, or once its first agent has come; otherwise Start Training begins. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	bool bAutoStart = true;
 
@@ -206,7 +206,7 @@ public:
 	UFUNCTION(BlueprintPure, Category="Consac|Trainer", meta=(DisplayName="Get Trainer Port"))
 	int32 GetTrainerPort() const;
 
-	/** Starts the program consac, to train this world: a button in the editor, a node in a graph. */
+	/** Starts the program consac, to train this world, which plays already where Port is 0: a button in the editor, a node in a graph. */
 	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Start Trainer Program For This"))
 	void StartProgram();
 

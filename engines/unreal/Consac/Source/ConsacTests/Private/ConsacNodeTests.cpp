@@ -13,6 +13,7 @@ IMPLEMENT_SIMPLE_AUTOMATION_TEST(FConsacMessageTest, "Consac.Messages",
 bool FConsacMessageTest::RunTest(const FString&)
 {
 	// Every failure below is one that the log tells; one that is not announced fails the test.
+	UConsacBlueprintLibrary::ForgetErrors(); // those of the last run, a moment ago
 	const FConsacSpace Seen = UConsacBlueprintLibrary::MakeBoxSpace(2, 0.0f, 40.0f);
 	const FConsacSpace Done = UConsacBlueprintLibrary::MakeDiscreteSpace(3);
 	EConsacResult Result = EConsacResult::Failed;
@@ -42,6 +43,7 @@ IMPLEMENT_SIMPLE_AUTOMATION_TEST(FConsacSocketTest, "Consac.Socket",
 	EAutomationTestFlags::EditorContext | EAutomationTestFlags::ClientContext | EAutomationTestFlags::EngineFilter)
 bool FConsacSocketTest::RunTest(const FString&)
 {
+	UConsacBlueprintLibrary::ForgetErrors();
 	UConsacSocket* Socket = UConsacBlueprintLibrary::CreateConsacSocket(nullptr, TEXT("127.0.0.1"), 0);
 	EConsacResult Result = EConsacResult::Failed;
 	FString Text;
@@ -67,6 +69,7 @@ IMPLEMENT_SIMPLE_AUTOMATION_TEST(FConsacModelTest, "Consac.Model",
 	EAutomationTestFlags::EditorContext | EAutomationTestFlags::ClientContext | EAutomationTestFlags::EngineFilter)
 bool FConsacModelTest::RunTest(const FString&)
 {
+	UConsacBlueprintLibrary::ForgetErrors();
 	EConsacResult Result = EConsacResult::Success;
 	UConsacModel* Model = nullptr;
 	FString Error;
