@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import ipaddress
+import math
+import select
 import socket
 import time
 from urllib.parse import urlsplit
@@ -33,6 +35,15 @@ def open_socket(host: str, port: int, timeout: float, wait: float = 0.0) -> sock
             if time.monotonic() >= end:
                 raise ConnectionLost(f"no engine answers at {host}:{port} ({error}); start it first, or check the address") from error
         time.sleep(0.05)
+
+
+def ready(sock: socket.socket, seconds: float, write: bool = False) -> bool:
+    """Whether `sock` can be read from, or written to, within `seconds`; OSError or ValueError where it is closed."""
+    if not hasattr(select, "poll"):  # Windows, whose select() takes descriptors of any number
+        return any(select.select([] if write else [sock], [sock] if write else [], [], seconds))
+    poll = select.poll()
+    poll.register(sock, select.POLLOUT if write else select.POLLIN)
+    return bool(poll.poll(math.ceil(1000 * seconds)))
 
 
 def is_loopback(host: str) -> bool:

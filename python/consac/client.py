@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import logging
 import os
-import select
 import socket
 import struct
 import threading
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import shared_memory, wire
-from .address import open_socket, parse_url
+from .address import open_socket, parse_url, ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
 from .frames import ResultFrame, Rows, StepFrame, reset_payload
 from .judge import Judge
@@ -56,7 +55,7 @@ def open_engine(url: str, autoreset: str | tuple[str, ...], given: dict):
     if protocol == "text1":
         return TextConnection(url, wait=wait, **text_options)
     sock = open_socket(*parse_url(url), HANDSHAKE_S, wait)
-    if protocol == "auto" and select.select([sock], [], [], TEXT_SETUP_S)[0]:
+    if protocol == "auto" and ready(sock, TEXT_SETUP_S):
         first = sock.recv(1, socket.MSG_PEEK)
         if first and first[0] != wire.MAGIC & 0xFF:
             return TextConnection(url, sock=sock, **text_options)

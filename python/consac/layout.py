@@ -34,8 +34,10 @@ def space_to_json(space: spaces.Space) -> dict:
 
 
 def _bounds(bounds: np.ndarray):
-    flat = [None if np.isinf(bound) else bound.item() for bound in np.ravel(bounds)]
-    return flat[0] if len(flat) > 1 and all(bound == flat[0] for bound in flat) and flat[0] is not None else flat
+    flat = np.ravel(bounds)
+    if flat.size > 1 and not np.isinf(flat[0]) and (flat == flat[0]).all():
+        return flat[0].item()
+    return [None if np.isinf(bound) else bound.item() for bound in flat]
 
 
 def numbers_in(value: dict, one_hot: bool = False) -> int:

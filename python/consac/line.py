@@ -3,7 +3,6 @@
 client.py makes requests of it. What is lost here is taken up there."""
 from __future__ import annotations
 
-import select
 import socket
 import struct
 import sys
@@ -13,6 +12,7 @@ import time
 import numpy as np
 
 from . import shared_memory, wire
+from .address import ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineError, ProtocolError
 from .frames import read_json
 from .names import printable_line
@@ -199,7 +199,7 @@ class Line:
         if self._broken is not None or self._socket is None:
             return
         try:
-            if select.select([self._socket], [], [], 0)[0]:  # once: a flood must not keep the lock
+            if ready(self._socket, 0):  # once: a flood must not keep the lock
                 data = self._socket.recv(65536)
                 if not data:
                     self._broken = ConnectionLost("the engine closed the connection" + (f": {self.goaway}" if self.goaway else ""))

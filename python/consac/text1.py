@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import re
-import select
 import socket
 import time
 import warnings
@@ -10,7 +9,7 @@ import warnings
 import numpy as np
 from gymnasium import spaces
 
-from .address import open_socket, parse_url
+from .address import open_socket, parse_url, ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
 from .names import check_name, printable_line
 
@@ -157,7 +156,7 @@ class TextConnection:
             if len(self._data) > LARGEST_MESSAGE:
                 self._bad(f"a message over {LARGEST_MESSAGE} bytes: {self._data[:80]!r}")
             left = end - time.monotonic()
-            if left <= 0 or not select.select([self._socket], [], [], QUIET_S if self._data else left)[0]:
+            if left <= 0 or not ready(self._socket, QUIET_S if self._data else left):
                 if self._data and left > 0:
                     text, self._data = self._data, b""
                     break

@@ -17,9 +17,15 @@ import pytest
 from gymnasium import spaces
 
 from consac import wire
+from consac.client import connect
 from consac.layout import Layout
 from consac.serve import Limits, Server
 from consac.wire import BYE, CONFIGURE, ERROR, FRAME, GOAWAY, HELLO, PING, PONG, RENDER, RESET, RESULT, SPEC, STEP, WELCOME, Frame, pack
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
 
 QUICK = Limits(grace_s=0.15)
 
@@ -761,6 +767,96 @@ def test_a_flood_of_refused_connections_is_told_in_a_few_lines():
         time.sleep(0.2)
         assert len(said) == 5
     assert len(said) == 6 and said[-1].endswith("(and 54 more like it)"), said
+
+
+def test_whoever_says_nothing_gives_way_and_whoever_finds_no_place_hears_why():
+    said = []
+    with Server(Counter, limits=Limits(max_sessions=4, handshake_s=30), log=said.append) as server:
+        served = Raw(server)
+        silent = [Raw(server, hello=False) for _ in range(60)]
+        for _ in range(3):
+            assert Raw(server).reset().states == [24]
+        assert silent[0].take().type == ERROR and silent[0].is_closed()
+        assert served.reset().states == [24]
+        assert "closed a connection that had said nothing: others wait" in said
+    with Server(Counter, limits=Limits(max_sessions=1, handshake_s=30)) as server:
+        half = [Raw(server, hello=False) for _ in range(18)]
+        for one in half:
+            one.sock.sendall(b"\xc0")  # has spoken, and keeps its place
+        time.sleep(0.5)
+        late = Raw(server, hello=False)
+        late.send(HELLO, b'{"protocol":[2,2]}')
+        assert json.loads(late.take().payload)["code"] == "CAPACITY" and late.is_closed()
+
+
+def test_a_silent_trainer_of_text_protocol_1_gives_its_place_to_another():
+    with Server(Counter, protocol="text1", training_length=9, limits=Limits(grace_s=0.05, handshake_s=0.1)) as server:
+        silent = Text(server)
+        assert silent.line()
+        time.sleep(0.5)
+        other = Text(server)
+        assert other.line().startswith("D#3#0#B") and other.line() and other.ask("1\n")
+
+
+@pytest.mark.skipif(resource is None, reason="no limits on descriptors here")
+def test_descriptors_of_any_number_serve_both_ends():
+    """select() takes none above 1023."""
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if before[1] != resource.RLIM_INFINITY and before[1] < 2048:
+        pytest.skip("at most 2048 descriptors")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(2048, before[0]), before[1]))
+    held = [os.open(os.devnull, os.O_RDONLY)]
+    try:
+        while held[-1] < 1100:
+            held.append(os.dup(held[0]))
+        with Server(Counter, training_length=9, limits=QUICK) as server:
+            with connect(f"tcp://127.0.0.1:{server.port}", shared_memory=False) as client:
+                assert client._socket.fileno() > 1023
+                client.reset()
+                client.step()
+                client._idle()
+            text = connect(f"tcp://127.0.0.1:{server.port}", protocol="text1")
+            text.close()
+    finally:
+        for descriptor in held:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, before)
+
+
+class Unpaid(Counter):
+    def step(self, action):
+        observation, _, *rest = super().step(action)
+        return observation, None, *rest
+
+
+class Quitting(Counter):
+    def step(self, action):
+        sys.exit("no more coins")
+
+
+@pytest.mark.parametrize("env, why", [(Unpaid, "the reward is None, which is no number"), (Quitting, "SystemExit: no more coins")])
+def test_an_environment_that_pays_nothing_or_quits_is_told(env, why):
+    said = []
+    with Server(env, log=said.append) as server:
+        client = Raw(server)
+        client.reset()
+        error = client.error(STEP, step_payload(1, [0]))
+        assert error["code"] == "ENV_FAILED" and why in error["message"]
+        assert any(why in line for line in said), said
+        assert client.reset().states == [24]
+
+
+def test_a_space_beyond_any_frame_is_refused_before_anything_of_its_size_is_made():
+    class Vast(Counter):
+        observation_space = spaces.Dict({"all": spaces.Box(np.float32(-np.inf), np.float32(np.inf), (40_000_000,), np.float32)})
+
+        def reset(self, **_):
+            raise AssertionError("it was reset")
+
+    began = time.monotonic()
+    with pytest.raises(ValueError, match="1 observation of 160000000 bytes"):
+        Server(Vast)
+    assert time.monotonic() - began < 10
 
 
 def test_a_bad_action_of_text_protocol_1_is_one_line():

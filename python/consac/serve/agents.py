@@ -56,7 +56,10 @@ class AgentBatch(Batch):
             rows, slot, number = self._slot(env, agent)
             took_part = agent in actions or agent in observations and agent not in self.ended[env]
             rows.states[slot] = 0
-            rows.rewards[slot] = rewards.get(agent, 0) if took_part else 0
+            reward = rewards.get(agent, 0) if took_part else 0
+            if reward is None:  # numpy would take it for NaN
+                raise TypeError(f"the reward of {agent} is None, which is no number")
+            rows.rewards[slot] = reward
             if not took_part:
                 continue
             if agent in observations:

@@ -9,7 +9,7 @@ from consac import wire
 from consac.layout import align
 from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
 
-from .refusal import Refused, describe, tell
+from .refusal import FAILURES, Refused, describe, tell
 from .rows import Rows
 from .world import World
 
@@ -65,7 +65,7 @@ class Batch:
         for env in self.envs:
             try:
                 env.close()
-            except Exception as error:
+            except FAILURES as error:
                 self.warn(f"an environment did not close: {describe(error)}")
 
     # -- requests
@@ -126,7 +126,7 @@ class Batch:
                     self._begin(env, None, None)
                 else:
                     self._advance(env)
-            except Exception as error:  # an environment may raise anything
+            except FAILURES as error:
                 for lost in chosen[:index + 1]:
                     self.broken[lost] = True
                 raise self._failed(env, error) from error
@@ -137,7 +137,7 @@ class Batch:
             raise Refused("OUT_OF_RANGE", f"RENDER of environment {env!r}; there are 0 to {len(self.envs) - 1}")
         try:
             image = np.asarray(self.envs[env].render())
-        except Exception as error:
+        except FAILURES as error:
             tell(self.warn, error)
             raise Refused("UNSUPPORTED", f"the environment cannot draw: {describe(error)}", env=env) from error
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
@@ -179,10 +179,10 @@ class Batch:
     def _guard(self, env: int, act, *arguments) -> None:
         try:
             act(*arguments)
-        except Exception as error:
+        except FAILURES as error:
             raise self._failed(env, error) from error
 
-    def _failed(self, env: int, error: Exception) -> Refused:
+    def _failed(self, env: int, error: BaseException) -> Refused:
         self.broken[env] = True
         tell(self.warn, error)
         return Refused("ENV_FAILED", f"environment {env} failed: {describe(error)}; reset it and those stepped with it", env=env)
@@ -219,6 +219,8 @@ class Batch:
                 state |= FINAL | FIRST | ACTIVE
             else:
                 self.over[env] = True
+        if reward is None:  # numpy would take it for NaN
+            raise TypeError("the reward is None, which is no number")
         rows.rewards[env] = reward
         self.buffer[rows.states_at + env] = state
         if info:

@@ -9,7 +9,7 @@ import sys
 from consac.names import printable_line
 
 from .limits import Limits
-from .refusal import describe, place_of, tell
+from .refusal import FAILURES, describe, place_of, tell
 from .server import Server
 from .world import GROUPS, environment_maker, pettingzoo_maker
 
@@ -40,7 +40,7 @@ def main(arguments=None) -> int:
         server = Server(factory, options.envs, host=options.host, port=options.port, token=options.token, protocol=options.protocol,
                         training_length=options.steps, model_name=options.model, seed=options.seed, sessions=options.sessions,
                         limits=Limits(max_sessions=options.max_sessions), group=options.group, log=log)
-    except Exception as error:  # an environment's constructor may raise anything
+    except FAILURES as error:
         if place_of(error):
             tell(lambda line: log(printable_line(line)), error)
         log(f"consac.serve: {describe(error)}")

@@ -1,12 +1,12 @@
 """A socket that frames are read from and written to, with deadlines."""
 from __future__ import annotations
 
-import select
 import socket
 import threading
 import time
 
 from consac import shared_memory, wire
+from consac.address import ready
 from consac.wire import HEADER, WireError
 
 from .limits import TICK, Limits
@@ -21,7 +21,8 @@ class Connection:
         self.buffer = bytearray(65536)
         self.view = memoryview(self.buffer)
         self.start = self.end = 0
-        self.heard = time.monotonic()
+        self.since = self.heard = time.monotonic()
+        self.has_spoken = self.given_up = False
         self.pings = 0
         self.closing = threading.Event()
         self.crc = False
@@ -110,13 +111,14 @@ class Connection:
         if count == 0:
             raise Gone("the peer closed")
         self.end += count
+        self.has_spoken = True
         self.heard, self.pings = time.monotonic(), 0
         self.spins = self.heard - began < self.limits.spin_s
 
     def wait(self, seconds: float, write: bool = False) -> bool:
         """Whether the socket is ready within `seconds`."""
         try:
-            return any(select.select([] if write else [self.sock], [self.sock] if write else [], [], seconds))
+            return ready(self.sock, seconds, write)
         except (OSError, ValueError) as error:
             raise Gone(f"the connection broke: {error}") from None
 
@@ -184,6 +186,26 @@ class Connection:
             pass
         finally:
             self.lock.release()
+
+    def is_silent(self) -> bool:
+        """Whether it has never said anything, and its place may go to another."""
+        try:
+            return not self.has_spoken and not self.given_up and not self.wait(0)
+        except Gone:
+            return False
+
+    def give_up(self, last_word: bytes = b"") -> None:
+        """From another thread: the one that serves it finds it closed. Never waits."""
+        self.given_up = True
+        try:
+            if last_word and self.lock.acquire(blocking=False):
+                try:
+                    self.sock.send(last_word)
+                finally:
+                    self.lock.release()
+            self.sock.shutdown(socket.SHUT_RD)
+        except OSError:
+            pass
 
     def finish(self) -> None:
         """Closes so that the last words still arrive, though the peer may be sending."""

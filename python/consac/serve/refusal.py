@@ -15,6 +15,9 @@ from consac.names import printable_line
 
 CONNECTION_ERRORS = {"BAD_MAGIC", "MALFORMED", "FRAME_TOO_LARGE", "CRC_MISMATCH", "UNSUPPORTED_VERSION", "AUTH_FAILED", "CAPACITY", "SHUTTING_DOWN"}
 
+# What an environment may raise: anything, and sys.exit() ends the environment alone, not the thread that serves it without a word.
+FAILURES = (Exception, SystemExit)
+
 
 class Refused(Exception):
     """A request that is answered with ERROR; `extra` are further members of it."""

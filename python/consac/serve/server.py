@@ -16,13 +16,16 @@ from . import text1
 from .batch import Batch
 from .connection import Connection
 from .limits import TICK, Limits
-from .refusal import Gone, Refusals, Refused, error_json, tell
+from .refusal import FAILURES, Gone, Refusals, Refused, error_json, tell
 from .session import Offer, Session
 from .world import World, environment_maker
 
 
 # Why accept() may fail for a while: too many open files, here or on the machine, no memory, a peer that has left already.
 _PASSING = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EINTR)
+
+_TEXT_BUSY = b"busy: this engine serves another trainer; try again later\n"
+_SILENT_HANDSHAKES = 4  # so many handshake deadlines a trainer of text protocol 1 that has never said anything keeps its place
 
 
 def _same_secret(given, secret: str) -> bool:
@@ -66,6 +69,8 @@ class Server:
         self._connections: dict[Connection, threading.Thread] = {}
         self._next_session, self._finished = 1, 0
         self._text_lock = threading.Lock()  # held by the one trainer of text protocol 1
+        self._text_holder: Connection | None = None
+        self._turning_away = threading.Semaphore(16)  # so many threads at most say goodbye at once
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -99,11 +104,11 @@ class Server:
             except OSError:  # it is gone already
                 sock.close()
                 continue
+            if not self._has_room():
+                self._turn_away(connection)
+                continue
+            thread = threading.Thread(target=self._serve, args=(connection,), daemon=True)
             with self._lock:
-                if len(self._connections) >= 2 * self.limits.max_sessions + 16:
-                    sock.close()
-                    continue
-                thread = threading.Thread(target=self._serve, args=(connection,), daemon=True)
                 self._connections[connection] = thread
             try:
                 thread.start()
@@ -114,6 +119,44 @@ class Server:
                 sock.close()
                 self._refusals.say(f"no connection can be served now: {error}")
         self._shut_down()
+
+    def _has_room(self) -> bool:
+        """Whether another connection may be served. Of too many the one that has been silent the longest makes room."""
+        most = 2 * self.limits.max_sessions + 16
+        with self._lock:
+            staying = [connection for connection in self._connections if not connection.given_up]
+            leaving = len(self._connections) - len(staying)
+        if len(staying) < most or leaving >= most:
+            return len(staying) < most
+        silent = min((connection for connection in staying if connection.is_silent()), key=lambda connection: connection.since, default=None)
+        if silent is not None:
+            silent.give_up(self._busy(silent, "others wait, and this connection says nothing"))
+            self._refusals.say("closed a connection that had said nothing: others wait")
+        return silent is not None
+
+    def _turn_away(self, connection: Connection) -> None:
+        """Its peer may have begun to speak, and hears why all the same; in a flood there is not the time for it."""
+        self._refusals.say("no connection can be taken now: all places are taken")
+        if not self._turning_away.acquire(blocking=False):
+            connection.sock.close()
+            return
+
+        def finish() -> None:
+            try:
+                connection.last_word(self._busy(connection, "all places are taken"))
+                connection.finish()
+            finally:
+                self._turning_away.release()
+        try:
+            threading.Thread(target=finish, daemon=True).start()
+        except RuntimeError:
+            connection.sock.close()
+            self._turning_away.release()
+
+    def _busy(self, connection: Connection, why: str) -> bytes:
+        if self.protocol == "text1":
+            return _TEXT_BUSY
+        return connection.pack(wire.ERROR, error_json("CAPACITY", f"no further connection can be served now: {why}", retry_after_s=10))
 
     def close(self) -> None:
         """Answers what is under way, says GOAWAY and closes; more than once does no harm."""
@@ -204,9 +247,16 @@ class Server:
 
     def _serve_text(self, connection: Connection) -> None:
         if not self._text_lock.acquire(timeout=self.limits.grace_s):  # a trainer that just closed may be coming back
-            connection.last_word(b"busy: this engine serves another trainer; try again later\n")
-            return
+            holder = self._text_holder
+            if holder is None or not holder.is_silent() or time.monotonic() - holder.since < _SILENT_HANDSHAKES * self.limits.handshake_s:
+                connection.last_word(_TEXT_BUSY)
+                return
+            holder.give_up()
+            if not self._text_lock.acquire(timeout=self.limits.grace_s + 2 * TICK):
+                connection.last_word(_TEXT_BUSY)
+                return
         env = None
+        self._text_holder = connection
         try:
             env = self.make_env()
             text1.play(connection, self._offer, self.limits, env)
@@ -215,10 +265,11 @@ class Server:
         except text1.BadAction as error:
             connection.last_word(f"error: {printable_line(error)}\n".encode())
             self._refusals.say(f"text protocol 1: {error}")
-        except Exception as error:
+        except FAILURES as error:
             connection.last_word(f"error: {printable_line(error)}\n".encode())
             tell(self._log, error)
         finally:
+            self._text_holder = None
             self._text_lock.release()
             if env is not None:
                 env.close()

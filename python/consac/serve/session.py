@@ -16,7 +16,7 @@ from consac.wire import HEADER, WireError
 from .agents import AgentBatch
 from .batch import AUTORESETS, Batch
 from .connection import Connection
-from .refusal import CONNECTION_ERRORS, Gone, Refused, describe, error_json, tell
+from .refusal import CONNECTION_ERRORS, FAILURES, Gone, Refused, describe, error_json, tell
 from .world import World
 
 
@@ -176,7 +176,7 @@ class Session:
         try:
             for _ in range(self.offer.world.environments):
                 envs.append(self.offer.make_env())
-        except Exception as error:
+        except FAILURES as error:
             for env in envs:
                 env.close()
             tell(self.offer.log, error)

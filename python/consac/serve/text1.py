@@ -94,6 +94,7 @@ class TextReader:
             if not more:
                 raise Gone("the trainer closed")
             self.data += more
+            connection.has_spoken = True
 
     def _value(self, line: bytes):
         text = line.decode("utf-8", "replace")

@@ -5,6 +5,7 @@ import difflib
 import hashlib
 import importlib
 import inspect
+import math
 from dataclasses import dataclass
 
 import gymnasium
@@ -48,6 +49,9 @@ class World:
             groups = _groups(env, group) if multi_agent else [("default", ["agent"], env.observation_space, env.action_space)]
             check_names_together("behaviour", [name for name, *_ in groups])
             check_names_apart("agent", [str(agent) for agent in env.possible_agents] if multi_agent else [])
+            for _, agents, observation, action in groups:
+                _check_size(environments * len(agents), observation, "observation")
+                _check_size(environments * len(agents), action, "action")
             begun = env.reset()
             if not (isinstance(begun, tuple) and len(begun) == 2 and isinstance(begun[1], dict)):
                 raise TypeError(f"{known}.reset() gave a {type(begun).__name__}, expected an observation and a dict of infos" + _OLD)
@@ -88,6 +92,21 @@ def _groups(env, by: str) -> list[tuple]:
         return [("default", *groups[0][1:])]
     names = [group[0] for group in groups]
     return [(name if names.count(name) == 1 else f"{name}_{index}", *group[1:]) for index, (name, group) in enumerate(zip(names, groups))]
+
+
+def _check_size(rows: int, space: spaces.Space, what: str) -> None:
+    """Refuses what no frame carries before anything of that size is made."""
+    size = _bytes(space)
+    if rows * size > wire.LARGEST_FRAME:
+        raise ValueError(f"{rows} {what}{'s' * (rows > 1)} of {size} bytes make frames over {wire.LARGEST_FRAME} bytes, the most that protocol 2 carries; use fewer environments or a smaller {what}")
+
+
+def _bytes(space: spaces.Space) -> int:
+    """Bytes of a value in a row, without padding; 0 of a kind that cannot be sent."""
+    if isinstance(space, (spaces.Dict, spaces.Tuple)):
+        return sum(map(_bytes, space.spaces.values() if isinstance(space, spaces.Dict) else space.spaces))
+    size = space.dtype.itemsize if isinstance(space, spaces.Box) else 4 if isinstance(space, (spaces.Discrete, spaces.MultiDiscrete)) else isinstance(space, spaces.MultiBinary)
+    return size * math.prod(space.shape or ())
 
 
 def _layout(space: spaces.Space, what: str) -> Layout:
