@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Stable Baselines3's learning curves: what `learning_proofs` compares CONSAC's with, at the same settings. Measured once
-and committed; a row named on the command line is measured anew, the others stay. Two seeds at a time, a thread each.
+and committed; a row named on the command line is measured anew, the others stay, measured or not. Two seeds at a time, a thread each.
 
     .venv/bin/python bench/compare/sb3_curves.py [--consac build/release/cli/consac] [ROW-NAME-PART ...]
 
@@ -112,10 +112,13 @@ def page(rows):
              "episodes of training after each tenth of the steps, the median of the seeds."]
     for row in rows:
         settings = ", ".join(f"{name} {value}" for name, value in row["settings"].items()) or "defaults"
-        curve = [statistics.median(points) for points in zip(*row["curves"])]
         lines += ["", f"## {row['name']}", "",
-                  f"{row['algorithm'].upper()}, {row['policy']}, {row['world']}, {row['steps']:,} steps, {row['envs']} worlds; {settings}.", "",
-                  "| results by seed | median | standard error | CPU seconds by seed |", "|---|---|---|---|",
+                  f"{row['algorithm'].upper()}, {row['policy']}, {row['world']}, {row['steps']:,} steps, {row['envs']} worlds; {settings}.", ""]
+        if "results" not in row:
+            lines.append("Not measured yet.")
+            continue
+        curve = [statistics.median(points) for points in zip(*row["curves"])]
+        lines += ["| results by seed | median | standard error | CPU seconds by seed |", "|---|---|---|---|",
                   f"| {', '.join(f'{r:g}' for r in row['results'])} | {row['median']:g} | {row['standard_error']:g} | {', '.join(f'{s:g}' for s in row['seconds'])} |", "",
                   f"Curve: {', '.join(f'{point:g}' for point in curve)}.", "", f"{row['date']}; {row['versions']}; {row['machine']}."]
     return "\n".join(lines) + "\n"
@@ -139,7 +142,7 @@ def main():
         print(new["name"], new["results"], flush=True)
         known = {row["name"]: row for row in json.loads(path.read_text())} if path.exists() else {}
         known[new["name"]] = new
-        rows = [known[row["name"]] for row in ROWS if row["name"] in known]
+        rows = [known.get(row["name"], row) for row in ROWS]
         path.write_text("[\n" + ",\n".join(json.dumps(row) for row in rows) + "\n]\n")
         (RESULTS / "sb3_curves.md").write_text(page(rows))
 
