@@ -12,17 +12,21 @@ namespace {
 
 using testing::AllocationCount;
 
-std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env, const char* name) {
+using Settings = std::vector<std::pair<const char*, const char*>>;
+
+std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env, const char* name, const Settings& settings = {}) {
   const learn::Algorithm* algorithm = *learn::FindAlgorithm(name);
+  learn::HyperparameterSet values(algorithm->hyperparameters);
+  for (const auto& [key, text] : settings) EXPECT_TRUE(values.Set(key, text).ok()) << key;
   learn::LearnerOptions options;
   options.behaviour = env.spec().behaviours[0];
   options.total_steps = 100000;
-  return std::move(*algorithm->create(options, learn::HyperparameterSet(algorithm->hyperparameters)));
+  return std::move(*algorithm->create(options, values));
 }
 
-void ExpectNoneWhileItLearns(const worlds::World& world, const char* algorithm) {
+void ExpectNoneWhileItLearns(const worlds::World& world, const char* algorithm, const Settings& settings = {}) {
   const std::unique_ptr<VectorEnv> env = world.create(8);
-  const std::unique_ptr<learn::Learner> learner = MakeLearner(*env, algorithm);
+  const std::unique_ptr<learn::Learner> learner = MakeLearner(*env, algorithm, settings);
   BatchBuffer first(env->spec().behaviours[0]);
   env->Reset(1, {&first.batch(), 1});
   learner->Begin(first.batch());
@@ -47,6 +51,13 @@ TEST(Allocations, NonePerStepOfTrainingInProcess) {
     const Layout actions = world.create(1)->spec().behaviours[0].action_layout;
     const bool discrete = actions.leaves.size() == 1 && actions.leaves[0].space.kind() == SpaceKind::kDiscrete;
     if (discrete) ExpectNoneWhileItLearns(world, "dqn");
+  }
+}
+
+TEST(Allocations, NonePerStepOfLearningContinuousActions) {
+  for (const char* algorithm : {"sac", "td3"}) {
+    ExpectNoneWhileItLearns(**worlds::FindWorld("pendulum-v1"), algorithm,
+                            {{"net_arch", "[16]"}, {"batch_size", "32"}, {"action_noise", "normal"}});
   }
 }
 

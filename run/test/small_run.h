@@ -40,4 +40,16 @@ inline RunConfig SmallReplayRun(const std::string& directory, const std::string&
   return config;
 }
 
+/// One of continuous actions, whose coefficients, noise and three optimisers are part of what must survive.
+inline RunConfig SmallSacRun(const std::string& directory, const std::string& name = "small") {
+  RunConfig config = SmallRun(directory, name);
+  config.world = "pendulum-v1";
+  config.steps = 1200;
+  config.algorithm = "sac";
+  config.hyperparameters = {{"buffer_size", "300"}, {"learning_starts", "100"}, {"net_arch", "[16]"},
+                            {"batch_size", "32"},   {"n_steps", "3"},           {"action_noise", "ornstein_uhlenbeck"},
+                            {"norm_obs", "true"},   {"norm_reward", "true"}};
+  return config;
+}
+
 }  // namespace consac::run

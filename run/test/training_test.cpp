@@ -323,6 +323,11 @@ TEST(Training, InterruptedAnywhereDqnEndsInTheSameWeightsReplayIncluded) {
   ExpectPiecesToEndAsTheWhole(SmallReplayRun(scratch.path(), "whole"));
 }
 
+TEST(Training, InterruptedAnywhereSacEndsInTheSameWeightsReplayIncluded) {
+  testing::ScratchFolder scratch("interrupt_sac");
+  ExpectPiecesToEndAsTheWhole(SmallSacRun(scratch.path(), "whole"));
+}
+
 TEST(Training, BadConfigurationsAreRefusedBeforeAnythingIsWritten) {
   testing::ScratchFolder scratch("bad");
   const auto error = [&](auto&& change) {

@@ -64,6 +64,20 @@ const std::vector<Proof>& Proofs() {
        475,
        kSeeds - 1},
       {"pendulum", "pendulum-v1", "ppo", 300000, 4, false, true, {}, -250, -400},
+      // Settings of Stable Baselines3's Zoo.
+      {"pendulum by sac", "pendulum-v1", "sac", 20000, 1, false, false, {"learning_rate=1e-3"}, -220, -220, kSeeds - 1},
+      {"pendulum by td3",
+       "pendulum-v1",
+       "td3",
+       20000,
+       1,
+       false,
+       false,
+       {"learning_rate=1e-3", "gamma=0.98", "buffer_size=200000", "learning_starts=10000", "action_noise=normal",
+        "noise_std=0.1", "net_arch=[400, 300]"},
+       -220,
+       -220,
+       kSeeds - 1},
   };
   return proofs;
 }

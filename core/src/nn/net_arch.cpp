@@ -63,7 +63,7 @@ class ArchReader {
     }
   }
 
-  /// dict(pi=[..], vf=[..]) or {pi: [..], 'vf': [..]}.
+  /// dict(pi=[..], vf=[..]) or {pi: [..], 'vf': [..]}. The critic's widths are also called qf.
   void ReadTowers(NetArch& arch) {
     char end = '}';
     if (!Take('{')) {
@@ -78,8 +78,8 @@ class ArchReader {
     bool seen[2] = {false, false};
     while (ok() && !Take(end)) {
       const std::string_view key = Key();
-      if (key != "pi" && key != "vf") return Fault("expected pi or vf, got " + Quote(key));
-      bool& again = seen[key == "vf" ? 1 : 0];
+      if (key != "pi" && key != "vf" && key != "qf") return Fault("expected pi, vf or qf, got " + Quote(key));
+      bool& again = seen[key == "pi" ? 0 : 1];
       if (again) return Fault(std::string(key) + " stands there twice");
       again = true;
       if (!Take('=') && !Take(':')) return Fault("expected '=' or ':'");

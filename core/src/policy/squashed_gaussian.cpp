@@ -11,9 +11,7 @@
 namespace consac {
 namespace {
 
-constexpr float kSquashEpsilon = 1e-6f;                     // keeps log(1 - raw^2) finite
-constexpr float kLeastLogStd = -20.0f, kMostLogStd = 2.0f;  // of what the network says
-constexpr float kLargestSquashed = 1.0f - 1.1920929e-7f;    // the inverse of tanh is finite within it
+constexpr float kLargestSquashed = 1.0f - 1.1920929e-7f;  // the inverse of tanh is finite within it
 
 bool IsBounded(const Leaf& leaf) {
   if (leaf.space.kind() != SpaceKind::kBox || leaf.dtype != DType::kF32 || leaf.space.shape().size() != 1) return false;

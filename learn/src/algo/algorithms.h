@@ -22,4 +22,12 @@ Result<std::unique_ptr<Learner>> CreateA2c(const LearnerOptions& options, const 
 std::span<const Hyperparameter> DqnTable();
 Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const HyperparameterSet& values);
 
+/// sac.cpp.
+std::span<const Hyperparameter> SacTable();
+Result<std::unique_ptr<Learner>> CreateSac(const LearnerOptions& options, const HyperparameterSet& values);
+
+/// td3.cpp.
+std::span<const Hyperparameter> Td3Table();
+Result<std::unique_ptr<Learner>> CreateTd3(const LearnerOptions& options, const HyperparameterSet& values);
+
 }  // namespace consac::learn

@@ -87,6 +87,20 @@ requires std::is_enum_v<Enum> Status ReadParameter(const HyperparameterSet& valu
   return Status::Ok();
 }
 
+/// A text that the type reads itself: T::Parse(text) is a Result<T>.
+template <class T>
+requires requires(std::string_view text) {
+  T::Parse(text);
+}
+Status ReadParameter(const HyperparameterSet& values, const char* name, const char*, T* out) {
+  auto value = T::Parse(values.Text(name));
+  if (value.ok()) {
+    *out = *value;
+    return Status::Ok();
+  }
+  return {value.status().code(), std::string(name) + " " + value.status().message()};
+}
+
 /// Which kind of value fills a T.
 template <class T>
 constexpr ParameterType ParameterTypeOf() {
@@ -95,6 +109,7 @@ constexpr ParameterType ParameterTypeOf() {
   if constexpr (std::is_same_v<T, bool>) return ParameterType::kBoolean;
   if constexpr (std::is_same_v<T, Schedule>) return ParameterType::kSchedule;
   if constexpr (std::is_same_v<T, std::optional<nn::NetArch>>) return ParameterType::kText;
+  if constexpr (requires(std::string_view text) { T::Parse(text); }) return ParameterType::kText;
   return ParameterType::kChoice;
 }
 

@@ -28,6 +28,12 @@ std::vector<Algorithm>& AlgorithmTable() {
          LogStyle::kStableBaselines3, A2cTable(), CreateA2c},
         {"dqn", "deep Q-learning, as in Stable Baselines3 or, with the preset sb2, 2.10.2", LogStyle::kStableBaselines3,
          DqnTable(), CreateDqn},
+        {"sac", "soft actor-critic for Box actions, as in Stable Baselines3 or, with the preset sb2, 2.10.2",
+         LogStyle::kStableBaselines3, SacTable(), CreateSac},
+        {"td3",
+         "twin delayed deterministic policy gradient for Box actions, as in Stable Baselines3 or, with the preset sb2, "
+         "2.10.2",
+         LogStyle::kStableBaselines3, Td3Table(), CreateTd3},
     };
     own.reserve(own.size() + kMostAdded);  // rows stay where they are
     return own;

@@ -38,6 +38,11 @@ void ReplayMinibatch::Gather(const LossBlock& block) const {
   }
 }
 
+void ReplayMinibatch::Encode(float* features) const {
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    collector_->Encode(collector_->replay().observation(places_[i]), features + i * features_);
+}
+
 void ReplayMinibatch::SetPriorities() {
   Priorities* priorities = collector_->replay().priorities();
   if (priorities == nullptr) return;

@@ -20,6 +20,8 @@ class ReplayMinibatch {
   void Draw(ReplayCollector& collector, double beta);
   /// Copies the observations that the block's rows were acted upon into its first input.
   void Gather(const LossBlock& block) const;
+  /// The observations that all rows were acted upon, [B, F].
+  void Encode(float* features) const;
   /// What was done in row `i`, [raw].
   const float* raw_action(std::size_t i) const { return collector_->replay().raw_action(places_[i]); }
   /// Tells the replay's priorities of `errors`.

@@ -2,6 +2,7 @@
 // A few sums with names: what a loss adds up over the rows of a block, and what becomes of them over minibatches,
 // passes and an update: the numbers that an algorithm reports. Private to learn.
 
+#include <algorithm>
 #include <cstddef>
 #include <iterator>
 #include <vector>
@@ -49,6 +50,8 @@ class LossLog {
     pass_ = {};
     pass_minibatches_ = 0;
   }
+  /// A minibatch begins that several losses add to.
+  void BeginMinibatch() { std::fill(blocks_.begin(), blocks_.end(), Sums<names>()); }
   /// Where block `index` of the minibatch puts its sums over rows; each thread has its own.
   Sums<names>& block(std::int64_t index) { return blocks_[static_cast<std::size_t>(index)]; }
   /// A minibatch of `rows` rows here and `total` on all ranks is through: takes in the means of its blocks, in their

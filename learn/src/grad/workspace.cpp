@@ -32,12 +32,16 @@ bool GradientSchedule::Learns(const nn::PlacedBlock& block) const {
          block.parameter_offset + block.parameter_count <= options.first_parameter + options.parameter_count;
 }
 
+bool GradientSchedule::WantsInput(std::size_t input) const {
+  return options.input_gradients && input >= static_cast<std::size_t>(options.first_input);
+}
+
 void GradientSchedule::PlanBackward() {
   const nn::Plan& plan = forward.plan();
   backward.resize(plan.steps.size());
   std::vector<bool> reached(plan.values.size()), wanted(plan.values.size());
   for (const std::size_t output : plan.outputs) reached[output] = true;
-  for (std::size_t i = 0; i < plan.input_count; ++i) wanted[i] = options.input_gradients;
+  for (std::size_t i = 0; i < plan.input_count; ++i) wanted[i] = WantsInput(i);
   for (std::size_t s = 0; s < plan.steps.size(); ++s) {
     const nn::PlanStep& step = plan.steps[s];
     backward[s].learns = Learns(step.block);
@@ -121,7 +125,7 @@ BlockWorkspace::BlockWorkspace(const GradientSchedule& schedule)
   for (std::size_t v = 0; v < plan.values.size(); ++v) {
     const bool given = plan.values[v].producer == nn::kNone;
     const std::int64_t room = activations_.Value(v).stride * schedule.block_rows;
-    const bool differentiated = !given || schedule.options.input_gradients;
+    const bool differentiated = !given || schedule.WantsInput(v);
     gradients_.push_back(differentiated ? nn::AlignedFloats(room) : nn::AlignedFloats());
     tangents_.push_back(schedule.options.tangents && !given ? nn::AlignedFloats(room) : nn::AlignedFloats());
   }

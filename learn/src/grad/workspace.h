@@ -38,6 +38,8 @@ class GradientSchedule {
   void Pack(std::span<const float> parameters);
   /// Packs `direction` beside `parameters`, both in canonical order.
   void PackTangent(std::span<const float> parameters, std::span<const float> direction);
+  /// Whether the gradient with respect to this input of the network is asked for.
+  bool WantsInput(std::size_t input) const;
 
   BackpropagationOptions options;      ///< as they came, but for parameter_count
   nn::PackedNetwork forward;           ///< plan and forward packing

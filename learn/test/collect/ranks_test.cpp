@@ -196,7 +196,9 @@ TEST(Ranks, EveryRankEndsWithTheSameModel) {
       {"ppo2", {{"n_steps", "16"}, {"nminibatches", "2"}, {"norm_obs", "true"}, {"norm_reward", "true"}}},
       {"ppo2", {{"n_steps", "16"}, {"target_kl", "1e-6"}, {"learning_rate", "0.01"}}},
       {"a2c", {{"n_steps", "5"}, {"norm_obs", "true"}, {"normalize_advantage", "true"}}},
-      {"dqn", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"grad_clip", "variable"}}}};
+      {"dqn", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"grad_clip", "variable"}}},
+      {"sac", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
+      {"td3", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}}};
   for (const auto& [algorithm, values] : trainings) {
     const auto parameters = Trained(
         algorithm, values, std::string_view(algorithm) == "dqn" ? *Space::Discrete(5) : *Space::Box(-1, 1, {2}));

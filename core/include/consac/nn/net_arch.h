@@ -21,7 +21,8 @@ struct NetArch {
 };
 
 /// Parses "[128, dict(pi=[64], vf=[256,256])]", "[{pi: [64], vf: [64]}]", "[64, 64]" (all shared) or
-/// "dict(pi=[..], vf=[..])" (SB3's form). The error quotes where it went wrong.
+/// "dict(pi=[..], vf=[..])" (SB3's form); qf, as SB3's algorithms of continuous actions have it, is vf. The error
+/// quotes where it went wrong.
 Result<NetArch> ParseNetArch(std::string_view text);
 /// The canonical text of a NetArch.
 std::string ToString(const NetArch& arch);

@@ -17,6 +17,9 @@ namespace consac {
 inline constexpr float kMaskedLogit = -1e8f;
 /// log(2 pi), of the normal distribution's density.
 inline constexpr float kLogTwoPi = 1.8378770664093453f;
+/// Of the squashed Gaussian: what keeps log(1 - action^2) finite, and the log standard deviations that the network's
+/// numbers are brought to.
+inline constexpr float kSquashEpsilon = 1e-6f, kLeastLogStd = -20.0f, kMostLogStd = 2.0f;
 /// log(1 + exp(x)) without overflow.
 float Softplus(float x);
 /// The logit of a bit given its two mask bytes (0 legal, 1 legal) or null.

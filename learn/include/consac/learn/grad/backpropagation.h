@@ -29,7 +29,8 @@ struct LossBlock {
   std::span<float> state = {};               // [sequences, state size] before the first step; zeros unless Gather fills
   std::span<std::uint8_t> begins = {};       // [rows] 1: an episode begins here; zeros unless Gather fills
   std::span<const float* const> output_tangents = {};  // one per network output: [rows, size]; only of RunAlong
-  std::span<const float* const> input_gradients = {};  // one per network input: [rows, size]; only in InputGradients
+  std::span<const float* const> input_gradients =
+      {};  // one per network input: [rows, size], or null; only in InputGradients
 };
 
 /// What an algorithm brings. Calls for different blocks may come from different threads.
@@ -63,7 +64,8 @@ struct BackpropagationOptions {
   std::int64_t first_parameter = 0;   ///< parameters before it are held fast
   std::int64_t parameter_count = -1;  ///< learned ones from the first on; -1: all; others have gradient 0
   bool input_gradients = false;       ///< BlockLoss::InputGradients is called
-  bool tangents = false;              ///< RunAlong may be called
+  std::int64_t first_input = 0;  ///< inputs before it have no gradient there: their layers need not be gone through
+  bool tangents = false;         ///< RunAlong may be called
   BlockObserver* observer = nullptr;  ///< sees every block of the network; null: nobody looks
 };
 

@@ -185,6 +185,20 @@ FString ConsacTextOf(EConsacInit Value)
 	}
 	return TEXT("orthogonal");
 }
+
+FString ConsacTextOf(EConsacActionNoise Value)
+{
+	switch (Value)
+	{
+	case EConsacActionNoise::None:
+		return TEXT("none");
+	case EConsacActionNoise::Normal:
+		return TEXT("normal");
+	case EConsacActionNoise::OrnsteinUhlenbeck:
+		return TEXT("ornstein_uhlenbeck");
+	}
+	return TEXT("none");
+}
 }
 
 FString UConsacPpo2Hyperparameters::GetAlgorithm() const
@@ -415,6 +429,91 @@ void UConsacDqnHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("net_arch"), NetArch);
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("dueling"), bDueling);
+	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
+	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}
+
+FString UConsacSacHyperparameters::GetAlgorithm() const
+{
+	return TEXT("sac");
+}
+
+void UConsacSacHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddInteger(Into, TEXT("batch_size"), BatchSize);
+	AddInteger(Into, TEXT("train_freq"), TrainFreq);
+	AddInteger(Into, TEXT("gradient_steps"), GradientSteps);
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddInteger(Into, TEXT("buffer_size"), BufferSize);
+	AddInteger(Into, TEXT("learning_starts"), LearningStarts);
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddText(Into, TEXT("train_freq_unit"), ConsacTextOf(TrainFreqUnit));
+	AddReal(Into, TEXT("tau"), Tau);
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
+	AddText(Into, TEXT("ent_coef"), EntCoef);
+	AddText(Into, TEXT("target_entropy"), TargetEntropy);
+	AddInteger(Into, TEXT("target_update_interval"), TargetUpdateInterval);
+	AddBoolean(Into, TEXT("value_network"), bValueNetwork);
+	AddText(Into, TEXT("action_noise"), ConsacTextOf(ActionNoise));
+	AddReal(Into, TEXT("noise_std"), NoiseStd);
+	AddReal(Into, TEXT("noise_mean"), NoiseMean);
+	AddReal(Into, TEXT("noise_theta"), NoiseTheta);
+	AddReal(Into, TEXT("noise_dt"), NoiseDt);
+	AddReal(Into, TEXT("random_exploration"), RandomExploration);
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
+	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
+	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}
+
+FString UConsacTd3Hyperparameters::GetAlgorithm() const
+{
+	return TEXT("td3");
+}
+
+void UConsacTd3Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	AddInteger(Into, TEXT("batch_size"), BatchSize);
+	AddInteger(Into, TEXT("train_freq"), TrainFreq);
+	AddInteger(Into, TEXT("gradient_steps"), GradientSteps);
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddInteger(Into, TEXT("buffer_size"), BufferSize);
+	AddInteger(Into, TEXT("learning_starts"), LearningStarts);
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddText(Into, TEXT("train_freq_unit"), ConsacTextOf(TrainFreqUnit));
+	AddReal(Into, TEXT("tau"), Tau);
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
+	AddInteger(Into, TEXT("policy_delay"), PolicyDelay);
+	AddReal(Into, TEXT("target_policy_noise"), TargetPolicyNoise);
+	AddReal(Into, TEXT("target_noise_clip"), TargetNoiseClip);
+	AddText(Into, TEXT("action_noise"), ConsacTextOf(ActionNoise));
+	AddReal(Into, TEXT("noise_std"), NoiseStd);
+	AddReal(Into, TEXT("noise_mean"), NoiseMean);
+	AddReal(Into, TEXT("noise_theta"), NoiseTheta);
+	AddReal(Into, TEXT("noise_dt"), NoiseDt);
+	AddReal(Into, TEXT("random_exploration"), RandomExploration);
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);

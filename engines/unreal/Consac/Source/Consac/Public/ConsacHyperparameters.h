@@ -119,6 +119,15 @@ enum class EConsacInit : uint8
 	Pytorch UMETA(DisplayName="pytorch")
 };
 
+/** What ActionNoise may be. */
+UENUM(BlueprintType)
+enum class EConsacActionNoise : uint8
+{
+	None UMETA(DisplayName="none"),
+	Normal UMETA(DisplayName="normal"),
+	OrnsteinUhlenbeck UMETA(DisplayName="ornstein_uhlenbeck")
+};
+
 /** A number that stays, or goes down to nothing over the training. */
 USTRUCT(BlueprintType)
 struct CONSAC_API FConsacSchedule
@@ -736,6 +745,317 @@ public:
 	bool bDueling = false;
 
 	/** Hidden layers are normalised before their activation. (Stable Baselines 2.10.2, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bLayerNorm = false;
+
+	/** How weights start. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacInit Init = EConsacInit::Pytorch;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};
+
+/**
+ * Hyperparameters of sac: soft actor-critic for Box actions, as in Stable Baselines3 or, with the preset sb2,
+ * 2.10.2.
+ */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacSacHyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** The optimiser's step size. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(3e-4, false);
+
+	/** Transitions of a gradient step. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 BatchSize = 256;
+
+	/** Steps of each agent, or episodes, between rounds of learning. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 TrainFreq = 1;
+
+	/** Of each round; -1: one for every transition since the last. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 GradientSteps = 1;
+
+	/** Discount per step. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Transitions that are remembered, of all agents together. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 BufferSize = 1000000;
+
+	/** Agent steps before the first gradient. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000000"))
+	int32 LearningStarts = 100;
+
+	/** Steps that a target looks ahead. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 NSteps = 1;
+
+	/** What train_freq counts. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTrainFreqUnit TrainFreqUnit = EConsacTrainFreqUnit::Step;
+
+	/** Share of the target network that an update replaces. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Tau = 0.005;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Whose names the logs have. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss LogKeys = EConsacValueLoss::Sb3;
+
+	/** Weight of the entropy; auto learns it from 1, auto_0.1 from 0.1. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString EntCoef = TEXT("auto");
+
+	/** The entropy that a learned ent_coef aims at; auto: minus the action's elements. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString TargetEntropy = TEXT("auto");
+
+	/** Gradient steps between updates of the target network. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 TargetUpdateInterval = 1;
+
+	/**
+	 * Targets from a network of the state's value (SB2), or from target critics (SB3). (CONSAC; the two generations
+	 * differ here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bValueNetwork = false;
+
+	/** Noise that is added to actions while learning. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActionNoise ActionNoise = EConsacActionNoise::None;
+
+	/** Its deviation, where actions go from -1 to 1. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseStd = 0.1;
+
+	/** Its mean, or what it is drawn back to. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1000000", ClampMax="1000000"))
+	double NoiseMean = 0.0;
+
+	/** Ornstein_uhlenbeck: how strongly it is drawn back. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseTheta = 0.15;
+
+	/** Ornstein_uhlenbeck: time of a step. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseDt = 0.01;
+
+	/** Probability of a uniform action. (Stable Baselines 2.10.2, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double RandomExploration = 0.0;
+
+	/** Whose form of Adam. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
+
+	/** Adam's epsilon. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-8;
+
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the observation needs.
+	 * (Stable Baselines3, SAC)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacDqnPolicy Policy = EConsacDqnPolicy::Auto;
+
+	/** Widths of hidden layers of actor and critics, or dict(pi=[...], qf=[...]). (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[256, 256]");
+
+	/** Activation of hidden layers. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Relu;
+
+	/** Hidden layers are normalised before their activation. (Stable Baselines 2.10.2, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bLayerNorm = false;
+
+	/** How weights start. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacInit Init = EConsacInit::Pytorch;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};
+
+/**
+ * Hyperparameters of td3: twin delayed deterministic policy gradient for Box actions, as in Stable Baselines3 or,
+ * with the preset sb2, 2.10.2.
+ */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacTd3Hyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** The optimiser's step size. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(1e-3, false);
+
+	/** Transitions of a gradient step. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 BatchSize = 256;
+
+	/** Steps of each agent, or episodes, between rounds of learning. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 TrainFreq = 1;
+
+	/** Of each round; -1: one for every transition since the last. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 GradientSteps = 1;
+
+	/** Discount per step. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Transitions that are remembered, of all agents together. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 BufferSize = 1000000;
+
+	/** Agent steps before the first gradient. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000000"))
+	int32 LearningStarts = 100;
+
+	/** Steps that a target looks ahead. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 NSteps = 1;
+
+	/** What train_freq counts. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTrainFreqUnit TrainFreqUnit = EConsacTrainFreqUnit::Step;
+
+	/** Share of the target network that an update replaces. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Tau = 0.005;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Whose names the logs have. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss LogKeys = EConsacValueLoss::Sb3;
+
+	/** Gradient steps of the critics for one of the actor and the targets. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 PolicyDelay = 2;
+
+	/** Deviation of the noise on the target's actions, which go from -1 to 1. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double TargetPolicyNoise = 0.2;
+
+	/** That noise is clipped to this. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double TargetNoiseClip = 0.5;
+
+	/** Noise that is added to actions while learning. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActionNoise ActionNoise = EConsacActionNoise::None;
+
+	/** Its deviation, where actions go from -1 to 1. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseStd = 0.1;
+
+	/** Its mean, or what it is drawn back to. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1000000", ClampMax="1000000"))
+	double NoiseMean = 0.0;
+
+	/** Ornstein_uhlenbeck: how strongly it is drawn back. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseTheta = 0.15;
+
+	/** Ornstein_uhlenbeck: time of a step. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseDt = 0.01;
+
+	/** Probability of a uniform action. (Stable Baselines 2.10.2, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double RandomExploration = 0.0;
+
+	/** Whose form of Adam. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
+
+	/** Adam's epsilon. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-8;
+
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the observation needs.
+	 * (Stable Baselines3, TD3)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacDqnPolicy Policy = EConsacDqnPolicy::Auto;
+
+	/** Widths of hidden layers of actor and critics, or dict(pi=[...], qf=[...]). (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[400, 300]");
+
+	/** Activation of hidden layers. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Relu;
+
+	/** Hidden layers are normalised before their activation. (Stable Baselines 2.10.2, TD3) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bLayerNorm = false;
 

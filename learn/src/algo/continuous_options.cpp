@@ -1,0 +1,131 @@
+#include "algo/continuous_options.h"
+
+#include <algorithm>
+
+#include "collect/same_network.h"
+#include "consac/base/text.h"
+
+namespace consac::learn {
+namespace {
+
+// Stable Baselines 2.10.2: convolutions that start orthogonal where the rest is Glorot's.
+constexpr float kOrthogonalGain = 1.41421356f;
+
+Result<ActionHead> HeadOf(const BehaviourSpec& behaviour, const ContinuousWants& wants) {
+  std::vector<HeadSpec> heads;
+  for (const Leaf& leaf : behaviour.action_layout.leaves) {
+    heads.push_back({leaf.name, wants.head});
+    if (FindDistribution(wants.head)->fits(leaf)) continue;
+    return Status{StatusCode::kInvalidArgument,
+                  std::string(wants.algorithm) +
+                      " learns numbers between finite bounds (a one-dimensional float32 Box), and the actions of " +
+                      Quote(behaviour.name) + " are " + leaf.space.ToString() +
+                      (leaf.name.empty() ? "" : " at " + Quote(leaf.name)) + "; choose " +
+                      (leaf.space.kind() == SpaceKind::kBox ? "ppo, or give the Box bounds" : "dqn, ppo or a2c")};
+  }
+  return ActionHead::Create(behaviour.action_layout, heads);
+}
+
+Result<nn::Network> Checked(Result<nn::NetworkSpec> spec) {
+  if (!spec.ok()) return spec.status();
+  Result<nn::Network> network = nn::Network::Create(std::move(*spec));
+  if (!network.ok()) return network.status();
+  if (const Status acts = CheckActivations(*network); !acts.ok())  // or what was learned could not be loaded
+    return Status{StatusCode::kInvalidArgument, acts.message()};
+  return network;
+}
+
+}  // namespace
+
+Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const ContinuousOptions& own,
+                                            const ContinuousWants& wants) {
+  const BehaviourSpec& behaviour = options.behaviour;
+  Result<ActionHead> head = HeadOf(behaviour, wants);
+  if (!head.ok()) return head.status();
+  const nn::NetArch arch = own.net_arch.value_or(nn::NetArch{{256, 256}, {}, {}});
+  const bool towers = !arch.pi.empty() || !arch.vf.empty();
+  if (towers && !arch.shared.empty()) {
+    return Status{StatusCode::kInvalidArgument, "net_arch " + nn::ToString(arch) +
+                                                    " has shared layers, and actor and critics share none; give a "
+                                                    "list of widths, as [256, 256], or dict(pi=[...], qf=[...])"};
+  }
+  Result<ObservationEntry> entry = EntryOf(own.policy, behaviour, own.collect.normalise.norm_obs);
+  if (!entry.ok()) return entry.status();
+  if (own.tower.init == nn::Init::kXavierUniform) {
+    entry->features.init = nn::Init::kOrthogonal;
+    entry->features.gain = kOrthogonalGain;
+  }
+  nn::TowerOptions tower = own.tower;
+  tower.layer_norm = tower.layer_norm || own.policy == PolicyKind::kLnMlp || own.policy == PolicyKind::kLnCnn;
+  tower.output_bound = wants.output_bound;
+  nn::ActorOptions actor{.tower = tower, .outputs = head->size()};
+  actor.tower.layers = towers ? arch.pi : arch.shared;
+  actor.groups = head->size() / head->raw_size();
+  if (std::string_view(wants.head) == "deterministic") actor.output = nn::Activation::kTanh;
+  Result<nn::Network> acts = Checked(nn::Actor(behaviour.observation_layout, actor, entry->features));
+  if (!acts.ok()) return acts.status();
+  nn::CriticsOptions critics{.tower = tower, .action_size = head->raw_size(), .count = wants.critics};
+  critics.tower.layers = towers ? arch.vf : arch.shared;
+  critics.action_layer = wants.action_layer;
+  critics.state_value = wants.state_value;
+  Result<nn::Network> values = Checked(nn::Critics(behaviour.observation_layout, critics, entry->features));
+  if (!values.ok()) return values.status();
+  // Parameters and targets, each packed, packed forms to learn by (the critics' twice), the optimiser's two columns,
+  // initialisation in double precision, the snapshot; and gradients, twice those of the critics.
+  const std::int64_t copies = 14 + 2 * Backpropagation::GradientCopies(own.batch_size);
+  const std::int64_t parameters = acts->parameter_count() + values->parameter_count();
+  const std::int64_t activations = Backpropagation::ActivationBytes(*acts, own.batch_size) +
+                                   2 * Backpropagation::ActivationBytes(*values, own.batch_size);
+  CONSAC_RETURN_IF_ERROR(CheckOffPolicyMemory(options, own, {head->raw_size(), parameters, copies, activations}));
+  return ContinuousModel{std::move(*head), std::move(*acts), std::move(*values)};
+}
+
+float ContinuousOptions::LearningRateAt(std::int64_t steps, std::int64_t total_steps) const {
+  const double elapsed = static_cast<double>(steps) / static_cast<double>(std::max<std::int64_t>(total_steps, 1));
+  return static_cast<float>(learning_rate.At(std::max(0.0, 1.0 - elapsed)));
+}
+
+// Source: Stable Baselines 2.10.2, sac/sac.py and td3/td3.py, and Stable Baselines3, off_policy_algorithm.py.
+void BeginMetrics(const ContinuousOptions& own, const EpisodeWindow& episodes, const ContinuousReport& report,
+                  std::vector<Metric>* metrics) {
+  const auto count = static_cast<double>(episodes.count());
+  if (own.log_keys == Generation::kStableBaselines2) {
+    *metrics = {{"episodes", "", count}, {"mean 100 episode reward", "", episodes.mean()}};
+    if (report.updates > 0) metrics->push_back({"current_lr", "loss/learning_rate", report.learning_rate});
+    return;
+  }
+  *metrics = {{"time/episodes", "time/episodes", count}};
+  if (report.updates == 0) return;
+  metrics->push_back({"train/learning_rate", "train/learning_rate", report.learning_rate});
+  metrics->push_back({"train/n_updates", "train/n_updates", static_cast<double>(report.updates)});
+}
+
+Metric LossMetric(std::string_view tag, double value) {
+  return {tag.substr(std::string_view("loss/").size()), tag, value};
+}
+
+PolicyData ActorSnapshot(const BehaviourSpec& behaviour, const ReplayCollector& collector, const LearnedNetwork& actor,
+                         std::string training_json) {
+  PolicyData data;
+  data.behaviour = behaviour.name;
+  data.observation_space = behaviour.observation_space;
+  data.action_space = behaviour.action_space;
+  data.network = actor.network().spec();
+  data.heads = collector.action_head().specs();
+  data.parameters.assign(actor.parameters().begin(), actor.parameters().end());
+  if (collector.normaliser().active()) data.normaliser = collector.normaliser();
+  data.training_json = std::move(training_json);
+  return data;
+}
+
+Status StartActorFrom(const PolicyData& model, LearnedNetwork* actor) {
+  if (!SameNetwork(model.network, actor->network().spec()) || model.parameters.size() != actor->parameters().size()) {
+    return {StatusCode::kInvalidArgument,
+            "its actor is another than this run's; give the policy, net_arch, activation_fn and layer_norm that it was "
+            "trained with"};
+  }
+  actor->StartFrom(model.parameters);
+  return Status::Ok();
+}
+
+}  // namespace consac::learn

@@ -1,0 +1,114 @@
+#pragma once
+// What algorithms that learn continuous actions by their value share besides off_policy.h: how they explore, and the
+// networks of actor and critics for Box actions with finite bounds. Private to learn.
+
+#include <optional>
+
+#include "algo/off_policy.h"
+#include "algo/policy_kind.h"
+#include "collect/continuous_collector.h"
+#include "collect/learned_network.h"
+#include "consac/nn/action_networks.h"
+
+namespace consac::learn {
+
+/// Options of every such algorithm.
+struct ContinuousOptions : OffPolicyOptions {
+  ContinuousExplorationOptions exploration;  ///< besides what the policy draws
+  PolicyKind policy = PolicyKind::kAuto;     ///< how observations enter
+  std::optional<nn::NetArch> net_arch;       ///< shared widths alone: both have them; or pi and qf
+  nn::TowerOptions tower;                    ///< the rest of the layers
+  AdamOptions adam;                          ///< of all optimisers; its form too
+
+  /// The step size after `steps` of `total_steps` steps.
+  float LearningRateAt(std::int64_t steps, std::int64_t total_steps) const;
+};
+
+/// The rows of ContinuousOptions.
+namespace continuous_rows {
+using O = ContinuousOptions;
+using E = ContinuousExplorationOptions;
+using A = ActionNoiseOptions;
+using T = nn::TowerOptions;
+using enum ParameterSource;
+using Row = ParameterRow<ContinuousOptions>;
+
+/// What both generations' SAC and TD3 have alike.
+inline constexpr off_policy_rows::Row kCollecting[] = {
+    off_policy_rows::kGamma,      off_policy_rows::kReplay[0], off_policy_rows::kReplay[1].WithDefaults("100", "100"),
+    off_policy_rows::kReplay[3],  off_policy_rows::kRounds[0], off_policy_rows::kTau.WithDefaults("0.005", "0.005"),
+    off_policy_rows::kTruncation, off_policy_rows::kLogKeys};
+inline constexpr Row kExploration[] = {
+    {"action_noise", "action_noise", Into<O, &O::exploration, &E::noise, &A::kind>, "none", "none", 0, 0,
+     "none|normal|ornstein_uhlenbeck", "noise that is added to actions while learning", kBoth},
+    {"noise_std", "noise_std", Into<O, &O::exploration, &E::noise, &A::sigma>, "0.1", "0.1", 0, 1e6, "",
+     "its deviation, where actions go from -1 to 1", kBoth},
+    {"noise_mean", "noise_mean", Into<O, &O::exploration, &E::noise, &A::mean>, "0", "0", -1e6, 1e6, "",
+     "its mean, or what it is drawn back to", kBoth},
+    {"noise_theta", "noise_theta", Into<O, &O::exploration, &E::noise, &A::theta>, "0.15", "0.15", 0, 1e6, "",
+     "ornstein_uhlenbeck: how strongly it is drawn back", kBoth},
+    {"noise_dt", "noise_dt", Into<O, &O::exploration, &E::noise, &A::dt>, "0.01", "0.01", 0, 1e6, "",
+     "ornstein_uhlenbeck: time of a step", kBoth},
+    {"random_exploration", "random_exploration", Into<O, &O::exploration, &E::random_exploration>, "0", "0", 0, 1, "",
+     "probability of a uniform action", kSb2},
+};
+inline constexpr Row kNetwork[] = {
+    {"policy", "policy", Into<O, &O::policy>, "auto", "auto", 0, 0,
+     "auto|MlpPolicy|CnnPolicy|MultiInputPolicy|LnMlpPolicy|LnCnnPolicy",
+     "kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the observation needs",
+     kBoth},
+    {"layers", "net_arch", Into<O, &O::net_arch>, "[64, 64]", "[256, 256]", 0, 0, "",
+     "widths of hidden layers of actor and critics, or dict(pi=[...], qf=[...])", kBoth},
+    {"act_fun", "activation_fn", Into<O, &O::tower, &T::activation>, "relu", "relu", 0, 0, kActivationNames,
+     "activation of hidden layers", kBoth},
+    {"layer_norm", "layer_norm", Into<O, &O::tower, &T::layer_norm>, "false", "false", 0, 0, "",
+     "hidden layers are normalised before their activation", kSb2},
+    {"init", "init", Into<O, &O::tower, &T::init>, "xavier", "pytorch", 0, 0, "orthogonal|xavier|pytorch",
+     "how weights start", kConsac},
+};
+inline constexpr Row kOptimiser[] = {
+    {"optimizer", "optimizer", Into<O, &O::adam, &AdamOptions::form>, "tensorflow", "pytorch", 0, 0,
+     "tensorflow|pytorch", "whose form of Adam", kConsac},
+    {"adam_epsilon", "adam_epsilon", Into<O, &O::adam, &AdamOptions::epsilon>, "1e-8", "1e-8", 0, 1, "",
+     "Adam's epsilon", kConsac},
+};
+}  // namespace continuous_rows
+
+/// What a learner of continuous actions is made of.
+struct ContinuousModel {
+  ActionHead head;      ///< how actions follow from "pi"
+  nn::Network actor;    ///< output "pi"
+  nn::Network critics;  ///< outputs "qf0", ..., and "vf" where asked for
+};
+/// What an algorithm wants of it.
+struct ContinuousWants {
+  const char* algorithm = "";          ///< whom errors tell of
+  const char* head = "deterministic";  ///< distribution of the actions
+  std::int64_t critics = 2;            ///< how many
+  std::int64_t action_layer = 0;       ///< hidden layers of a critic that read the observation alone
+  bool state_value = false;            ///< also a network of the state's value
+  double output_bound = 0.0;           ///< of initial outputs; 0: as the rest
+};
+/// The model for what `own` asks for; the error says what of it, or of the actions, does not fit, or that there is not
+/// memory enough.
+Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const ContinuousOptions& own,
+                                            const ContinuousWants& wants);
+
+/// What a report says besides losses.
+struct ContinuousReport {
+  float learning_rate = 0.0f;  ///< of the latest update
+  std::int64_t updates = 0;    ///< so far
+};
+/// Replaces the metrics by what all such algorithms report, under the keys that were asked for.
+void BeginMetrics(const ContinuousOptions& own, const EpisodeWindow& episodes, const ContinuousReport& report,
+                  std::vector<Metric>* metrics);
+/// A loss as Stable Baselines 2 names it: "loss/qf1_loss" in TensorBoard files, "qf1_loss" in its table.
+Metric LossMetric(std::string_view tag, double value);
+
+/// A complete acting model: the actor alone; `training_json` is told to people.
+PolicyData ActorSnapshot(const BehaviourSpec& behaviour, const ReplayCollector& collector, const LearnedNetwork& actor,
+                         std::string training_json);
+/// Takes over the parameters of a model of the same actor; the error says that it is another.
+Status StartActorFrom(const PolicyData& model, LearnedNetwork* actor);
+
+}  // namespace consac::learn

@@ -1,0 +1,70 @@
+#pragma once
+// A ReplayCollector of continuous actions, with the exploration that belongs to it (before learning_starts all actions
+// are uniform, afterwards what the policy chose, with noise) and the rounds in which is learned. Private to learn.
+
+#include <utility>
+
+#include "collect/continuous_exploration.h"
+#include "collect/replay_collector.h"
+
+namespace consac::learn {
+
+/// `Begin`, `Act` and `Record` are a Learner's.
+class ContinuousCollector final : public ReplayCollector {
+ public:
+  /// As ReplayCollector.
+  ContinuousCollector(const BehaviourSpec& behaviour, ActionHead head, const ReplayCollectorOptions& options,
+                      const ContinuousExplorationOptions& exploration, std::uint64_t seed, const Communicator& ranks)
+      : ReplayCollector(behaviour, std::move(head), options, seed, ranks),
+        exploration_(exploration, behaviour.slots, action_head().raw_size(), seed) {}
+
+  /// As Learner::Begin.
+  void Begin(const Batch& batch) {
+    ReplayCollector::Begin(batch);
+    for (const std::int32_t slot : batch.slots) exploration_.Begin(slot);
+  }
+  /// As Learner::Act: `choose`(acting) writes the policy's raw actions, unless they are random anyway.
+  template <class Choose>
+  void Act(Batch& batch, Choose&& choose) {
+    const Acting acting = BeginAct(batch);
+    if (!warming_up()) choose(acting);
+    exploration_.Explore(batch.slots, warming_up(), acting.raw);
+    FinishAct(batch);
+  }
+  /// As Learner::Record.
+  void Record(const Batch& batch) {
+    ReplayCollector::Record(batch);
+    exploration_.Record(batch);
+  }
+
+  /// As Learner::Learn with a budget of `gradient_steps`: `step`() is a gradient step, `finish`() comes after the last
+  /// of a round, whose losses `log` sums.
+  template <class Log, class Step, class Finish>
+  bool Learn(std::int64_t gradient_steps, Log& log, Step&& step, Finish&& finish) {
+    for (std::int64_t i = 0; i < gradient_steps && due() > 0; ++i) {
+      if (round_ == 0) {
+        round_ = due();
+        BeginRound();
+        log.BeginUpdate();
+      }
+      step();
+      StepDone();
+      if (--round_ == 0) finish();
+    }
+    return due() > 0;
+  }
+
+  /// Everything.
+  void Visit(Archive& archive) {
+    ReplayCollector::Visit(archive);
+    exploration_.Visit(archive);
+    archive("round", round_);
+    archive.Check("round", round_ >= 0 && round_ <= due());
+  }
+
+ private:
+  ContinuousExploration exploration_;
+  std::int64_t round_ = 0;  // gradient steps that are left of the round under way
+};
+
+}  // namespace consac::learn

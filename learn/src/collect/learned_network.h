@@ -1,0 +1,106 @@
+#pragma once
+// A network with what belongs to learning it: parameters, the target network, which follows, what runs either,
+// gradients and an optimiser. Private to learn.
+
+#include <utility>
+#include <vector>
+
+#include "consac/base/archive.h"
+#include "consac/base/communicator.h"
+#include "consac/learn/grad/backpropagation.h"
+#include "consac/nn/kernels.h"
+#include "consac/nn/network.h"
+#include "optim/gradient_step.h"
+
+namespace consac::learn {
+
+/// How it is learned and run.
+struct LearnedNetworkOptions {
+  std::int64_t run_rows = 1;    ///< most that are run at once
+  std::int64_t batch_rows = 1;  ///< most of a minibatch
+  AdamOptions adam;             ///< its optimiser
+};
+
+/// Parameters are packed when they are first run after a change.
+class LearnedNetwork {
+ public:
+  /// Fresh parameters from the first rank's `rng`, the target's alike.
+  LearnedNetwork(nn::Network network, Rng rng, const LearnedNetworkOptions& options, const Communicator& ranks = {})
+      : network_(std::move(network)),
+        parameters_(static_cast<std::size_t>(network_.parameter_count())),
+        evaluator_(network_, options.run_rows),
+        target_evaluator_(network_, options.run_rows),
+        backpropagation_(network_, 0, options.batch_rows),
+        step_(Optimiser(Adam(network_.parameter_count(), options.adam)), 0.0, ranks) {
+    network_.Initialise(rng, parameters_);
+    ranks.Broadcast(parameters_);
+    target_ = parameters_;
+  }
+
+  /// The network.
+  const nn::Network& network() const { return network_; }
+  /// [parameters]
+  std::span<const float> parameters() const { return parameters_; }
+  /// Other parameters from now on, for the target too; as many.
+  void StartFrom(std::span<const float> parameters) {
+    parameters_.assign(parameters.begin(), parameters.end());
+    packed_ = false;
+    UpdateTarget(1.0);
+  }
+  /// target = tau parameters + (1 - tau) target.
+  void UpdateTarget(double tau) {
+    nn::Polyak(static_cast<float>(tau), parameters_, target_);
+    target_packed_ = false;
+  }
+
+  /// Runs the parameters of now.
+  nn::Evaluator& Online() {
+    if (!std::exchange(packed_, true)) evaluator_.Load(parameters_);
+    return evaluator_;
+  }
+  /// Runs the target's.
+  nn::Evaluator& Target() {
+    if (!std::exchange(target_packed_, true)) target_evaluator_.Load(target_);
+    return target_evaluator_;
+  }
+
+  /// d loss / d parameters of a minibatch of `rows`.
+  std::span<float> Gradient(std::int64_t rows, const Executor& executor, BlockLoss& loss) {
+    backpropagation_.Run(parameters_, rows, executor, loss);
+    return backpropagation_.gradient();
+  }
+  /// One step along it.
+  void Step(std::span<float> gradient, float learning_rate) {
+    step_.Apply(parameters_, gradient, learning_rate);
+    packed_ = false;
+    ++gradients_;
+  }
+  /// A round of gradient steps ends with update `update`: health, and a line where some were not finite.
+  void FinishRound(std::int64_t update) {
+    if (gradients_ > 0) step_.Finish(update, gradients_);
+    step_.Begin();
+    gradients_ = 0;
+  }
+  /// kNonFinite once a round had no finite gradient.
+  const Status& health() const { return step_.health(); }
+
+  /// Both networks' parameters, the optimiser, the round.
+  void Visit(Archive& archive) {
+    archive("parameters", std::span<float>(parameters_));
+    archive("target", std::span<float>(target_));
+    step_.Visit(archive);
+    archive("gradients", gradients_);
+    if (archive.loading()) packed_ = target_packed_ = false;
+  }
+
+ private:
+  nn::Network network_;
+  std::vector<float> parameters_, target_;  // [parameters]
+  nn::Evaluator evaluator_, target_evaluator_;
+  bool packed_ = false, target_packed_ = false;  // into the evaluators
+  Backpropagation backpropagation_;
+  GradientStep step_;
+  std::int64_t gradients_ = 0;  // of the round
+};
+
+}  // namespace consac::learn

@@ -1,0 +1,396 @@
+// SAC as a whole: its updates are the equations' in float64, it learns trivial tasks, one seed is one result whatever
+// the threads and wherever it is saved.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "algo/entropy_coefficient.h"
+#include "grad/squashed_samples.h"
+#include "learn/test/algo/continuous_reference.h"
+#include "learn/test/algo/off_policy_harness.h"
+
+namespace consac::learn {
+namespace {
+
+ActionHead SquashedHead(std::int64_t size) {
+  const Layout actions = Layout::Of(*Space::Box(-1, 1, {size}));
+  const HeadSpec head{"", "squashed_gaussian"};
+  return *ActionHead::Create(actions, {&head, 1});
+}
+
+// The golden vector of the squashed Gaussian, its noise put in by hand.
+TEST(SquashedSamples, AreTheGoldenVector) {
+  Rng rng(5, 5);
+  Rng copy = rng;
+  const double noise[] = {static_cast<double>(copy.Normal()), static_cast<double>(copy.Normal())};
+  const double wanted[] = {0.7, -1.2}, log_std[] = {-0.5, 0.1}, mean[] = {0.3, -0.2};
+  float head[4];
+  double correction = 0.0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    head[i] = static_cast<float>(mean[i] + std::exp(log_std[i]) * (wanted[i] - noise[i]));
+    head[2 + i] = static_cast<float>(log_std[i]);
+    correction += 0.5 * (noise[i] * noise[i] - wanted[i] * wanted[i]);
+  }
+  SquashedSamples samples(SquashedHead(2), 1);
+  samples.Draw(head, 1, rng);
+  EXPECT_NEAR(samples.actions()[0], 0.619733, 2e-6);
+  EXPECT_NEAR(samples.actions()[1], -0.909773, 2e-6);
+  EXPECT_NEAR(static_cast<double>(samples.log_probabilities()[0]) + correction, -0.159821, 5e-6);
+  EXPECT_NEAR(samples.NormalEntropy(0), 2.837877066409345 - 0.4, 1e-6);
+}
+
+TEST(SquashedSamples, GradientsMatchDifferencesAndClippedDeviationsHaveNone) {
+  const ActionHead actions = SquashedHead(2);
+  const float weights[] = {0.7f, -1.3f};
+  const std::vector<float> at = {0.4f, -0.3f, -0.7f, 2.5f};
+  const auto loss = [&](const std::vector<float>& head, SquashedSamples& samples) {
+    Rng rng(8, 8);
+    samples.Draw(head.data(), 1, rng);
+    return static_cast<double>(weights[0] * samples.actions()[0] + weights[1] * samples.actions()[1] +
+                               0.6f * samples.log_probabilities()[0]);
+  };
+  SquashedSamples samples(actions, 1), moved(actions, 1);
+  loss(at, samples);
+  float gradient[4];
+  samples.Backward(0, weights, 0.6f, gradient);
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::vector<float> above = at, below = at;
+    above[i] += 1e-2f;
+    below[i] -= 1e-2f;
+    EXPECT_NEAR(gradient[i], (loss(above, moved) - loss(below, moved)) / 2e-2, 2e-3) << i;
+  }
+  EXPECT_EQ(gradient[3], 0.0f) << "its log deviation is above 2";
+}
+
+/// One step of SAC in float64 beside the learner's.
+class ReferenceSac {
+ public:
+  ReferenceSac(Learner& learner, bool tensorflow, bool value_network)
+      : value_network_(value_network),
+        actor_(*nn::Network::Create(learner.Snapshot().network), StateOf(learner, "actor/parameters"), tensorflow),
+        critics_(CriticsNetwork(value_network), StateOf(learner, "critics/parameters"), tensorflow),
+        log_coefficient_(CoefficientNetwork(), {0.0f, 0.0f}, tensorflow),
+        rng_(3, StreamId("sac_samples")) {}
+
+  void Step(const KnownTransition& t) {
+    const std::vector<Numbers> now = Noise();
+    const double coefficient = std::exp(log_coefficient_.now[0]);
+    double surplus = 0.0;
+    for (const Numbers& noise : now) surplus += (Draw(t.observation, noise).log_p - 2.0) / kRows;
+    coefficient_loss = -log_coefficient_.now[0] * surplus;
+    log_coefficient_.Step({-surplus, 0.0});
+    Numbers targets, value_targets;
+    if (!value_network_) {
+      for (const Numbers& noise : Noise()) {
+        const Sample next = Draw(t.next_observation, noise);
+        const auto q = critics_.RunTarget({t.next_observation, next.action});
+        targets.push_back(t.reward + Follows(t) * (std::min(q[0][0], q[1][0]) - coefficient * next.log_p));
+      }
+    } else {
+      for (const Numbers& noise : now) {
+        const Sample sample = Draw(t.observation, noise);
+        const auto q = critics_.Run({t.observation, sample.action});
+        targets.push_back(t.reward + Follows(t) * critics_.RunTarget({t.next_observation, t.action})[2][0]);
+        value_targets.push_back(std::min(q[0][0], q[1][0]) - coefficient * sample.log_p);
+      }
+      StepActor(t, now, coefficient);
+    }
+    const auto loss = [&] {
+      const auto q = critics_.Run({t.observation, t.action});
+      double sum = 0.0;
+      for (std::size_t r = 0; r < kReferenceRows; ++r) {
+        for (std::size_t k = 0; k < 2; ++k) sum += 0.5 * (q[k][0] - targets[r]) * (q[k][0] - targets[r]) / kRows;
+        if (value_network_) sum += 0.5 * (q[2][0] - value_targets[r]) * (q[2][0] - value_targets[r]) / kRows;
+      }
+      return sum;
+    };
+    critic_loss = loss();
+    critics_.Step(critics_.Gradient(loss));
+    if (!value_network_) StepActor(t, now, coefficient);
+    critics_.Follow();
+  }
+
+  void Expect(Learner& learner, int step) {
+    const std::string at = " after step " + std::to_string(step);
+    ExpectNear(StateOf(learner, "actor/parameters"), actor_.now, 2e-5, "actor" + at);
+    ExpectNear(StateOf(learner, "critics/parameters"), critics_.now, 2e-5, "critics" + at);
+    ExpectNear(StateOf(learner, "critics/target"), critics_.target, 2e-5, "target" + at);
+    ASSERT_NEAR(StateOf(learner, "ent_coef/log_ent_coef")[0], log_coefficient_.now[0], 2e-5) << at;
+  }
+
+  double actor_loss = 0.0, critic_loss = 0.0, coefficient_loss = 0.0;
+
+ private:
+  using Numbers = std::vector<double>;
+  struct Sample {
+    Numbers action;
+    double log_p;
+  };
+  static constexpr double kRows = static_cast<double>(kReferenceRows);
+
+  static nn::Network CriticsNetwork(bool value_network) {
+    nn::CriticsOptions options{.tower = KnownTower({4, 3}), .action_size = 2};
+    options.state_value = value_network;
+    return *nn::Network::Create(*nn::Critics(KnownWorld().behaviour.observation_layout, options, {}));
+  }
+  /// Only its optimiser is used.
+  static nn::Network CoefficientNetwork() {
+    nn::ActorOptions options{.tower = KnownTower({})};
+    return *nn::Network::Create(*nn::Actor(Layout::Of(*Space::Box(-1, 1, {1})), options, {}));
+  }
+  static double Follows(const KnownTransition& t) { return t.terminated ? 0.0 : kReferenceGamma; }
+
+  std::vector<Numbers> Noise() {
+    std::vector<Numbers> rows;
+    for (std::size_t r = 0; r < kReferenceRows; ++r) {
+      const double first = static_cast<double>(rng_.Normal());
+      rows.push_back({first, static_cast<double>(rng_.Normal())});
+    }
+    return rows;
+  }
+  Sample Draw(const Numbers& observation, const Numbers& noise) const {
+    const Numbers head = actor_.Run({observation})[0];
+    Sample sample{{}, 0.0};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double log_std = std::clamp(head[2 + i], -20.0, 2.0);
+      sample.action.push_back(std::tanh(head[i] + std::exp(log_std) * noise[i]));
+      sample.log_p -= 0.5 * noise[i] * noise[i] + log_std + 0.5 * std::log(2.0 * std::acos(-1.0)) +
+                      std::log(1.0 - sample.action[i] * sample.action[i] + 1e-6);
+    }
+    return sample;
+  }
+  void StepActor(const KnownTransition& t, const std::vector<Numbers>& noises, double coefficient) {
+    const auto loss = [&] {
+      double sum = 0.0;
+      for (const Numbers& noise : noises) {
+        const Sample sample = Draw(t.observation, noise);
+        const auto q = critics_.Run({t.observation, sample.action});
+        sum += (coefficient * sample.log_p - (value_network_ ? q[0][0] : std::min(q[0][0], q[1][0]))) / kRows;
+      }
+      return sum;
+    };
+    actor_loss = loss();
+    actor_.Step(actor_.Gradient(loss));
+  }
+
+  bool value_network_;
+  ReferenceLearned actor_, critics_, log_coefficient_;
+  Rng rng_;
+};
+
+void ExpectTheReferenceSac(bool tensorflow, bool value_network) {
+  Settings settings = KnownSettings(tensorflow);
+  settings.push_back({"learning_rate", "0.01"});
+  settings.push_back({"value_network", value_network ? "true" : "false"});
+  const std::unique_ptr<Learner> learner = MakeKnown("sac", settings);
+  ReferenceSac reference(*learner, tensorflow, value_network);
+  int step = 0;
+  std::int64_t reports = 0;
+  DriveKnown(
+      *learner, 12,
+      [&](const KnownTransition&) {
+        if (learner->reports() == reports || step == 0) return;
+        reports = learner->reports();
+        EXPECT_NEAR(MetricOf(*learner, "train/actor_loss"), reference.actor_loss, 1e-4);
+        EXPECT_NEAR(MetricOf(*learner, "train/ent_coef_loss"), reference.coefficient_loss, 1e-4);
+        if (!value_network) {
+          EXPECT_NEAR(MetricOf(*learner, "train/critic_loss"), reference.critic_loss, 1e-4);
+        }
+      },
+      [&](const KnownTransition& t) {
+        reference.Step(t);
+        reference.Expect(*learner, step++);
+      });
+  EXPECT_EQ(reports, 1) << "every fourth episode";
+}
+
+TEST(Sac, UpdatesAreTheEquationsInFloat64) {
+  ExpectTheReferenceSac(false, false);
+  ExpectTheReferenceSac(true, true);
+}
+
+// Stable Baselines3's learning test and its settings: two numbers, 400 steps, 0.9 of the reward.
+TEST(Sac, LearnsTheIdentity) {
+  const Settings base = {
+      {"learning_rate", "1e-3"}, {"gamma", "0.4"}, {"net_arch", "[64, 64]"}, {"buffer_size", "5000"}};
+  const auto with = [&](std::initializer_list<std::pair<const char*, const char*>> more) {
+    Settings settings = base;
+    settings.insert(settings.end(), more.begin(), more.end());
+    return settings;
+  };
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 1, {"sac", base, 800}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::Box(-2, 3, {1}), 4, {"sac", with({{"gradient_steps", "-1"}}), 2000}), 0.8);
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 1, {"sac", with({{"value_network", "true"}}), 1500}), 0.9);
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 2,
+                          {"sac", with({{"norm_obs", "true"}, {"norm_reward", "true"}, {"ent_coef", "0.05"}}), 2000}),
+            0.9);
+}
+
+Settings SacSettings() {
+  return {{"buffer_size", "300"},   {"learning_starts", "40"},       {"batch_size", "100"},
+          {"n_steps", "3"},         {"gradient_steps", "3"},         {"action_noise", "ornstein_uhlenbeck"},
+          {"noise_std", "0.3"},     {"random_exploration", "0.1"},   {"ent_coef", "auto_0.1"},
+          {"net_arch", "[24, 16]"}, {"target_update_interval", "2"}, {"norm_obs", "true"},
+          {"norm_reward", "true"}};
+}
+
+TEST(Sac, OneSeedIsOneResultWithAnyNumberOfThreads) {
+  Setting setting{"sac", SacSettings(), 400, 7};
+  setting.values.push_back({"batch_size", "1024"});
+  const std::uint64_t alone = WeightsAfter(setting);
+  for (int threads : {2, 5}) {
+    setting.executor = Threads(threads);
+    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
+  }
+  setting.executor = {};
+  setting.seed = 8;
+  EXPECT_NE(WeightsAfter(setting), alone);
+}
+
+TEST(Sac, ARestoredLearnerGoesOnToTheSameBits) {
+  ExpectARestoredLearnerGoesOnToTheSameBits({"sac", SacSettings(), 4096, 3}, {1, 11, 12, 13, 100});
+  Settings first = SacSettings();
+  first.push_back({"value_network", "true"});
+  ExpectARestoredLearnerGoesOnToTheSameBits({"sac", first, 4096, 3}, {1, 50});
+}
+
+TEST(Sac, SavedInTheMiddleOfARoundItGoesOnToTheSameBits) {
+  ExpectARoundCutInTwoGoesOnToTheSameBits({"sac", SacSettings(), 4096, 3});
+}
+
+TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
+  for (const bool sb2 : {true, false}) {
+    IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
+    const std::unique_ptr<Learner> learner = Make(env, {"sac",
+                                                        {{"log_keys", sb2 ? "sb2" : "sb3"},
+                                                         {"net_arch", "[8]"},
+                                                         {"batch_size", "8"},
+                                                         {"value_network", sb2 ? "true" : "false"}},
+                                                        10000});
+    BatchBuffer first(env.spec().behaviours[0]);
+    Begin(env, *learner, first);
+    while (learner->reports() == 0) Step(env, *learner, first.batch().slots);
+    EXPECT_EQ(learner->steps(), 400) << "four episodes of a hundred steps";
+    std::vector<std::string> found;
+    for (const Metric& metric : learner->metrics()) found.emplace_back(metric.table_key);
+    const std::vector<std::string> of2 = {"episodes",      "mean 100 episode reward",
+                                          "current_lr",    "policy_loss",
+                                          "qf1_loss",      "qf2_loss",
+                                          "value_loss",    "entropy",
+                                          "ent_coef_loss", "ent_coef"},
+                                   of3 = {"time/episodes",      "train/learning_rate", "train/n_updates",
+                                          "train/actor_loss",   "train/critic_loss",   "train/ent_coef",
+                                          "train/ent_coef_loss"};
+    EXPECT_EQ(found, sb2 ? of2 : of3);
+  }
+}
+
+TEST(Sac, ItsEntropyIsWrittenAsInStableBaselines) {
+  EXPECT_TRUE(EntropyCoefficientOptions::Parse("auto")->learned);
+  EXPECT_DOUBLE_EQ(EntropyCoefficientOptions::Parse("auto")->initial, 1.0);
+  EXPECT_DOUBLE_EQ(EntropyCoefficientOptions::Parse("auto_0.1")->initial, 0.1);
+  EXPECT_FALSE(EntropyCoefficientOptions::Parse("0.2")->learned);
+  EXPECT_FALSE(EntropyCoefficientOptions::Parse("0")->learned);
+  for (const char* text : {"auto_0", "auto_", "auto0.1", "-1", "automatic", ""})
+    EXPECT_NE(EntropyCoefficientOptions::Parse(text).status().message().find("expected auto"), std::string::npos)
+        << text;
+  EXPECT_DOUBLE_EQ(TargetEntropy::Parse("auto")->Of(3), -3.0);
+  EXPECT_DOUBLE_EQ(TargetEntropy::Parse("-1.5")->Of(3), -1.5);
+  EXPECT_NE(TargetEntropy::Parse("auto_1").status().message().find("expected auto or a number"), std::string::npos);
+}
+
+// A learned coefficient falls while the entropy is above its target and rises below it.
+TEST(Sac, TheCoefficientFollowsTheTargetEntropy) {
+  EntropyCoefficient coefficient({.learned = true, .initial = 0.5}, {.epsilon = 1e-8f}, {});
+  EXPECT_NEAR(coefficient.coefficient(), 0.5, 1e-6);
+  coefficient.Step(-1.0, 0.01f);  // log pi below minus the target: more entropy than wanted
+  EXPECT_NEAR(coefficient.coefficient(), 0.5 * std::exp(-0.01), 1e-5);
+  coefficient.Step(5.0, 0.01f);
+  EXPECT_GT(coefficient.coefficient(), 0.5 * std::exp(-0.01));
+  EntropyCoefficient constant({.learned = false, .initial = 0.2}, {}, {});
+  constant.Step(5.0, 0.01f);
+  EXPECT_FLOAT_EQ(constant.coefficient(), 0.2f);
+}
+
+// Stable Baselines3, SAC.__init__, and Stable Baselines 2.10.2's.
+TEST(Tables, SacHasBothGenerationsNamesAndDefaults) {
+  HyperparameterSet values((*FindAlgorithm("sac"))->hyperparameters);
+  const auto expect = [&](std::initializer_list<std::pair<const char*, const char*>> defaults) {
+    for (const auto& [name, text] : defaults) EXPECT_EQ(values.Text(name), text) << name;
+  };
+  expect({{"gamma", "0.99"},
+          {"learning_rate", "3e-4"},
+          {"buffer_size", "1000000"},
+          {"learning_starts", "100"},
+          {"batch_size", "256"},
+          {"tau", "0.005"},
+          {"train_freq", "1"},
+          {"gradient_steps", "1"},
+          {"n_steps", "1"},
+          {"ent_coef", "auto"},
+          {"target_entropy", "auto"},
+          {"target_update_interval", "1"},
+          {"action_noise", "none"},
+          {"net_arch", "[256, 256]"},
+          {"value_network", "false"}});
+  values.UseDefaultsOf(Generation::kStableBaselines2);
+  expect({{"gamma", "0.99"},
+          {"learning_rate", "3e-4"},
+          {"buffer_size", "50000"},
+          {"learning_starts", "100"},
+          {"batch_size", "64"},
+          {"tau", "0.005"},
+          {"train_freq", "1"},
+          {"gradient_steps", "1"},
+          {"ent_coef", "auto"},
+          {"random_exploration", "0"},
+          {"layers", "[64, 64]"},
+          {"value_network", "true"},
+          {"optimizer", "tensorflow"},
+          {"init", "xavier"}});
+  EXPECT_EQ(LogStyleOf(**FindAlgorithm("sac"), values), LogStyle::kStableBaselines2);
+}
+
+TEST(Sac, WhatItCannotLearnIsOneLine) {
+  const Space seen = *Space::Box(-1, 1, {2});
+  const auto of = [&](const Space& actions) { return BehaviourSpec::Of("arm", seen, actions, 1); };
+  const BehaviourSpec good = of(*Space::Box(-1, 1, {2}));
+  const auto expect = [](const BehaviourSpec& behaviour, const Settings& settings, const char* part) {
+    const std::string error = ErrorOf("sac", behaviour, settings, 1 << 30);
+    EXPECT_NE(error.find(part), std::string::npos) << error;
+  };
+  EXPECT_EQ(ErrorOf("sac", good, {{"buffer_size", "1000"}}, 1 << 30), "");
+  expect(of(*Space::Discrete(3)), {}, "Discrete(3)");
+  expect(of(*Space::Discrete(3)), {}, "choose dqn, ppo or a2c");
+  expect(of(*Space::Box(-INFINITY, INFINITY, {2})), {}, "'arm'");
+  expect(good, {{"buffer_size", "1000"}, {"net_arch", "[8, dict(pi=[4], qf=[4])]"}}, "share none");
+  expect(good, {{"buffer_size", "1000"}, {"ent_coef", "much"}}, "ent_coef = 'much'");
+  expect(good, {{"buffer_size", "100"}, {"net_arch", "[6000, 6000]"}}, "net_arch makes");
+  expect(good, {{"buffer_size", "1000000000"}}, "lower buffer_size");
+}
+
+TEST(Sac, SlotsMayStepAloneAndBeginAgain) {
+  ExpectSlotsMayStepAloneAndBeginAgain({"sac",
+                                        {{"learning_starts", "10"},
+                                         {"buffer_size", "200"},
+                                         {"n_steps", "4"},
+                                         {"batch_size", "16"},
+                                         {"net_arch", "[8]"},
+                                         {"action_noise", "normal"}},
+                                        1000});
+}
+
+TEST(Sac, StartsFromAModelOfTheSameActor) {
+  IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
+  const Settings settings = {{"net_arch", "[8]"}, {"batch_size", "8"}, {"learning_starts", "4"}};
+  const std::unique_ptr<Learner> learner = Make(env, {"sac", settings, 1000, 1}),
+                                 other = Make(env, {"sac", settings, 1000, 2}),
+                                 wider = Make(env, {"sac", {{"net_arch", "[9]"}}, 1000, 2});
+  EXPECT_NE(learner->Snapshot().parameters, other->Snapshot().parameters);
+  ASSERT_TRUE(other->StartFrom(learner->Snapshot()).ok());
+  EXPECT_EQ(learner->Snapshot().parameters, other->Snapshot().parameters);
+  EXPECT_NE(wider->StartFrom(learner->Snapshot()).message().find("net_arch"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace consac::learn
