@@ -456,6 +456,13 @@ def test_what_the_doctor_is_asked_is_what_it_does():
         assert bench.wait(10) == 130
 
 
+@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+def test_a_reward_beyond_float32_is_told_as_that(tmp_path):
+    with Server(lambda: gymnasium.wrappers.TransformReward(gymnasium.make("CartPole-v1"), lambda _: 1e308)) as server:
+        done = subprocess.run([PROGRAM, "train", f"tcp://127.0.0.1:{server.port}", "--steps", "64", "--name", "rich", "--dir", tmp_path], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 7 and "the reward is inf, or a number beyond float32" in done.stderr, done.stderr
+
+
 class Deaths(pettingzoo.ParallelEnv):
     """Of two agents one ends while the other goes on."""
     metadata = {"name": "deaths_v0"}

@@ -221,8 +221,8 @@ Status DataWatch::CheckReward(std::int32_t slot, float* reward) {
   if (options_.non_finite == NonFinite::kError) {
     if (!finite)
       return {StatusCode::kNonFinite,
-              fmt::format("{}: the reward is {}; mend it in the world, or set non_finite to replace", Where(slot),
-                          *reward)};
+              fmt::format("{}: the reward is {}{}; mend it in the world, or set non_finite to replace", Where(slot),
+                          *reward, std::isinf(*reward) ? ", or a number beyond float32's 3.4e38" : "")};
     return {StatusCode::kInvalidArgument,
             fmt::format("{}: the reward is {}, beyond max_abs_reward = {}; mend the world or raise the limit",
                         Where(slot), *reward, options_.max_abs_reward)};

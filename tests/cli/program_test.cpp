@@ -58,6 +58,8 @@ TEST_F(ProgramTest, UnknownNamesFindTheirNearest) {
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--set", "gamma=2"}), 2, "gamma");
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--set", "gamma"}), 2, "key=value");
   ExpectRefusal(RunProgram(folder(), {"train"}), 2, "nothing to train on");
+  ASSERT_EQ(mkfifo((folder() + "/pipe").c_str(), 0600), 0);
+  ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--config", "pipe"}), 2, "'pipe' is a pipe");
   ExpectRefusal(RunProgram(folder(), {"serve", "rode-v0"}), 2, "'road-v0'");
   ExpectRefusal(RunProgram(folder(), {"list", "wrolds"}), 2, "'worlds'");
   ExpectRefusal(RunProgram(folder(), {"bench", "--only", "cartpol"}), 2, "'cartpole'");
