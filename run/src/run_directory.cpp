@@ -104,8 +104,8 @@ Status CheckReplaceable(const std::string& file) {
   if (fs::exists(status) && !fs::is_regular_file(status))
     return {StatusCode::kDataLoss, "'" + file + "' is no regular file; take it away" + kNothingRemoved};
   if (IsImmutable(file))
-    return {StatusCode::kDataLoss, "'" + file + "' may neither be replaced nor removed (chattr -i lets it)" +
-                                       kNothingRemoved};
+    return {StatusCode::kDataLoss,
+            "'" + file + "' may neither be replaced nor removed (chattr -i lets it)" + kNothingRemoved};
   return Status::Ok();
 }
 
@@ -121,8 +121,7 @@ Status CheckOverwritable(const std::string& path) {
   }
   const std::string checkpoints = path + "/checkpoints/", first = checkpoints + "step_000000000000.consac";
   for (const std::string& name : FilesIn(checkpoints)) {
-    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd))
-      CONSAC_RETURN_IF_ERROR(CheckReplaceable(checkpoints + name));
+    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd)) CONSAC_RETURN_IF_ERROR(CheckReplaceable(checkpoints + name));
   }
   std::vector<std::string> files = {path + "/model.consac", first};
   for (const std::string_view name : kRunFiles) files.push_back(path + "/" + std::string(name));

@@ -105,16 +105,11 @@ RunSummary ServeForever(const RunConfig& config, Length length, const std::atomi
   return latest;
 }
 
-/// As asked; a stop before a run began is an interruption like any other.
+/// As asked.
 Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
   if (config.forever) return ServeForever(config, length, stop);
   Result<std::vector<WorldSource>> worlds = ConnectEngines(config, EnginesOf(config, stop));
-  Result<RunSummary> served =
-      worlds.ok() ? RunSession(config, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
-  if (served.ok() || served.status().code() != StatusCode::kCancelled || !stop.load()) return served;
-  RunSummary summary;
-  summary.interrupted = true;
-  return summary;
+  return worlds.ok() ? RunSession(config, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
 }
 
 /// A name that cannot be had is refused before an engine is disturbed. With --forever an engine may ask for the run to
@@ -137,16 +132,7 @@ Result<RunSummary> LearnFromRecorded(RunConfig config, const std::atomic<bool>& 
   return RunSession(std::move(config), Length::kOfCaller, Only(std::move(*link)), stop);
 }
 
-}  // namespace
-
-std::string ModelPaths(const RunSummary& summary) {
-  std::string text;
-  for (std::size_t i = 0; i < summary.models.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == summary.models.size() ? " and " : ", ") + summary.models[i].path;
-  return text;
-}
-
-Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) {
+Result<RunSummary> TrainAsAsked(const RunConfig& asked, const std::atomic<bool>& stop) {
   RunConfig config = asked;
   if (asked.resume) {
     Result<RunConfig> resumed = ResumedConfig(asked);
@@ -170,6 +156,24 @@ Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) 
     return RunSession(std::move(config), Length::kOfCaller, Only(std::move(*link)), stop);
   }
   return ServeEngine(config, asked.steps >= 0 ? Length::kOfCaller : Length::kOfEngine, stop);
+}
+
+}  // namespace
+
+std::string ModelPaths(const RunSummary& summary) {
+  std::string text;
+  for (std::size_t i = 0; i < summary.models.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == summary.models.size() ? " and " : ", ") + summary.models[i].path;
+  return text;
+}
+
+// A stop before a run began is an interruption like any other.
+Result<RunSummary> Train(const RunConfig& asked, const std::atomic<bool>& stop) {
+  Result<RunSummary> summary = TrainAsAsked(asked, stop);
+  if (summary.ok() || summary.status().code() != StatusCode::kCancelled || !stop.load()) return summary;
+  RunSummary interrupted;
+  interrupted.interrupted = true;
+  return interrupted;
 }
 
 }  // namespace consac::run

@@ -34,9 +34,25 @@ void Training::PlanEvaluation() {
   if (config_.eval_every > 0) next_evaluation_ = (steps() / config_.eval_every + 1) * config_.eval_every;
 }
 
+// Where the evaluations' world is, and how long it is waited for: one that has failed is tried once from then on.
+EvaluateOptions Training::EvaluationOptions() {
+  EvaluateOptions options;
+  options.world = config_.eval_world.empty() ? config_.world : config_.eval_world;
+  options.episodes = config_.eval_episodes;
+  options.seed = config_.seed + options.seed;
+  options.connect_timeout_s = evaluation_.ok() ? config_.connect_timeout_s : 0.0;
+  options.deadline_s = config_.deadline_s;
+  options.token = config_.token;
+  return options;
+}
+
 Status Training::CheckEvaluation() {
-  if (config_.eval_every == 0 || config_.eval_world.empty() || IsUrl(config_.eval_world)) return Status::Ok();
-  const Result<std::unique_ptr<WorldLink>> link = MakeLocalLink(config_.eval_world, 1);
+  if (config_.eval_every == 0 || config_.eval_world.empty()) return Status::Ok();
+  EvaluateOptions options = EvaluationOptions();
+  options.episodes = 1;
+  const Result<std::unique_ptr<WorldLink>> link = OpenToJudge(options, config_.eval_world, stop_);
+  if (!link.ok() && IsUrl(config_.eval_world) && link.status().code() != StatusCode::kCancelled)
+    return {link.status().code(), "eval_world: " + link.status().message()};
   if (!link.ok()) return link.status();
   const Status fits = Actors::Of(Snapshots(), (*link)->spec()).status();
   return fits.ok() ? fits : Status{fits.code(), "eval_world " + Quote(config_.eval_world) + ": " + fits.message()};
@@ -47,24 +63,19 @@ void Training::EvaluateIfDue() {
   if (EvaluationDue() && !stop_.load(std::memory_order_relaxed)) {
     const Status status = Evaluation();
     const bool stopped = status.code() == StatusCode::kCancelled;
-    const bool failed = !status.ok() && !stopped;
-    if (failed && !evaluation_failed_)  // once, until it works again
+    if (!status.ok() && !stopped && evaluation_.ok())  // once, until it works again
       report_->Line("warning: an evaluation failed: " + status.message() + "; training goes on");
-    evaluation_failed_ = failed;
-    if (!stopped) PlanEvaluation();
+    if (!stopped) {
+      evaluation_ = status;
+      PlanEvaluation();
+    }
   }
   if (config_.eval_every == 0) LookAtEpisodes();
 }
 
 // kCancelled where `stop_` came before all episodes had ended.
 Status Training::Evaluation() {
-  EvaluateOptions options;
-  options.world = config_.eval_world.empty() ? config_.world : config_.eval_world;
-  options.episodes = config_.eval_episodes;
-  options.seed = config_.seed + options.seed;
-  options.connect_timeout_s = config_.connect_timeout_s;
-  options.deadline_s = config_.deadline_s;
-  options.token = config_.token;
+  EvaluateOptions options = EvaluationOptions();
   options.say = [this](const std::string& line) { report_->Line(line); };
   const Result<std::unique_ptr<WorldLink>> link = OpenToJudge(options, options.world, stop_);
   if (!link.ok()) return link.status();
@@ -91,8 +102,10 @@ Status Training::Evaluation() {
                               judged->front().episodes, best ? ", the best so far" : ""));
   if (goal_.has_value() && lowest >= *goal_) ReachGoal(Words(*judged));
   if (!best) return Status::Ok();
-  CONSAC_RETURN_IF_ERROR(SaveBest());
-  best_evaluation_ = sum;
+  const Status saved = SaveBest();
+  TellFailure("the best model", saved, &best_failed_);
+  best_ = saved;
+  if (saved.ok()) best_evaluation_ = sum;
   return Status::Ok();
 }
 

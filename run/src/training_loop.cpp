@@ -71,6 +71,7 @@ Status Training::OpenReport(bool resumed) {
   options.table_every_s = config_.table_every_s;
   options.progress = config_.progress;
   options.tensorboard = config_.tensorboard;
+  options.quiet = config_.quiet;
   options.append = resumed;
   options.resume_step = restored_steps_;
   Result<std::unique_ptr<Report>> report = Report::Open(options);
@@ -319,8 +320,12 @@ Result<RunSummary> Training::Finish(double seconds) {
     report_->DrawCurves();
   }
   CONSAC_RETURN_IF_ERROR(saved);
-  if (!report.ok())
-    return Status{report.code(), report.message() + "; what was learned is saved in '" + directory_->path() + "'"};
+  const Status evaluation = {evaluation_.code(), "the last evaluation failed: " + evaluation_.message()};
+  const Status best = {best_.code(), "the best model could not be saved: " + best_.message()};
+  for (const Status& beside : {report, best, evaluation}) {
+    if (!beside.ok())
+      return Status{beside.code(), beside.message() + "; what was learned is saved in '" + directory_->path() + "'"};
+  }
   RunSummary summary;
   summary.directory = directory_->path();
   summary.steps = steps();

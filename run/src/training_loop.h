@@ -92,6 +92,7 @@ class Training {
   Status CheckEvaluation();
   bool EvaluationDue() const { return config_.eval_every > 0 && steps() >= next_evaluation_; }
   void EvaluateIfDue();
+  EvaluateOptions EvaluationOptions();
   Status Evaluation();
   Status SaveBest();
   void LookAtEpisodes();
@@ -138,7 +139,8 @@ class Training {
   bool goal_reached_ = false;
   std::int64_t episodes_looked_at_ = 0;  // of all behaviours, when their mean was last compared with it
   double checkpoint_time_ = 0.0, saving_seconds_ = 0.0;
-  bool checkpoint_failed_ = false, model_failed_ = false, evaluation_failed_ = false;
+  bool checkpoint_failed_ = false, model_failed_ = false, best_failed_ = false;
+  Status evaluation_, best_;  // what became of the latest evaluation, and of the latest model that was to be kept
 };
 
 }  // namespace consac::run

@@ -164,8 +164,8 @@ Status Training::CheckIdentity(const StateMap& state) const {
     const auto here = now.find(name);
     if (here == now.end() || here->second == value) continue;
     return {StatusCode::kDataLoss, "the newest checkpoint in '" + directory_->path() + "' is another run's: of " +
-                                       name + " = " + Quote(value) + ", where config.yaml says " +
-                                       Quote(here->second) + "; take it away, or train anew with --force"};
+                                       name + " = " + Quote(value) + ", where config.yaml says " + Quote(here->second) +
+                                       "; take it away, or train anew with --force"};
   }
   return Status::Ok();
 }

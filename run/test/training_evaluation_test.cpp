@@ -163,6 +163,87 @@ TEST(TrainingEvaluation, AnotherWorldCanBeNamed) {
   EXPECT_THAT(error(), HasSubstr("eval_world"));
 }
 
+EnvServerOptions Endless() {
+  EnvServerOptions options;
+  options.training_length = 1000000;
+  return options;
+}
+
+// Before an earlier run is taken away, and before a step is trained.
+TEST(TrainingEvaluation, AnEngineThatCannotJudgeIsRefusedAtTheStart) {
+  consac::testing::ScratchFolder scratch("no_judge");
+  RunConfig config = Pole(scratch.path(), "pole");
+  config.eval_every = 256;
+  config.connect_timeout_s = 0.1;
+  const auto refused = [&](const std::string& url) {
+    config.eval_world = url;
+    const Result<RunSummary> summary = Train(config, kNeverStop);
+    EXPECT_FALSE(summary.ok());
+    EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/pole"));
+    return summary.status();
+  };
+  const Status nobody = refused("tcp://127.0.0.1:9");
+  EXPECT_EQ(nobody.code(), StatusCode::kUnavailable);
+  EXPECT_THAT(nobody.message(), AllOf(HasSubstr("eval_world"), HasSubstr("127.0.0.1:9")));
+  const consac::testing::ServedWorld road("road-v0", Endless());
+  EXPECT_THAT(refused(road.url()).message(), AllOf(HasSubstr("eval_world '" + road.url()), HasSubstr("observation")));
+}
+
+// Saved all the same.
+TEST(TrainingEvaluation, OneThatFailsAtTheEndIsTheRunsEndToo) {
+  consac::testing::ScratchFolder scratch("judge_left");
+  RunConfig config = Pole(scratch.path(), "pole");
+  config.steps = 1 << 15;
+  config.eval_every = 1 << 13;
+  config.connect_timeout_s = 2.0;
+  auto judge = std::make_unique<consac::testing::ServedWorld>("cartpole-v1", Endless());
+  config.eval_world = judge->url();
+  std::thread hand([&] {
+    while (!std::filesystem::exists(scratch.path() + "/pole/config.yaml"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    judge.reset();
+  });
+  const Result<RunSummary> ended = Train(config, kNeverStop);
+  hand.join();
+  ASSERT_FALSE(ended.ok());
+  EXPECT_EQ(ended.status().code(), StatusCode::kUnavailable);
+  EXPECT_THAT(ended.status().message(), AllOf(HasSubstr("the last evaluation failed"), HasSubstr("is saved in")));
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/pole/model.consac").ok());
+}
+
+TEST(TrainingEvaluation, ABestModelThatCannotBeSavedIsSaidAtTheEnd) {
+  consac::testing::ScratchFolder scratch("no_best");
+  RunConfig config = Pole(scratch.path(), "pole");
+  config.steps = 256;
+  Trained(config);
+  std::ofstream(scratch.path() + "/pole/best") << "no folder";
+  config.resume = true;
+  config.steps = 1024;
+  config.eval_every = 512;
+  const Result<RunSummary> ended = Train(config, kNeverStop);
+  ASSERT_FALSE(ended.ok());
+  EXPECT_EQ(ended.status().code(), StatusCode::kDataLoss);
+  EXPECT_THAT(ended.status().message(), AllOf(HasSubstr("/best'"), HasSubstr("is saved in")));
+  EXPECT_TRUE(Policy::Load(scratch.path() + "/pole/model.consac").ok());
+}
+
+// A script reads one line of JSON there.
+TEST(TrainingEvaluation, WhatFailsIsNotSaidOnStandardOutputToAScript) {
+  consac::testing::ScratchFolder scratch("quiet");
+  RunConfig config = Pole(scratch.path(), "pole");
+  config.steps = 256;
+  Trained(config);
+  std::ofstream(scratch.path() + "/pole/best") << "no folder";
+  config.resume = true;
+  config.steps = 512;
+  config.eval_every = 256;
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  EXPECT_FALSE(Train(config, kNeverStop).ok());
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("the best model could not be saved"));
+}
+
 TEST(TrainingEvaluation, ForceTakesTheEvaluationsAwayToo) {
   consac::testing::ScratchFolder scratch("forced");
   RunConfig config = Pole(scratch.path(), "again");

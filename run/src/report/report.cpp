@@ -294,7 +294,12 @@ Result<std::unique_ptr<Report>> ReportOn(const ReportOptions& options, const Con
 }
 
 Result<std::unique_ptr<Report>> Report::Open(const ReportOptions& options) {
-  return ReportOn(options, StandardConsole());
+  ConsoleOptions console = StandardConsole();
+  if (options.quiet) {
+    console.stream = stderr;
+    console.terminal = console.colour = false;
+  }
+  return ReportOn(options, console);
 }
 
 }  // namespace consac::run

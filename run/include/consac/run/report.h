@@ -38,6 +38,7 @@ struct ReportOptions {
   bool progress = true;          ///< bar on a terminal, a plain line every few seconds otherwise
   bool tensorboard = true;       ///< write event files
   bool engine = false;           ///< the world is an engine's, reached over a wire
+  bool quiet = false;            ///< standard output is a script's: lines go to standard error
   bool append = false;           ///< a resumed run: go on in the files that exist
   std::int64_t resume_step = 0;  ///< with append: rows past this step, of a killed run, are dropped
 };

@@ -24,8 +24,9 @@ class RunDirectory {
  public:
   /// Makes or opens directory/name. Of a run that is overwritten the models stay until this one has its own
   /// (RemoveOldModels), and all of it where the new one could not be written (kDataLoss, kResourceExhausted: a file or
-  /// folder that cannot be replaced, a full disk, too few descriptors). kAlreadyExists names --resume and --force, or says that the folder is no run's and
-  /// is left alone; kNotFound when there is nothing to resume; kFailedPrecondition when another process trains it.
+  /// folder that cannot be replaced, a full disk, too few descriptors). kAlreadyExists names --resume and --force, or
+  /// says that the folder is no run's and is left alone; kNotFound when there is nothing to resume; kFailedPrecondition
+  /// when another process trains it.
   static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name,
                                                     ExistingRun existing);
   ~RunDirectory();
