@@ -9,6 +9,7 @@
 #include "collect/parameter_noise.h"
 #include "collect/q_network.h"
 #include "consac/nn/net_arch.h"
+#include "learn/test/algo/off_policy_harness.h"
 #include "learn/test/algo/training_harness.h"
 #include "learn/test/grad/reference_network.h"
 
@@ -416,29 +417,20 @@ TEST(Tables, DqnHasBothGenerationsNamesAndDefaults) {
   EXPECT_EQ(LogStyleOf(**FindAlgorithm("dqn"), values), LogStyle::kStableBaselines2);
 }
 
-std::string ErrorOf(const BehaviourSpec& behaviour, const Settings& settings, std::int64_t max_bytes) {
-  LearnerOptions options;
-  options.behaviour = behaviour;
-  options.max_bytes = max_bytes;
-  HyperparameterSet values((*FindAlgorithm("dqn"))->hyperparameters);
-  for (const auto& [name, text] : settings) EXPECT_TRUE(values.Set(name, text).ok()) << name;
-  const auto learner = (*FindAlgorithm("dqn"))->create(options, values);
-  return learner.ok() ? "" : learner.status().message();
-}
-
 TEST(Dqn, WhatItCannotLearnIsOneLine) {
   const BehaviourSpec box = BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), *Space::Box(-1, 1, {2}), 1);
-  EXPECT_NE(ErrorOf(box, {}, 1 << 30).find("'arm'"), std::string::npos);
+  EXPECT_NE(ErrorOf("dqn", box, {}, 1 << 30).find("'arm'"), std::string::npos);
   const BehaviourSpec image =
       BehaviourSpec::Of("default", *Space::Box(0, 255, {84, 84, 4}, DType::kU8), *Space::Discrete(4), 1);
-  EXPECT_NE(ErrorOf(image, {{"buffer_size", "1000000"}}, 1 << 30).find("lower buffer_size"), std::string::npos);
-  EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"batch_size", "100000"}}, 1 << 30).find("lower batch_size"),
+  EXPECT_NE(ErrorOf("dqn", image, {{"buffer_size", "1000000"}}, 1 << 30).find("lower buffer_size"), std::string::npos);
+  EXPECT_NE(ErrorOf("dqn", image, {{"buffer_size", "100"}, {"batch_size", "100000"}}, 1 << 30).find("lower batch_size"),
             std::string::npos);
-  EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"policy", "MlpPolicy"}, {"net_arch", "[10000]"}}, 1 << 30)
+  EXPECT_NE(ErrorOf("dqn", image, {{"buffer_size", "100"}, {"policy", "MlpPolicy"}, {"net_arch", "[10000]"}}, 1 << 30)
                 .find("net_arch"),
             std::string::npos);
-  EXPECT_NE(ErrorOf(image, {{"buffer_size", "100"}, {"net_arch", "[dict(pi=[4], vf=[4])]"}}, 1 << 30).find("widths"),
-            std::string::npos);
+  EXPECT_NE(
+      ErrorOf("dqn", image, {{"buffer_size", "100"}, {"net_arch", "[dict(pi=[4], vf=[4])]"}}, 1 << 30).find("widths"),
+      std::string::npos);
 }
 
 TEST(Dqn, SlotsMayStepAloneAndBeginAgain) {
