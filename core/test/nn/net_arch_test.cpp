@@ -45,15 +45,21 @@ TEST(NetArch, TextIsCanonical) {
   EXPECT_EQ(ToString({{64, 64}, {}, {}}), "[64, 64]");
 }
 
+TEST(NetArch, CriticsMayBeCalledQfAsInStableBaselines3) {
+  const Result<NetArch> arch = ParseNetArch("[dict(pi=[8], qf=[64, 32])]");
+  ASSERT_TRUE(arch.ok());
+  EXPECT_THAT(arch->vf, testing::ElementsAre(64, 32));
+}
+
 TEST(NetArch, QuotesWhereItWentWrong) {
-  for (const char* text : {"", "64", "[64", "[64,", "[sixty]", "[dict(pi=[64]]", "[dict(qf=[64])]", "[dict(pi=64)]",
+  for (const char* text : {"", "64", "[64", "[64,", "[sixty]", "[dict(pi=[64]]", "[dict(zf=[64])]", "[dict(pi=64)]",
                            "[64]x", "[0]", "[-3]", "[dict(pi=[8]), 64]", "[dict(pi=[8], pi=[9])]",
                            "[99999999999999999999]", "[dict(pi=[8] vf=[8])]", "[{'pi: [3]}]", "[1 2]", "[1.5]"}) {
     const Result<NetArch> arch = ParseNetArch(text);
     ASSERT_FALSE(arch.ok()) << text;
     EXPECT_THAT(arch.status().message(), testing::HasSubstr("net_arch"));
   }
-  EXPECT_THAT(ParseNetArch("[dict(qf=[64])]").status().message(), testing::HasSubstr("qf"));
+  EXPECT_THAT(ParseNetArch("[dict(zf=[64])]").status().message(), testing::HasSubstr("zf"));
   EXPECT_THAT(ParseNetArch("[64, sixty]").status().message(), testing::HasSubstr("at 'sixty]'"));
 }
 
