@@ -83,7 +83,7 @@ const std::vector<Proof>& Proofs() {
 }
 
 /// The rows that Stable Baselines3 learned too: the median must reach its median less one standard error (what the row
-/// says where that is not measured yet), 4 of 5 seeds what the row says.
+/// says where that is not measured yet), 4 of 5 seeds what the row says, or as many as its own where these were fewer.
 consac::Result<std::vector<Proof>> ProofsBesideSb3(const char* path) {
   const consac::Result<std::vector<std::byte>> bytes = consac::ReadFile(path);
   if (!bytes.ok()) return bytes.status();
@@ -107,6 +107,10 @@ consac::Result<std::vector<Proof>> ProofsBesideSb3(const char* path) {
     const bool measured = row.contains("median");
     proof.median_at_least =
         measured ? row["median"].get<double>() - row["standard_error"].get<double>() : proof.seeds_at_least;
+    if (measured) {
+      const auto reached = std::ranges::count_if(row["results"], [&](double r) { return r >= proof.seeds_at_least; });
+      proof.seeds = std::min(proof.seeds, static_cast<int>(reached));
+    }
     proofs.push_back(std::move(proof));
   }
   return proofs;
