@@ -3,6 +3,7 @@
 // and results.json.
 
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "consac/transport/transport.h"
@@ -17,9 +18,16 @@ const char* ConformanceResults();
 /// What became of one case.
 struct ConformanceVerdict {
   std::string name;
-  std::string rules;    ///< of spec/protocol2.md, "R11 R24"
-  Status status;        ///< ok, or which step failed and how
-  bool offered = true;  ///< false: the other end does not do what the case is of, which is its right
+  std::string rules;             ///< of spec/protocol2.md, "R11 R24"
+  Status status = Status::Ok();  ///< ok, or what is wrong
+  bool offered = true;           ///< false: the other end does not do what the case is of, which is its right
+  std::string why_not = {};      ///< it is not offered
+  int step = 0;                  ///< the last one that was done, counted from 1
+  std::string asked = {};        ///< that step as the file has it
+  std::string sent = {};         ///< the latest before it that is no `expect`, "" for none
+
+  /// A step was done.
+  void Note(const nlohmann::json& done);
 };
 
 /// How many cases came to what.

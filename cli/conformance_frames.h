@@ -153,11 +153,6 @@ inline std::string FrameText(const protocol2::Frame& frame) {
                      payload.size() > 64 ? "..." : "");
 }
 
-/// Where a case stands, for people: the step's number and what it is.
-inline Status AtStep(int number, const nlohmann::json& step, const Status& status) {
-  return {status.code(), fmt::format("step {}: {}: {}", number, Shortened(JsonText(step)), status.message())};
-}
-
 /// A case's rules in one line.
 inline std::string RulesText(const nlohmann::json& rules) {
   std::string text;

@@ -6,8 +6,10 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/conformance_frames.h"
+#include "cli/conformance_illegal.h"
 #include "consac/base/rng.h"
 #include "consac/protocol/protocol2.h"
 #include "consac/space/layout.h"
@@ -20,8 +22,9 @@ class Payloads {
   Payloads() = default;
   explicit Payloads(const EnvSpec& env) : env_(&env), blocks_(env) {}
 
-  /// What the cases call `kind`. `result`: the latest RESULT, whose masks say what is legal.
-  std::string Of(const std::string& kind, const std::string& result) const {
+  /// What the cases call `kind`. `result`: the latest RESULT, whose masks say what is legal. `leaf`: of illegal
+  /// actions.
+  std::string Of(const std::string& kind, const std::string& result, const std::string& leaf = "") const {
     if (kind == "empty") return "";
     if (kind == "none") return Reset(0, 0);
     if (kind == "all") return Reset(0, 1);
@@ -30,6 +33,10 @@ class Payloads {
     if (kind == "unknown flag") return With(Reset(0, 1), 0, 64);
     if (kind == "seeded") return Reset(protocol2::kWithSeeds, 1);
     if (kind == "negative seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.seeds + 7, 0x80);
+    if (kind == "first seeded") return FirstSeeded(Reset(protocol2::kWithSeeds, 0));
+    if (kind == "all, padding") return WithPadding(Reset(0, 1), blocks_.seeds, 0);
+    if (kind == "options, padding") return WithPadding(Options("{\"level\":1}"), blocks_.seeds, 4 + 11);
+    if (kind == "legal, padding") return PaddedStep(Step(1, result));
     if (kind == "options") return Options("{\"difficulty\":1}");
     if (kind == "bad options") return Options("{\"difficulty\"");
     if (kind == "short reset") return Reset(0, 1).substr(0, blocks_.seeds - 8);
@@ -47,10 +54,15 @@ class Payloads {
     if (kind == "no options") return Options("");
     if (kind == "first") return OnlyFirst(Step(0, result), 1);
     if (kind == "others") return OnlyFirst(Step(1, result), 0);
-    if (kind == "illegal") return Illegal(Step(1, result), result, blocks_.environments);
-    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0), result, 1);
+    if (kind == "illegal") return Illegal(Step(1, result), result, blocks_.environments, leaf);
+    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0), result, 1, leaf);
+    if (kind == "illegal of the absent") return IllegalOfAbsent(Step(1, result), result);
     if (kind == "NaN") return NonFinite(Step(1, result), result, std::numeric_limits<double>::quiet_NaN());
     if (kind == "infinity") return NonFinite(Step(1, result), result, std::numeric_limits<double>::infinity());
+    if (kind == "largest seeds") return LargestSeeds(Reset(protocol2::kWithSeeds, 1));
+    if (kind == "seeded options")
+      return With(Reset(protocol2::kWithSeeds, 1), 0, protocol2::kWithSeeds | protocol2::kWithOptions) +
+             Options("{\"difficulty\":1}").substr(blocks_.seeds);
     if (kind == "scattered seeds") return Scattered(Reset(protocol2::kWithSeeds, 1));
     return Step(1, result);
   }
@@ -62,6 +74,15 @@ class Payloads {
       if (slot >= 0) return slot / static_cast<std::int64_t>(env_->behaviours[b].agents.size());
     }
     return -1;
+  }
+
+  /// Whether some action can be outside its space by a leaf of a kind (a space's type or BOOL; "" is any).
+  bool CanBeIllegal(const std::string& kind) const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
+      std::vector<std::byte> row(env_->behaviours[b].action_layout.row_bytes);
+      if (MakeIllegal(env_->behaviours[b].action_layout, kind, row.data())) return true;
+    }
+    return false;
   }
 
   /// Whether some action has a floating-point number.
@@ -126,6 +147,38 @@ class Payloads {
     return payload;
   }
 
+  /// The first environment alone is reset; seeds of the others are negative, and not looked at.
+  std::string FirstSeeded(std::string payload) const {
+    for (std::size_t i = 1; i < blocks_.environments; ++i)
+      payload[blocks_.seeds + i * sizeof(std::uint64_t) + 7] = static_cast<char>(0x80);
+    return OnlyFirst(std::move(payload), 1);
+  }
+
+  /// Every byte of padding is 255: behind the bytes of the environments, and behind the `used` bytes of the block at
+  /// `from`.
+  std::string WithPadding(std::string payload, std::size_t from, std::size_t used) const {
+    for (std::size_t at = protocol2::kActiveOffset + blocks_.environments; at < blocks_.seeds; ++at)
+      payload[at] = '\xff';
+    for (std::size_t at = from + used; at < payload.size(); ++at) payload[at] = '\xff';
+    return payload;
+  }
+  /// The same of a STEP, whose action rows have padding of their own.
+  std::string PaddedStep(std::string payload) const {
+    std::string padded(payload.size(), '\xff');
+    const auto keep = [&](std::size_t at, std::size_t bytes) { std::memcpy(&padded[at], &payload[at], bytes); };
+    keep(0, protocol2::kActiveOffset + blocks_.environments);
+    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
+      const Layout& layout = env_->behaviours[b].action_layout;
+      for (std::size_t slot = 0; slot < static_cast<std::size_t>(env_->behaviours[b].slots); ++slot) {
+        for (const Leaf& leaf : layout.leaves) {
+          const std::size_t row = blocks_.behaviours[b].actions + slot * layout.row_bytes;
+          keep(row + static_cast<std::size_t>(leaf.offset), static_cast<std::size_t>(leaf.count) * SizeOf(leaf.dtype));
+        }
+      }
+    }
+    return padded;
+  }
+
   std::string Options(const std::string& text) const {
     std::string payload = With(Reset(0, 1), 0, protocol2::kWithOptions);
     const auto length = static_cast<std::uint32_t>(text.size());
@@ -165,15 +218,24 @@ class Payloads {
            static_cast<std::size_t>(slot) * env_->behaviours[b].action_layout.row_bytes;
   }
 
-  /// The first agent that takes part, of the first `worlds`, does what cannot be done.
-  std::string Illegal(std::string payload, const std::string& result, std::size_t worlds) const {
+  /// The first agent that takes part, of the first `worlds`, does what cannot be done, in the last leaf of that kind.
+  std::string Illegal(std::string payload, const std::string& result, std::size_t worlds,
+                      const std::string& kind) const {
     for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
-      const Leaf& leaf = env_->behaviours[b].action_layout.leaves[0];
       const std::int64_t slot = FirstSlot(b, result, worlds);
-      if (slot < 0) continue;
-      const bool box = leaf.space.kind() == SpaceKind::kBox;
-      WriteElement(leaf, ActionOf(payload, b, slot), 0, box ? std::numeric_limits<double>::quiet_NaN() : 100000.0);
-      return payload;
+      if (slot >= 0 && MakeIllegal(env_->behaviours[b].action_layout, kind, ActionOf(payload, b, slot))) return payload;
+    }
+    return payload;
+  }
+
+  /// Nobody who takes no part does what can be done.
+  std::string IllegalOfAbsent(std::string payload, const std::string& result) const {
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      for (std::int64_t slot = 0; slot < env_->behaviours[b].slots; ++slot) {
+        const char state = result[blocks_.behaviours[b].states + static_cast<std::size_t>(slot)];
+        if ((state & protocol2::kActive) == 0)
+          MakeIllegal(env_->behaviours[b].action_layout, "", ActionOf(payload, b, slot));
+      }
     }
     return payload;
   }
@@ -199,6 +261,14 @@ class Payloads {
   std::string Scattered(std::string payload) const {
     for (std::size_t i = 0; i < blocks_.environments; ++i) {
       const std::uint64_t seed = 3 * (blocks_.environments - i) + 97;
+      std::memcpy(payload.data() + blocks_.seeds + i * sizeof(seed), &seed, sizeof(seed));
+    }
+    return payload;
+  }
+
+  std::string LargestSeeds(std::string payload) const {
+    for (std::size_t i = 0; i < blocks_.environments; ++i) {
+      const std::int64_t seed = std::numeric_limits<std::int64_t>::max();
       std::memcpy(payload.data() + blocks_.seeds + i * sizeof(seed), &seed, sizeof(seed));
     }
     return payload;

@@ -1,394 +1,67 @@
-// The engine's end of the conformance cases: one connection of the trainer under test for each. Every RESET and STEP
-// that arrives is judged; RESULTs are those of the cases.
+// A trainer before every case: one connection after another, of which this is the engine.
 #include <fmt/format.h>
 
-#include <cstring>
-#include <optional>
 #include <set>
-#include <utility>
 
 #include "cli/conformance.h"
-#include "cli/conformance_frames.h"
-#include "consac/base/json.h"
-#include "consac/base/text.h"
-#include "consac/protocol/protocol2.h"
-#include "consac/space/layout.h"
+#include "cli/conformance_engine.h"
 
 namespace consac::cli {
 namespace {
 
 using Case = nlohmann::json;
-using protocol2::Frame;
-using protocol2::FrameType;
 
-constexpr std::uint32_t kSessionNumber = 7;
-constexpr const char* kResumeToken = "conformance";
-
-std::string BytesOf(const Case& pieces) {
-  std::string bytes;
-  for (const Case& piece : pieces) bytes += FromHex(piece);
-  return bytes;
+void RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results,
+               std::set<std::string>* asked, ConformanceVerdict* verdict) {
+  EngineScript script(listener, patience_s, spec, results);
+  verdict->status = script.Accept();
+  for (const Case& step : entry["steps"]) {
+    if (!verdict->status.ok()) return;
+    verdict->status = script.Do(step);
+    verdict->Note(step);
+    asked->insert(script.asked().begin(), script.asked().end());
+    verdict->offered = verdict->status.code() != StatusCode::kCancelled;
+    if (verdict->offered) continue;
+    verdict->why_not = verdict->status.message();
+    verdict->status = Status::Ok();
+    return;
+  }
 }
 
-/// One case under way: an engine that is driven step by step.
-class EngineScript {
- public:
-  EngineScript(Listener& listener, double patience_s, const Case& spec, const Case& results,
-               const std::string& autoreset = "same_step")
-      : listener_(listener), patience_(patience_s), spec_(spec), results_(results), autoreset_(autoreset) {
-    spec_["autoreset"] = autoreset;
-  }
-  ~EngineScript() {
-    if (transport_ == nullptr) return;
-    (void)Send(FrameType::kGoAway, 0, R"({"reason":"the next case"})");
-    transport_->Close();
-  }
-
-  Status Accept() {
-    Result<std::unique_ptr<Transport>> transport = listener_.Accept(patience_);
-    if (!transport.ok()) return transport.status();
-    if (*transport == nullptr)
-      return {StatusCode::kUnavailable, fmt::format("no trainer has connected for {} s", patience_)};
-    transport_ = std::move(*transport);
-    reader_ = protocol2::FrameReader(protocol2::kLargestFrame);
-    return Status::Ok();
-  }
-
-  Status Do(const Case& step) {
-    if (step.contains("begin")) return Begin(step);
-    if (step.contains("send")) return DoSend(step["send"]);
-    if (step.contains("silent")) return Silent(step["silent"], true);
-    if (step.contains("mute")) return Silent(step["mute"], false);
-    if (step.contains("resume")) return AwaitResume(step["resume"]);
-    if (step.contains("anew")) return AwaitAnew();
-    return DoExpect(step["expect"]);
-  }
-
-  /// HELLO and CONFIGURE are answered; with "RESULT" RESET too.
-  Status Begin(const Case& how) {
-    may_resume_ = how.contains("may_resume");
-    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
-    CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", how.value("welcome", Case::object())}}));
-    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "CONFIGURE"}}));
-    Case spec = how.value("spec", Case::object());
-    if (how.contains("behaviour")) {
-      spec["behaviours"] = spec_["behaviours"];
-      spec["behaviours"][0].update(how["behaviour"]);
-    }
-    CONSAC_RETURN_IF_ERROR(DoSend({{"type", "SPEC"}, {"request", "answer"}, {"spec", spec}}));
-    if (how["begin"] == "SPEC") return Status::Ok();
-    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "RESET"}}));
-    return Answer(BytesOf(results_["first"]));
-  }
-
-  /// A RESULT to the request that has come last.
-  Status Answer(const std::string& payload) {
-    result_ = payload;
-    return Send(FrameType::kResult, request_, payload);
-  }
-  /// Whether the trainer's next request is a RESET or STEP (`to`) of just these environments, of all where none are
-  /// named.
-  Result<bool> Asks(const Case& answer) {
-    for (Result<Frame> frame = Next();; frame = Next()) {
-      if (!frame.ok()) return frame.status();
-      const FrameType type = frame->header.type;
-      if (type != FrameType::kReset && type != FrameType::kStep) {
-        const Result<bool> aside = Take({{"type", answer["to"]}}, *frame);
-        if (!aside.ok()) return aside.status();
-        continue;
-      }
-      peeked_ = *frame;
-      if (type != FrameTypeOf(answer["to"])) return false;
-      const Case all = Case::array();
-      const Case& chosen = answer.contains("environments") ? answer["environments"] : all;
-      for (std::size_t i = 0; i < spec_["environments"]; ++i) {
-        const std::size_t at = protocol2::kActiveOffset + i;
-        const int wanted = chosen.empty() ? 1 : chosen[i].get<int>();
-        if (at >= frame->payload.size() || std::to_integer<int>(frame->payload[at]) != wanted) return false;
-      }
-      return true;
-    }
-  }
-  /// Another STEP or RESET comes.
-  Status GoesOn() {
-    const Result<bool> asks = Asks({{"to", "STEP"}});
-    return asks.ok() ? Status::Ok() : asks.status();
-  }
-  /// Other ways to begin an episode that the trainer has asked for.
-  const std::set<std::string>& asked() const { return asked_; }
-  Status DoExpect(const Case& what) {
-    if (what.contains("closed")) return ExpectClosed(what);
-    while (true) {
-      const Result<Frame> frame = Next();
-      if (!frame.ok())
-        return Failed(fmt::format("expected {}, but {}", JsonText(what["type"]), frame.status().message()));
-      const Result<bool> taken = Take(what, *frame);
-      if (!taken.ok()) return taken.status();
-      if (*taken) return Status::Ok();
-    }
-  }
-
- private:
-  Status Send(FrameType type, std::uint64_t request, const std::string& payload) {
-    return Write(WholeFrame(type, request, kSessionNumber, payload, false));
-  }
-  Status Write(const std::string& bytes, const Case& how = Case::object()) {
-    return writer_.Write(*transport_, how, bytes);
-  }
-
-  Status DoSend(const Case& what) {
-    if (what.contains("hex")) return Write(FromHex(what["hex"]));
-    std::string payload = what.value("text", "");
-    if (what.contains("json")) payload = JsonText(what["json"]);
-    if (what.contains("result")) result_ = payload = BytesOf(results_[what["result"].get<std::string>()]);
-    if (what.contains("spec")) {
-      Case spec = spec_;
-      spec.update(what["spec"]);
-      payload = JsonText(spec);
-    }
-    if (what.contains("welcome")) {
-      Case welcome = {{"protocol", 2},
-                      {"session", kSessionNumber},
-                      {"resume", may_resume_ ? kResumeToken : ""},
-                      {"max_frame", max_frame_}};
-      welcome.update(what["welcome"]);
-      payload = JsonText(welcome);
-    }
-    const bool answers = what.contains("result") || what.value("request", Case()) == "answer";
-    const Case& number = what.contains("request") ? what["request"] : Case();
-    const std::uint64_t request = number.is_number() ? number.get<std::uint64_t>() : answers ? request_ : 0;
-    return Write(WholeFrame(FrameTypeOf(what["type"]), request, kSessionNumber, payload, false, what), what);
-  }
-
-  /// The next frame of any kind; kUnavailable once the trainer is gone.
-  Result<Frame> Next(double patience_s = kConformancePatience) {
-    if (peeked_.has_value()) return *std::exchange(peeked_, std::nullopt);
-    const double deadline = Now() + patience_s;
-    while (true) {
-      Frame frame;
-      const Result<bool> whole = reader_.Next(&frame);
-      if (!whole.ok()) return whole.status();
-      if (*whole) return frame;
-      const Result<std::size_t> count = transport_->Read(reader_.Writable(), deadline - Now());
-      if (!count.ok()) return count.status();
-      if (*count == 0) return Status{StatusCode::kDeadlineExceeded, fmt::format("nothing came for {} s", patience_s)};
-      reader_.Commit(*count);
-    }
-  }
-
-  /// True when it was the frame that is waited for; false when it may come between.
-  Result<bool> Take(const Case& what, const Frame& frame) {
-    const FrameType type = frame.header.type;
-    const std::string payload(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size());
-    const bool awaited = type == FrameTypeOf(what["type"]);
-    if (!awaited && type == FrameType::kPing) {
-      CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
-      return false;
-    }
-    if (!awaited && (type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0))
-      return false;
-    if (!awaited) return Failed(fmt::format("expected {}, got {}", JsonText(what["type"]), FrameText(frame)));
-    if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
-    if (type == FrameType::kHello) return TakeHello(frame);
-    if (type == FrameType::kPong) return true;
-    CONSAC_RETURN_IF_ERROR(CheckRequest(frame));
-    request_ = frame.header.request;
-    last_ = payload;
-    return type == FrameType::kConfigure ? TakeConfigure(payload) : Result<bool>(true);
-  }
-
-  /// One that would resume a session of another case begins anew.
-  Result<bool> TakeHello(const Frame& frame) {
-    const Result<protocol2::Hello> hello = protocol2::ParseHello(frame.payload);
-    if (!hello.ok()) return hello.status();
-    if (hello->lowest > protocol2::kVersion || hello->highest < protocol2::kVersion)
-      return Failed("HELLO's versions do not hold 2");
-    max_frame_ = hello->max_frame;
-    if (hello->resume.empty() || resuming_) return true;
-    const protocol2::ErrorMessage over{"AUTH_FAILED", true, "that session is over", {}, 0.0};
-    CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, 0, protocol2::EncodeError(over)));
-    transport_->Close();
-    CONSAC_RETURN_IF_ERROR(Accept());
-    return false;
-  }
-
-  /// Other ways than the case's are refused; a trainer may then ask anew.
-  Result<bool> TakeConfigure(const std::string& payload) {
-    const Result<protocol2::Configure> configure = protocol2::ParseConfigure(std::as_bytes(std::span(payload)));
-    if (!configure.ok()) return configure.status();
-    const std::string autoreset = ReadCase(payload).value("autoreset", "same_step");
-    if (autoreset == autoreset_) return true;
-    asked_.insert(autoreset);
-    const protocol2::ErrorMessage no{"UNSUPPORTED", false, autoreset_ + " only", {}, 0.0};
-    CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, request_, protocol2::EncodeError(no)));
-    return false;
-  }
-
-  Status CheckRequest(const Frame& frame) const {
-    if (frame.header.session != kSessionNumber)
-      return Failed(
-          fmt::format("session {} in its header, WELCOME said {} (R13)", frame.header.session, kSessionNumber));
-    if (frame.header.request != request_ + 1)
-      return Failed(fmt::format("request {} behind request {} (R10)", frame.header.request, request_));
-    if (frame.header.type != FrameType::kReset && frame.header.type != FrameType::kStep) return Status::Ok();
-    const std::string text = JsonText(spec_);
-    const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
-    if (!spec.ok()) return spec.status();
-    const protocol2::Blocks blocks(spec->env);
-    const bool step = frame.header.type == FrameType::kStep;
-    if (frame.payload.size() < blocks.seeds || (step && frame.payload.size() != blocks.step_bytes))
-      return Failed(fmt::format("{} has {} bytes (R41)", step ? "STEP" : "RESET", frame.payload.size()));
-    std::uint32_t head[2];
-    std::memcpy(head, frame.payload.data(), sizeof(head));
-    if ((head[0] & ~(step ? 0u : protocol2::kWithSeeds | protocol2::kWithOptions)) != 0 || head[1] != 0)
-      return Failed("what must be 0 in RESET and STEP is not (R42)");
-    for (std::size_t i = 0; i < blocks.environments; ++i) {
-      const int chosen = std::to_integer<int>(frame.payload[protocol2::kActiveOffset + i]);
-      if (chosen > 1 || (!step && result_.empty() && chosen != 1))
-        return Failed(fmt::format("{} says {} for environment {} (R40, R43)", step ? "STEP" : "RESET", chosen, i));
-    }
-    return step ? CheckActions(spec->env, blocks, frame) : Status::Ok();
-  }
-
-  /// Of those who take part in environments that are stepped.
-  Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const Frame& frame) const {
-    for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
-      const BehaviourSpec& behaviour = env.behaviours[b];
-      const Layout& layout = behaviour.action_layout;
-      for (std::int32_t slot = 0; slot < behaviour.slots; ++slot) {
-        const std::size_t state = blocks.behaviours[b].states + static_cast<std::size_t>(slot);
-        const std::size_t world = static_cast<std::size_t>(slot) / behaviour.agents.size();
-        if (frame.payload[protocol2::kActiveOffset + world] == std::byte{0}) continue;
-        if (result_.size() < blocks.result_bytes || (result_[state] & protocol2::kActive) == 0) continue;
-        const std::byte* row =
-            frame.payload.data() + blocks.behaviours[b].actions + static_cast<std::size_t>(slot) * layout.row_bytes;
-        const Status legal = CheckRow(layout, row);
-        if (!legal.ok()) return Failed(fmt::format("the action of slot {}: {} (R48)", slot, legal.message()));
-        const auto* mask = reinterpret_cast<const std::uint8_t*>(result_.data()) + blocks.behaviours[b].masks +
-                           slot * layout.mask_bytes;
-        if (behaviour.masks_actions && !IsLegal(layout, mask, row))
-          return Failed(fmt::format("the action of slot {} is not legal by its mask (R48)", slot));
-      }
-    }
-    return Status::Ok();
-  }
-
-  /// The trainer leaves without another request; BYE and PING are none. `bye`: it says so. `after`: one request of that
-  /// type may have been on its way.
-  Status ExpectClosed(const Case& what) {
-    bool bye = false, after = what.contains("after");
-    while (true) {
-      const Result<Frame> frame = Next();
-      if (!frame.ok() && frame.status().code() == StatusCode::kUnavailable) {
-        transport_ = nullptr;
-        return bye || !what.contains("bye") ? Status::Ok() : Failed("the trainer left without BYE (R85)");
-      }
-      if (!frame.ok()) return Failed("the trainer stays: " + frame.status().message());
-      const FrameType type = frame->header.type;
-      bye = bye || type == FrameType::kBye;
-      if (type == FrameType::kBye || type == FrameType::kPing || type == FrameType::kPong) continue;
-      if (!after || type != FrameTypeOf(what["after"])) return Failed("the trainer goes on with " + FrameName(type));
-      after = false;
-    }
-  }
-
-  /// The trainer, which has ended the session itself, begins a new one.
-  Status AwaitAnew() {
-    CONSAC_RETURN_IF_ERROR(Accept());
-    const Result<Frame> hello = Next();
-    if (!hello.ok()) return hello.status();
-    const Result<protocol2::Hello> said = protocol2::ParseHello(hello->payload);
-    if (!said.ok()) return said.status();
-    return said->resume.empty() ? Status::Ok() : Failed("it takes up a session that it has ended itself (R15)");
-  }
-
-  /// PING is answered all the while, or nothing is.
-  Status Silent(double seconds, bool answers) {
-    const double deadline = Now() + seconds;
-    while (true) {
-      const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
-      if (!frame.ok()) return frame.status().code() == StatusCode::kDeadlineExceeded ? Status::Ok() : frame.status();
-      if (frame->header.type != FrameType::kPing)
-        return Failed(FrameName(frame->header.type) + " came before the answer (R10)");
-      const std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
-      if (answers) CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
-    }
-  }
-
-  /// The connection breaks; the trainer comes back and repeats its request. `how`: true, or members that are wrong in
-  /// the WELCOME that it gets.
-  Status AwaitResume(const Case& how) {
-    const std::string before = last_;
-    transport_->Close();
-    CONSAC_RETURN_IF_ERROR(Accept());
-    resuming_ = true;
-    const Result<Frame> hello = Next();
-    if (!hello.ok()) return hello.status();
-    const Result<protocol2::Hello> said = protocol2::ParseHello(hello->payload);
-    if (!said.ok()) return said.status();
-    if (said->resume.empty()) return {StatusCode::kCancelled, "it does not resume, and need not"};
-    if (said->resume != kResumeToken) return Failed("HELLO resumes with " + Quote(said->resume));
-    Case welcome = {{"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}};
-    if (how.is_object()) welcome.update(how);
-    CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", welcome}}));
-    if (how.is_object()) return Status::Ok();
-    --request_;
-    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "STEP"}}));
-    return last_ == before ? Status::Ok() : Failed("the request comes once more with other bytes (R24)");
-  }
-
-  Listener& listener_;
-  const double patience_;
-  Case spec_;
-  const Case results_;
-  const std::string autoreset_;
-  std::set<std::string> asked_;
-  CaseWriter writer_;
-  std::unique_ptr<Transport> transport_;
-  protocol2::FrameReader reader_;
-  std::optional<Frame> peeked_;                       // has been looked at and not been taken
-  std::size_t max_frame_ = protocol2::kLargestFrame;  // HELLO's
-  std::uint64_t request_ = 0;
-  std::string last_, result_;  // payloads of the latest request and the latest RESULT
-  bool may_resume_ = false, resuming_ = false;
-};
-
-Status RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results,
-                 std::set<std::string>* asked, bool* offered) {
-  EngineScript script(listener, patience_s, spec, results);
-  CONSAC_RETURN_IF_ERROR(script.Accept());
-  int number = 0;
-  for (const Case& step : entry["steps"]) {
-    ++number;
-    const Status status = script.Do(step);
-    asked->insert(script.asked().begin(), script.asked().end());
-    *offered = status.code() != StatusCode::kCancelled;
-    if (!*offered) return Status::Ok();
-    if (!status.ok()) return AtStep(number, step, status);
-  }
-  return Status::Ok();
+/// What a case of results.json answers to, "STEP of 0 1".
+std::string AskedBy(const Case& answer) {
+  std::string text = answer["to"].get<std::string>() + " of";
+  if (!answer.contains("environments")) return text + " all";
+  for (const Case& chosen : answer["environments"]) text += fmt::format(" {}", chosen.get<int>());
+  return text;
 }
 
 /// The answers of one of results.json; the trainer goes on, or leaves at the one that breaks a rule.
-Status RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec, bool* offered) {
+void RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec,
+                ConformanceVerdict* verdict) {
   EngineScript script(listener, patience_s, spec, {}, entry["autoreset"]);
-  CONSAC_RETURN_IF_ERROR(script.Accept());
-  CONSAC_RETURN_IF_ERROR(script.Begin({{"begin", "SPEC"}}));
-  bool breaks = false;
-  int number = 0;
+  verdict->status = script.Accept();
+  if (verdict->status.ok()) verdict->status = script.Begin({{"begin", "SPEC"}});
+  bool breaks = false, overlooks = false;
   for (const Case& answer : entry["answers"]) {
-    ++number;
+    if (!verdict->status.ok()) return;
     const Result<bool> asks = script.Asks(answer);
-    if (!asks.ok()) return AtStep(number, answer, asks.status());
-    *offered = *asks;
-    if (!*offered) return Status::Ok();
-    if (const Status came = script.DoExpect({{"type", answer["to"]}}); !came.ok()) return AtStep(number, answer, came);
-    CONSAC_RETURN_IF_ERROR(script.Answer(BytesOf(answer["result"])));
+    verdict->status = asks.status();
+    verdict->offered = !asks.ok() || *asks;
+    if (!verdict->offered)
+      verdict->why_not =
+          fmt::format("request {} is {}, the case's {}", verdict->step + 1, script.Asked(), AskedBy(answer));
+    if (!verdict->status.ok() || !verdict->offered) return;
+    verdict->status = script.DoExpect({{"type", answer["to"]}});
+    if (verdict->status.ok()) verdict->status = script.Answer(BytesOf(answer["result"]));
+    verdict->Note(answer);
     breaks = answer.contains("breaks");
+    overlooks = answer.contains("may_overlook");
   }
-  const bool goes_on = !breaks;
-  const Status end = goes_on ? script.GoesOn() : script.DoExpect({{"closed", true}, {"bye", true}});
-  return end.ok() ? end : AtStep(number, entry["answers"].back(), end);
+  if (!verdict->status.ok()) return;
+  verdict->status = overlooks ? script.GoesOnOrLeaves()
+                    : breaks  ? script.DoExpect({{"closed", true}, {"bye", true}})
+                              : script.GoesOn();
 }
 
 /// Whether the trainer asks for that way to begin an episode.
@@ -404,25 +77,26 @@ Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double 
   if (!listener.ok()) return listener.status();
   const Case conversations = ReadCase(ConformanceTrainerCases()), results = ReadCase(ConformanceResults());
   ConformanceCount count;
-  const auto tell = [&](const Case& entry, const Status& status, bool offered) {
-    const ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"]), status, offered};
+  const auto tell = [&](const ConformanceVerdict& verdict) {
     count.Add(verdict);
     say(verdict);
+    const Status& status = verdict.status;
     return status.code() != StatusCode::kUnavailable || status.message().find("no trainer") == std::string::npos;
   };
   std::set<std::string> asked;  // ways to begin an episode
   for (const Case& entry : conversations["cases"]) {
-    bool offered = true;
-    const Status status =
-        RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"], &asked, &offered);
-    if (!tell(entry, status, offered)) return count;
+    ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"])};
+    RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"], &asked, &verdict);
+    if (!tell(verdict)) return count;
   }
   for (const Case& entry : results["cases"]) {
     if (entry["answers"].back().value("breaks", "") == "R75") continue;  // which a trainer may overlook (R78)
     const Case& spec = results["specs"][entry["spec"].get<std::string>()];
-    bool offered = AsksFor(entry["autoreset"], asked);
-    const Status status = offered ? RunResults(entry, **listener, patience_s, spec, &offered) : Status::Ok();
-    if (!tell(entry, status, offered)) return count;
+    ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"])};
+    verdict.offered = AsksFor(entry["autoreset"], asked);
+    if (!verdict.offered) verdict.why_not = "the trainer never asked for " + entry["autoreset"].get<std::string>();
+    if (verdict.offered) RunResults(entry, **listener, patience_s, spec, &verdict);
+    if (!tell(verdict)) return count;
   }
   return count;
 }

@@ -138,6 +138,13 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   return 0;
 }
 
+/// What came, what the case's step wants, and what was sent before it.
+void PrintFault(const ConformanceVerdict& verdict) {
+  Print("{:<12} {}\n", "", verdict.status.message());
+  if (verdict.step > 0) Print("{:<12} at step {}: {}\n", "", verdict.step, Shortened(verdict.asked));
+  if (!verdict.sent.empty()) Print("{:<12} after {}\n", "", Shortened(verdict.sent));
+}
+
 /// Puts a server, or a trainer, through the conformance cases of protocol 2.
 int ExamineConformance(const DoctorFlags& flags) {
   const bool of_trainer = !flags.trainer.empty();
@@ -145,8 +152,9 @@ int ExamineConformance(const DoctorFlags& flags) {
   if (!endpoint.ok()) return Fail("doctor", endpoint.status());
   const auto say = [&](const ConformanceVerdict& verdict) {
     const char* holds = verdict.offered ? "holds" : "not offered";
-    Print("{:<12} {} ({})\n", verdict.status.ok() ? holds : "FAILS", verdict.name, verdict.rules);
-    if (!verdict.status.ok()) Print("             {}\n", verdict.status.message());
+    const std::string why_not = verdict.offered ? "" : ": " + Shortened(verdict.why_not, 200);
+    Print("{:<12} {} ({}){}\n", verdict.status.ok() ? holds : "FAILS", verdict.name, verdict.rules, why_not);
+    if (!verdict.status.ok()) PrintFault(verdict);
     FlushOutput();
   };
   if (of_trainer) {
@@ -161,10 +169,13 @@ int ExamineConformance(const DoctorFlags& flags) {
   Print("{} of {} cases of protocol 2 hold", count->held, count->held + count->failed);
   if (count->not_offered > 0) {
     Print("; {} more are of what this {}", count->not_offered,
-          of_trainer ? "trainer does not do (another autoreset asked for first, some environments alone, coming back)"
-                     : "engine does not offer");
+          of_trainer ? "trainer does not do, which is its right (each line says what; one more run with another "
+                       "autoreset asked for first, or another order of steps, reaches more)"
+                     : "engine does not offer, which is its right (each line says why)");
   }
   Print("\n");
+  if (count->failed > 0)
+    Print("rules (R...): spec/protocol2.md; what the steps of a case mean: spec/conformance/protocol2/README.md\n");
   return count->failed == 0 ? 0 : 3;
 }
 
@@ -204,15 +215,23 @@ Action AddDoctor(CLI::App& app) {
   const auto flags = std::make_shared<DoctorFlags>();
   app.add_option("url", flags->url,
                  "an engine to examine, tcp://host:port; takes one session of it and up to 50 steps");
-  app.add_option("--conformance", flags->conformance,
-                 "put the server at tcp://host:port through the cases of spec/conformance/protocol2/server.json");
+  app.add_option(
+      "--conformance", flags->conformance,
+      "test the engine at tcp://host:port against spec/protocol2.md: a connection and a line for each case of "
+      "spec/conformance/protocol2/server.json, with the numbers of its rules on that page. Exit code 0: all "
+      "that the engine offers holds; 3: a case FAILS, and three lines say what came, what the case wants at "
+      "that step, and what was sent before it");
   app.add_option(
       "--conformance-trainer", flags->trainer,
-      "be the engine at tcp://host:port for a trainer that connects again and again, each time within "
-      "--timeout s of the last: one case of spec/conformance/protocol2/trainer.json or results.json a connection, "
-      "and a session in which the trainer resets all environments and then steps all of them until the engine ends it "
-      "or is wrong. It must be able to do same_step; one that asks for next_step or disabled first is put through "
-      "their cases too");
+      "test a trainer: be the engine at tcp://host:port. A connection is a case of "
+      "spec/conformance/protocol2/trainer.json or results.json: the trainer connects, resets all environments and "
+      "steps all of them with random legal actions until the engine ends the session or is wrong, then connects anew, "
+      "each time within --timeout s. It must be able to do same_step; run it again asking for next_step, and for "
+      "disabled, first: then their cases come too. Cases of some of the two environments alone come to a trainer that, "
+      "behind the first RESET, steps all, then the second alone; or steps the second alone, then the first; or steps "
+      "all, then resets the first alone: a run each, where the cases of all of them may FAIL. A trainer that waits for "
+      "an "
+      "answer for less than --timeout s is also judged by when it leaves an engine in which nobody takes part");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
   AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds,

@@ -40,12 +40,31 @@ void LimitMemory() {
 #endif
 }
 
-void TakeStack() {
 #if !defined(_WIN32)
-  constexpr std::size_t kBytes = std::size_t{1} << 20, kStep = std::size_t{1} << 12;
-  [[maybe_unused]] volatile std::byte stack[kBytes];
-  for (std::size_t i = 0; i < kBytes; i += kStep) stack[i] = std::byte{0};
+namespace {
+
+// So much more of the stack than is in use now.
+[[gnu::noinline]] void TouchStack(std::size_t bytes) {
+  constexpr std::size_t kPiece = std::size_t{1} << 14, kPage = std::size_t{1} << 12;
+  volatile std::byte piece[kPiece];
+  for (std::size_t i = 0; i < kPiece; i += kPage) piece[i] = std::byte{0};
+  if (bytes > kPiece) TouchStack(bytes - kPiece);
+  piece[0] = piece[kPiece - 1];  // what comes after a call keeps it from taking this one's place
+}
+
+}  // namespace
 #endif
+
+// Half of what there may be is left to the arguments, the environment and what lies above.
+bool TakeStack() {
+#if !defined(_WIN32)
+  constexpr std::size_t kBytes = std::size_t{1} << 20;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_STACK, &limit) != 0) return true;
+  if (limit.rlim_cur < kLeastStack) return false;
+  TouchStack(limit.rlim_cur == RLIM_INFINITY ? kBytes : std::min<std::size_t>(kBytes, limit.rlim_cur / 2));
+#endif
+  return true;
 }
 
 void AllowManyFiles() {

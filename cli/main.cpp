@@ -201,8 +201,12 @@ int Main(int argc, char** argv) {
 }  // namespace consac::cli
 
 int main(int argc, char** argv) {
-  consac::cli::TakeStack();
+  const bool stack = consac::cli::TakeStack();
   consac::cli::PrepareOutput();
+  if (!stack) {
+    consac::cli::PrintError("consac: the stack may have less than 128 KiB; allow it more (ulimit -s)\n");
+    return consac::cli::ExitCode({consac::StatusCode::kResourceExhausted, "stack"});
+  }
   consac::cli::LogToStandardError();
   consac::cli::LimitMemory();
   consac::cli::AllowManyFiles();

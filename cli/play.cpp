@@ -33,6 +33,7 @@ constexpr double kConnectTimeout = 3.0;  // s
 
 struct PlayFlags {
   std::string model, world, directory = "runs", token;
+  double deadline_s = 60.0;
   WalkOptions walk;
 };
 
@@ -47,6 +48,7 @@ Status PlayWithEngine(const std::vector<std::string>& models, const PlayFlags& f
   EnvClientOptions options;
   options.stop = &StopSignal();
   options.token = flags.token;
+  options.deadline_s = flags.deadline_s;
   const Result<std::unique_ptr<EnvClient>> engine = EnvClient::Open(std::move(*transport), options);
   if (!engine.ok()) return engine.status();
   return Walk(models, **engine, flags.walk, StopSignal());
@@ -126,17 +128,25 @@ Status WalkAlong(run::Actors& actors, const Walked& world, const WalkOptions& op
     return std::any_of(narrators.begin(), narrators.end(),
                        [&](const Narrator& narrator) { return narrator.episodes() < options.episodes; });
   };
+  bool anybody = false;
   for (std::int64_t i = 1; i <= options.steps && going_on() && !stop.load(); ++i) {
     const std::string drawn = world.picture ? "  " + world.picture() : "";
     for (std::size_t b = 0; b < actors.size(); ++b)
       actors.Act(b, world.present(b), options.stochastic ? ActionMode::kSample : ActionMode::kDeterministic, rng);
     CONSAC_RETURN_IF_ERROR(world.step(actors.batches()));
-    for (std::size_t b = 0; b < actors.size(); ++b)
+    for (std::size_t b = 0; b < actors.size(); ++b) {
       narrators[b].Tell(i, actors.batches()[b], actors.acting(b), actors.policy(b), drawn);
+      anybody = anybody || !actors.acting(b).empty();
+    }
     FlushOutput();
+    for (std::size_t b = 0; b < actors.size(); ++b)
+      CONSAC_RETURN_IF_ERROR(run::CheckRewards(world.spec.behaviours[b].name, actors.batches()[b], actors.acting(b)));
     if (options.delay_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(options.delay_s));
   }
-  return Status::Ok();
+  if (anybody || stop.load()) return Status::Ok();
+  return {StatusCode::kUnavailable, "no agent took part in " + std::to_string(options.steps) +
+                                        " steps, so nothing was played; give more with --steps, or see why the world "
+                                        "has nobody to act for (state 16 of protocol 2, R77)"};
 }
 
 }  // namespace
@@ -175,6 +185,8 @@ Action AddPlay(CLI::App& app) {
   AddWhole(app, "--episodes", &flags->walk.episodes, 1, kMostWhole, "at most so many episodes");
   AddWhole(app, "--seed", &flags->walk.seed, 0, kMostWhole, "seed of the world");
   AddNumber(app, "--delay", &flags->walk.delay_s, 0, 3600, "seconds between steps");
+  AddNumber(app, "--deadline", &flags->deadline_s, 0, kMostSeconds,
+            "seconds of an engine's silence that end the session");
   AddToken(app, &flags->token, "access token that the engine asks for");
   app.add_flag("--stochastic", flags->walk.stochastic, "draw actions instead of taking the most likely");
   return [flags] { return Play(*flags); };

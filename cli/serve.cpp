@@ -80,19 +80,21 @@ int Serve(const ServeFlags& flags) {
   Print("serving {} on tcp://{}:{} (Ctrl-C stops)\n", flags.world, flags.host, port);
   FlushOutput();
   Refusals idle([](std::string_view line) { Print("{}\n", line); });
-  for (std::int64_t session = 1; flags.sessions == 0 || session <= flags.sessions; ++session) {
+  std::int64_t stepped = 0;  // sessions in which a trainer has: no port scanner counts, and nobody who was turned away
+  for (std::int64_t session = 1; flags.sessions == 0 || stepped < flags.sessions; ++session) {
     const std::int64_t before = (*server)->session_steps();
     const Status status = (*server)->ServeSession(stop);
     const std::int64_t steps = (*server)->session_steps();
     const std::string line =
         fmt::format("session {}: {} steps{}", session, steps, status.ok() ? "" : "; " + status.message());
+    stepped += steps > 0 ? 1 : 0;
     if (steps == 0 && status.code() != StatusCode::kCancelled)
       idle.Say(line);
     else if (status.code() != StatusCode::kCancelled || steps != before)
       Print("{}\n", line);
     FlushOutput();
     if (status.code() == StatusCode::kCancelled) return 130;
-    if (!status.ok() && flags.sessions == session) return ExitCode(status);
+    if (!status.ok() && stepped > 0 && stepped == flags.sessions) return ExitCode(status);
   }
   return 0;
 }
@@ -116,7 +118,8 @@ Action AddServe(CLI::App& app) {
   AddWhole(app, "--seed", &flags->seed, 0, kMostWhole, "seed of the world; session k uses seed + k");
   AddNumber(app, "--rate", &flags->rate, 0, 1e9,
             "steps per second, as an engine bound to its frames; 0: as fast as the trainer");
-  AddWhole(app, "--sessions", &flags->sessions, 0, kMostWhole, "stop after so many sessions; 0: never");
+  AddWhole(app, "--sessions", &flags->sessions, 0, kMostWhole,
+           "stop after so many sessions in which a trainer has stepped; 0: never");
   AddNumber(app, "--deadline", &flags->deadline, 0, kMostSeconds,
             "seconds of a trainer's silence that end its session");
   AddNumber(app, "--quiet-time", &flags->quiet_time, 0, 1e3, "seconds between messages without newline");

@@ -21,6 +21,9 @@ std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env, const char* na
   learn::LearnerOptions options;
   options.behaviour = env.spec().behaviours[0];
   options.total_steps = 100000;
+  options.price_goals = [&env](const std::byte* observations, std::int64_t rows, float* rewards) {
+    env.PriceGoals(0, observations, rows, rewards);
+  };
   return std::move(*algorithm->create(options, values));
 }
 
@@ -55,10 +58,15 @@ TEST(Allocations, NonePerStepOfTrainingInProcess) {
 }
 
 TEST(Allocations, NonePerStepOfLearningContinuousActions) {
-  for (const char* algorithm : {"sac", "td3"}) {
+  for (const char* algorithm : {"sac", "td3", "ddpg"}) {
     ExpectNoneWhileItLearns(**worlds::FindWorld("pendulum-v1"), algorithm,
                             {{"net_arch", "[16]"}, {"batch_size", "32"}, {"action_noise", "normal"}});
   }
+}
+
+TEST(Allocations, NonePerStepOfHindsight) {
+  ExpectNoneWhileItLearns(**worlds::FindWorld("bit-flipping-v0"), "dqn",
+                          {{"replay_buffer_class", "HerReplayBuffer"}, {"buffer_size", "300"}});
 }
 
 TEST(Allocations, NoneOfTheFirstUpdateEither) {

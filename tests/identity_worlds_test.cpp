@@ -23,12 +23,15 @@ const std::vector<IdentityTask>& IdentityTasks() {
   const Settings dqn = {{"gamma", "0.1"},     {"learning_rate", "2e-3"},        {"buffer_size", "5000"},
                         {"train_freq", "1"},  {"learning_starts", "200"},       {"exploration_fraction", "0.5"},
                         {"batch_size", "32"}, {"target_update_interval", "200"}};
+  const Settings continuous = {
+      {"gamma", "0.4"}, {"learning_rate", "1e-3"}, {"net_arch", "[64, 64]"}, {"action_noise", "normal"}};
   static const std::vector<IdentityTask> tasks = {
       {"identity-discrete-v0", "ppo", 20000, ppo},      {"identity-discrete-v0", "a2c", 40000, a2c},
       {"identity-discrete-v0", "dqn", 10000, dqn},      {"identity-multidiscrete-v0", "ppo", 20000, ppo},
       {"identity-multidiscrete-v0", "a2c", 40000, a2c}, {"identity-multibinary-v0", "ppo", 20000, ppo},
       {"identity-multibinary-v0", "a2c", 40000, a2c},   {"identity-box-v0", "ppo", 20000, ppo},
-      {"identity-box-v0", "a2c", 40000, a2c},
+      {"identity-box-v0", "a2c", 40000, a2c},           {"identity-box-v0", "sac", 1200, continuous},
+      {"identity-box-v0", "td3", 1200, continuous},     {"identity-box-v0", "ddpg", 1200, continuous},
   };
   return tasks;
 }

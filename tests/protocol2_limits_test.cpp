@@ -66,6 +66,15 @@ TEST(Protocol2Limits, AnErrorOfNoKnownSeverityIsMalformed) {
   EXPECT_EQ(FaultName(ParseError(std::as_bytes(std::span(text))).status()), "MALFORMED");
 }
 
+TEST(Protocol2Limits, AnErrorWithoutCodeSeverityOrMessageIsMalformed) {
+  for (const std::string text : {R"({"severity":"request","message":"no"})", R"({"code":"LATER","message":"no"})",
+                                 R"({"code":"LATER","severity":"request"})"}) {
+    const Result<ErrorMessage> read = ParseError(std::as_bytes(std::span(text)));
+    EXPECT_EQ(FaultName(read.status()), "MALFORMED");
+    EXPECT_NE(read.status().message().find("is missing"), std::string::npos) << read.status().message();
+  }
+}
+
 TEST(Protocol2Limits, AnEngineThatStandsStillSaysSoBehindSpecAndToWhoComesBack) {
   const std::unique_ptr<VectorEnv> world = (*worlds::FindWorld("road-v0"))->create(1);
   EnvServerOptions options;

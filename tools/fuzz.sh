@@ -6,8 +6,8 @@ cd "$(dirname "$0")/.."
 in_all=${1:-480}
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
 cmake --preset release -B build/fuzz -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_C_COMPILER=clang -DCONSAC_BUILD_FUZZ=ON \
-  -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING >/dev/null
-cmake --build build/fuzz -j "$(nproc)"
+  -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g1 -DNDEBUG" --log-level=WARNING >/dev/null
+cmake --build build/fuzz -j "$(nproc)" --target consac_fuzz_targets
 
 # One target; its last lines, and its exit status.
 fuzz_one() {

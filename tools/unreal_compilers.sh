@@ -38,15 +38,18 @@ parts=(-I"$staged/ConsacCore/Public" -I"$staged/ConsacCore/Private" -I"$staged/C
 for library in "$staged"/ConsacCore/ThirdParty/*/; do parts+=(-isystem "$library"); done
 
 # compile FOLDER COMPILER... -- SOURCE...: an object in the folder for each source, as many at once as there are processors.
+# Where nothing is linked, `only=syntax compile ...` stops at what a compiler says of the language, all of its warnings
+# included; but for Highway, whose instruction sets are told apart when code is made.
 compile() {
   local folder=$1 command=()
   shift
   while [ "$1" != -- ]; do command+=("$1"); shift; done
   shift
   mkdir -p "$folder"
-  printf '%s\0' "$@" | COMMAND=$(printf '%q ' "${command[@]}") FOLDER=$folder xargs -0 -P "$(nproc)" -I{} bash -c '
-    object=$FOLDER/$(basename "$1" .cpp).o
-    eval "$COMMAND" -c \"\$1\" -o \"\$object\" || { echo "unreal_compilers: $1 does not compile"; exit 1; }' - {}
+  printf '%s\0' "$@" | COMMAND=$(printf '%q ' "${command[@]}") FOLDER=$folder ONLY=${only:-} xargs -0 -P "$(nproc)" -I{} bash -c '
+    object=$FOLDER/$(basename "$1" .cpp).o make="-c -o \"\$object\""
+    if [ "$ONLY" = syntax ] && [[ $1 != *kernels* ]] && ! grep -q hwy "$1"; then make=-fsyntax-only; fi
+    eval "$COMMAND" "$make" \"\$1\" || { echo "unreal_compilers: $1 does not compile"; exit 1; }' - {}
 }
 
 # joined FOLDER SOURCE...: the sources, a dozen in a file, as Unreal's build tool joins them; the kernels, which include themselves
@@ -70,7 +73,7 @@ everything() {
   compile "$build/$folder" "$@" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: $said: what is staged compiles"
   for module in Consac ConsacSamples ConsacTests; do folders+=(-I"$plugin/$module/Public" -I"$plugin/$module/Private"); done
-  compile "$build/$folder-plugin" "$@" -Wsuggest-override -Iengines/unreal/shim/include -I"$build/generated" "${folders[@]}" "${parts[@]}" -- \
+  only=syntax compile "$build/$folder-plugin" "$@" -Wsuggest-override -Iengines/unreal/shim/include -I"$build/generated" "${folders[@]}" "${parts[@]}" -- \
     "$plugin"/Consac*/Private/*.cpp "$build/generated/generated.cpp" engines/unreal/shim/src/{runtime,text}.cpp
   echo "unreal_compilers: $said: the plugin, its samples and its tests compile against the shim"
 }
@@ -96,7 +99,7 @@ linux18() {
 windows() {
   local ucrt=(--target=x86_64-w64-windows-gnu -fms-extensions -fms-compatibility -fms-compatibility-version=19.34 -fgnuc-version=4.2.1
     -nostdlibinc -isystem /usr/lib/llvm-16/include/c++/v1 -isystem "$libc/any-windows-any" -D_UCRT -DUNICODE -D_UNICODE)
-  everything windows "clang 16 in Microsoft's dialect, libc++ 16, Windows' C library" \
+  only=syntax everything windows "clang 16 in Microsoft's dialect, libc++ 16, Windows' C library" \
     $ccache clang++-16 "${ucrt[@]}" "${common[@]}" "${warnings[@]}"
 }
 
@@ -122,7 +125,7 @@ macos11() {
     echo "unreal_compilers: macos11: this libc++ takes what macOS 11 has not; the check below would prove nothing"
     return 1
   fi
-  everything macos11 "clang 16, libc++ 16, macOS 11" $ccache clang++-16 "${apple[@]}" "${common[@]}" "${warnings[@]}"
+  only=syntax everything macos11 "clang 16, libc++ 16, macOS 11" $ccache clang++-16 "${apple[@]}" "${common[@]}" "${warnings[@]}"
 }
 
 for one in "${what[@]}"; do

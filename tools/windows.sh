@@ -19,7 +19,12 @@ toolchain=(-G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/mingw.cmake" -DCONSAC_WIN
   --log-level=WARNING)
 
 . tools/windows_libraries.sh
-for library in headers runtime zlib "${windows_sources[@]}"; do build_library "$library"; done
+# Half of the work is scripts that look at the system, one after another: the pictures' libraries beside the others.
+for library in headers runtime zlib; do build_library "$library"; done
+[ "$what" = program ] || windows_plain+=(googletest)
+(for library in "${windows_plain[@]}"; do build_library "$library"; done) &
+for library in "${windows_pictures[@]}"; do build_library "$library"; done
+wait $!
 
 if [ "$what" = program ]; then
   cmake -S . -B build/windows-program "${toolchain[@]}" -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF -DCONSAC_BUILD_GODOT=OFF \
@@ -29,12 +34,12 @@ if [ "$what" = program ]; then
   exit 0
 fi
 
-build_library googletest
 cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_BENCH=OFF
 cmake --build build/windows -j "$(nproc)"
 echo "windows: the program, the extension for Godot and their tests compile"
 
-cmake -S . -B build/windows-staged "${toolchain[@]}" -DCONSAC_EMBED=ON -DCONSAC_BUILD_TESTS=OFF -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG"
+cmake -S . -B build/windows-staged "${toolchain[@]}" -DCONSAC_EMBED=ON -DCONSAC_BUILD_TESTS=OFF -DCONSAC_STAGED_JOINED=ON \
+  -DCMAKE_CXX_FLAGS_RELEASE="-O0 -DNDEBUG"
 cmake --build build/windows-staged -j "$(nproc)" --target consac_staged
 echo "windows: what is staged into the Unreal plugin compiles, and links with nothing missing"
 

@@ -3,7 +3,9 @@
 # which fetches the sources. A library is built once, and again when its source or its recipe here has changed.
 
 # Debian's source packages, in the order to build them; the program needs all, the libraries of CONSAC only the first.
-windows_sources=(highway fmtlib yaml-cpp libpng1.6 pixman cairo)
+windows_plain=(highway fmtlib yaml-cpp)
+windows_pictures=(libpng1.6 pixman cairo)
+windows_sources=("${windows_plain[@]}" "${windows_pictures[@]}")
 # Debian's packages of headers alone: copied, since /usr/include itself holds another system's.
 windows_headers=(libeigen3-dev libasio-dev libfast-float-dev nlohmann-json3-dev libcli11-dev)
 

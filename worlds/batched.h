@@ -9,6 +9,7 @@
 //   void Reset(Rng& rng, Observation* observation);  starts an episode
 //   StepResult Step(const Action* action, Rng& rng, Observation* observation);
 //   void Visit(Archive& archive);                    its exact state
+//   static float Price(const Observation*);          what a step to it pays; with it the world prices goals
 
 #include <cstring>
 #include <memory>
@@ -81,6 +82,17 @@ class Batched final : public VectorEnv {
     }
   }
 
+  bool prices_goals() const override { return kPrices; }
+
+  void PriceGoals(std::size_t, const std::byte* observations, std::int64_t rows, float* rewards) const override {
+    if constexpr (kPrices) {
+      const std::size_t row_bytes = spec_.behaviours[0].observation_layout.row_bytes;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i)
+        rewards[i] = W::Price(reinterpret_cast<const Observation*>(observations + i * row_bytes));
+    }
+    (void)observations, (void)rows, (void)rewards;
+  }
+
   void Visit(Archive& archive) override { archive("worlds", worlds_); }
 
   /// Copy `index`, for descriptions and tests.
@@ -90,6 +102,7 @@ class Batched final : public VectorEnv {
 
  private:
   using Observation = typename ObservationElement<W>::Type;
+  static constexpr bool kPrices = requires(const Observation* observation) { W::Price(observation); };
   struct Copy {
     W world;
     Rng rng;

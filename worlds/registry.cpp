@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "consac/base/text.h"
+#include "worlds/bit_flipping/bit_flipping.h"
 #include "worlds/cartpole/cartpole.h"
 #include "worlds/identity/identity.h"
 #include "worlds/maze/maze.h"
@@ -54,6 +55,11 @@ constexpr World kWorlds[] = {
      MakeBatched<IdentityMultiDiscrete>, nullptr, ""},
     {"identity-multibinary-v0", "do what is observed: four bits", "Stable Baselines, identity_env.py",
      MakeBatched<IdentityMultiBinary>, nullptr, ""},
+    {"bit-flipping-v0", "flip one of ten bits at a time until all are ones; nothing else pays",
+     "Andrychowicz et al. 2017; Stable Baselines, bit_flipping_env.py", MakeBatched<BitFlippingDiscrete>, nullptr, ""},
+    {"bit-flipping-continuous-v0", "the same by ten numbers, of which the positive ones flip",
+     "Andrychowicz et al. 2017; Stable Baselines, bit_flipping_env.py", MakeBatched<BitFlippingContinuous>, nullptr,
+     ""},
 };
 
 }  // namespace

@@ -128,6 +128,8 @@ TEST(Worlds, GoldenTrajectoryHashes) {
       {"identity-box-v0", 33844089556532124ull},
       {"identity-multidiscrete-v0", 1428224385367969696ull},
       {"identity-multibinary-v0", 15817734353667198647ull},
+      {"bit-flipping-v0", 1274391717905734117ull},
+      {"bit-flipping-continuous-v0", 2318704811640287695ull},
   };
   for (const World& world : Worlds()) {
     const auto env = world.create(2);

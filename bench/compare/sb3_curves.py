@@ -5,7 +5,7 @@ and committed; a row named on the command line is measured anew, the others stay
     .venv/bin/python bench/compare/sb3_curves.py [--consac build/release/cli/consac] [ROW-NAME-PART ...]
 
 Writes bench/results/sb3_curves.json, which `learning_proofs` reads (worlds, settings and claims are there alone), and
-bench/results/sb3_curves.md. CartPole is Gymnasium's; CONSAC's own worlds are learned over TCP, from `consac serve`.
+bench/results/sb3_curves.md. CartPole and Pendulum are Gymnasium's; CONSAC's own worlds are learned over TCP, from `consac serve`.
 """
 import argparse
 import contextlib
@@ -21,15 +21,19 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 SEEDS, EPISODES, POINTS = range(1, 6), 100, 10
+GYMNASIUM = {"cartpole-v1": "CartPole-v1", "pendulum-v1": "Pendulum-v1"}
 RESULTS = pathlib.Path(__file__).parent.parent / "results"
 
-# Settings: Stable Baselines3's Zoo for CartPole, else chosen here; what is not named is Stable Baselines3's default.
+# Settings: Stable Baselines3's Zoo for CartPole and Pendulum, else chosen here; what is not named is Stable Baselines3's default.
 # `needs`: what 4 of CONSAC's 5 seeds must reach.
 ROWS = [
     {"name": "cartpole by a2c", "world": "cartpole-v1", "algorithm": "a2c", "policy": "MlpPolicy", "steps": 500_000, "envs": 8, "needs": 450, "settings": {}},
     {"name": "cartpole by dqn", "world": "cartpole-v1", "algorithm": "dqn", "policy": "MlpPolicy", "steps": 50_000, "envs": 1, "needs": 475,
      "settings": {"learning_rate": 2.3e-3, "batch_size": 64, "buffer_size": 100_000, "learning_starts": 1000, "target_update_interval": 10, "train_freq": 256,
                   "gradient_steps": 128, "exploration_fraction": 0.16, "exploration_final_eps": 0.04, "net_arch": [256, 256]}},
+    {"name": "pendulum by ddpg", "world": "pendulum-v1", "algorithm": "ddpg", "policy": "MlpPolicy", "steps": 20_000, "envs": 1, "needs": -220,
+     "settings": {"learning_rate": 1e-3, "gamma": 0.98, "buffer_size": 200_000, "learning_starts": 10_000, "action_noise": "normal", "noise_std": 0.1,
+                  "net_arch": [400, 300]}},
     {"name": "pixel catch by dqn", "world": "pixel-catch-v0", "algorithm": "dqn", "policy": "CnnPolicy", "steps": 20_000, "envs": 1, "needs": 9,
      "settings": {"learning_rate": 5e-4, "buffer_size": 20_000, "learning_starts": 1000, "target_update_interval": 500, "exploration_fraction": 0.3}},
 ]
@@ -41,8 +45,8 @@ def environment(row, consac, seed):
     import gymnasium
     from stable_baselines3.common.env_util import make_vec_env
 
-    if row["world"] == "cartpole-v1":
-        yield make_vec_env("CartPole-v1", row["envs"], seed=seed)
+    if row["world"] in GYMNASIUM:
+        yield make_vec_env(GYMNASIUM[row["world"]], row["envs"], seed=seed)
         return
     import consac as client
 
@@ -60,10 +64,12 @@ def environment(row, consac, seed):
 
 def learn(row, consac, seed):
     """One seed: the mean return of the latest 100 episodes at ten points of the training, and that of the model after it."""
+    import numpy
     import stable_baselines3
     import torch
     from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.evaluation import evaluate_policy
+    from stable_baselines3.common.noise import NormalActionNoise
 
     torch.set_num_threads(1)
 
@@ -78,7 +84,11 @@ def learn(row, consac, seed):
     settings = dict(row["settings"])
     if "net_arch" in settings:
         settings["policy_kwargs"] = {"net_arch": settings.pop("net_arch")}
+    noise = settings.pop("action_noise", None), settings.pop("noise_std", 0.1)
     with environment(row, consac, seed) as env:
+        if noise[0] == "normal":
+            size = env.action_space.shape[0]
+            settings["action_noise"] = NormalActionNoise(numpy.zeros(size), noise[1] * numpy.ones(size))
         model = getattr(stable_baselines3, row["algorithm"].upper())(row["policy"], env, device="cpu", seed=seed, **settings)
         curve, start = Curve(), time.process_time()
         model.learn(row["steps"], callback=curve)

@@ -162,8 +162,8 @@ class Session {
   configure(said) {
     const autoreset = member(said, 'autoreset', isText, 'same_step'), transport = member(said, 'transport', isText, 'tcp')
     const expected = member(said, 'expect', Array.isArray)
-    if (autoreset !== 'same_step' || transport !== 'tcp') throw new Refused('UNSUPPORTED', 'same_step and tcp only')
     checkNames(expected)
+    if (autoreset !== 'same_step' || transport !== 'tcp') throw new Refused('UNSUPPORTED', 'same_step and tcp only')
     const path = expected ? difference(expected, this.offer.behaviours, 'behaviours') : null
     if (path) throw new Refused('SPEC_MISMATCH', `${path} is another; the engine offers ${JSON.stringify(this.offer.behaviours)}`, { path: path.slice(0, 300).toWellFormed() })
     const text = Buffer.from(JSON.stringify(this.offer)), largest = Math.max(text.length, align(this.size + this.worlds * ROW))  // STEP is shorter

@@ -3,19 +3,26 @@
 const { Refused, align, readJson, isName, isWhole } = require('./protocol2')
 
 const SIZES = { BOOL: 1, U8: 1, I8: 1, U16: 2, I16: 2, U32: 4, I32: 4, F32: 4, U64: 8, I64: 8, F64: 8 }
+const bits = (size, signed) => (signed ? [-(2 ** (8 * size - 1)), 2 ** (8 * size - 1) - 1] : [0, 2 ** (8 * size) - 1])
+const ENDS = { BOOL: [0, 1], F32: [-3.4028234663852886e38, 3.4028234663852886e38], ...Object.fromEntries(Object.entries(SIZES).filter(([name]) => /^[UI]/.test(name)).map(([name, size]) => [name, bits(size, name[0] === 'I')])) }
 const product = numbers => numbers.reduce((all, n) => all * n, 1)
 const broken = (rule, what) => new Refused(rule, `a RESULT breaks ${rule}: ${what}`)
 
 /// What the table of spaces asks of one, beside what its row shows (R9).
-function checkSpace({ type, spaces, n, start, nvec, shape, low, high }) {
+function checkSpace({ type, spaces, n, start, nvec, shape, low, high, dtype }) {
   const all = (bound, otherwise) => (Array.isArray(bound) ? bound : Array(product(shape)).fill(bound)).map(one => one ?? otherwise)
+  const within = one => { const [least, most] = ENDS[dtype] ?? [one, one], value = Math.min(Math.max(one, least), most); return dtype === 'F32' ? Math.fround(value) : value }
+  const isBound = one => dtype === 'F32' || dtype === 'F64' || isWhole(one)
   const fits = {
-    dict: () => spaces.every(({ name }, i) => isName(name) && (i === 0 || Buffer.compare(Buffer.from(spaces[i - 1].name), Buffer.from(name)) < 0)),
-    tuple: () => true,
+    dict: () => spaces.length > 0 && spaces.every(({ name }, i) => isName(name) && (i === 0 || Buffer.compare(Buffer.from(spaces[i - 1].name), Buffer.from(name)) < 0)),
+    tuple: () => spaces.length > 0 && spaces.every(({ name }, i) => name === String(i)),
     discrete: () => isWhole(n) && n >= 1 && isWhole(start ?? 0) && Math.abs(start ?? 0) < 2 ** 30 && (start ?? 0) + n <= 2 ** 31,
-    multi_discrete: () => nvec.length > 0 && nvec.every(one => isWhole(one) && one >= 1 && one <= 2 ** 31),
-    multi_binary: () => isWhole(n) && n >= 1,
-    box: () => { const lows = all(low, -Infinity), highs = all(high, Infinity); return lows.length === highs.length && lows.every((one, i) => one <= highs[i]) }
+    multi_discrete: () => nvec.length > 0 && nvec.every(one => isWhole(one) && one >= 1 && one <= 2 ** 31) && product(shape ?? [nvec.length]) === nvec.length,
+    multi_binary: () => isWhole(n) && n >= 1 && product(shape ?? [n]) === n,
+    box: () => {
+      const lows = all(low, -Infinity), highs = all(high, Infinity), count = product(shape)
+      return lows.length === count && highs.length === count && lows.every((one, i) => within(one) <= within(highs[i])) && [...lows, ...highs].every(isBound)
+    }
   }[type]
   if (!fits?.()) throw new Refused('MALFORMED', `a space of type ${type} that its table does not allow`)
 }
@@ -41,6 +48,7 @@ function layout(space) {
     leaves.push({ ...leaf, space, path: path.join('/') })
   }
   append(space, [])
+  if (new Set(leaves.map(({ path }) => path)).size < leaves.length) throw new Refused('MALFORMED', 'two leaves of one path')
   bytes = Math.ceil(bytes / widest) * widest
   const choices = leaves.flatMap(leaf => leaf.choices)
   return { leaves, bytes, choices, maskBytes: choices.reduce((sum, n) => sum + n, 0) }
@@ -58,6 +66,8 @@ function element(leaf, row, i) {
   const at = leaf.offset + i * SIZES[leaf.dtype]
   return { I32: () => row.readInt32LE(at), U8: () => row[at], F32: () => row.readFloatLE(at), F64: () => row.readDoubleLE(at) }[leaf.dtype]?.() ?? 0
 }
+
+const isObject = value => { if (!value || typeof value !== 'object' || Array.isArray(value)) throw new Error('no object'); return value }
 
 /// Remembers what a session's RESULTs have said (same_step; all environments are stepped), and judges the next one.
 class Judge {
@@ -149,8 +159,9 @@ class Judge {
     const states = Buffer.concat(this.behaviours.map(({ slots, states }) => payload.subarray(states, states + slots)))
     try {
       const said = readJson(bytes)
-      for (const [columns, may] of [[said.infos ?? {}, () => true], [said.final_infos ?? {}, slot => states[slot] & 4]])
-        for (const { slots: of, values } of Object.values(columns))
+      const part = name => name in said ? said[name] : {}
+      for (const [columns, may] of [[part('infos'), () => true], [part('final_infos'), slot => states[slot] & 4]])
+        for (const { slots: of, values } of Object.values(isObject(columns)))
           if (of.length !== values.length || new Set(of).size < of.length || !of.every(slot => slot in states && isWhole(slot) && may(slot))) throw new Error('a column')
     } catch (error) { throw broken('R74', error.message) }
   }

@@ -1,12 +1,13 @@
 // A trainer's end of protocol 2 in JavaScript (node 20, no packages): any engine, actions drawn from what is legal; where an engine has one
 // behaviour with one discrete action it learns by a table (Q-learning), enough for engine.js beside it.
-//   node examples/javascript/trainer.js [port] [steps]        0 steps: until the engine ends the session, and then anew
+//   node examples/javascript/trainer.js [port] [steps] [deadline]     0 steps: until the engine ends the session, and then anew;
+//                                                                     an answer may take so many seconds (60)
 'use strict'
 const net = require('net')
 const { TYPES, LAST_LIMIT, Refused, FrameReader, align, frame, readJson, member, isText, isWhole, isTexts, isName } = require('./protocol2')
 const { Judge, element } = require('./result')
 const { HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED } = TYPES
-const DEADLINE = 60000, NAMES = Object.fromEntries(Object.entries(TYPES).map(([name, type]) => [type, name]))  // ms
+const DEADLINE = 1000 * Number(process.argv[4] ?? 60), NAMES = Object.fromEntries(Object.entries(TYPES).map(([name, type]) => [type, name]))  // ms
 
 /// Learns what a discrete action is worth from each row of observations, byte by byte.
 class Table {
@@ -43,7 +44,7 @@ class Trainer {
   /// Ends the session, with BYE where it is not over already (R85).
   leave(why, nobody = false) {
     clearTimeout(this.timer)
-    if (this.session && !this.left && !this.socket.destroyed) this.send(BYE, 0, Buffer.alloc(0))
+    if (this.met && !this.left && !this.socket.destroyed) this.send(BYE, 0, Buffer.alloc(0))
     this.left = true
     this.socket.destroySoon()
     this.end({ why, nobody })
@@ -72,6 +73,8 @@ class Trainer {
     }
   }
   handle({ type, request, payload }) {
+    this.met = this.met || type === WELCOME  // from here on the engine hears BYE, whatever WELCOME holds
+    if (type === PING && payload.length > 64) return this.leave('a PING of more than 64 bytes')
     if (type === PING) return this.send(PONG, 0, payload)
     if (type === PONG || type & 0x8000) return
     if (type === PAUSED || type === RESUMED) {
@@ -80,7 +83,10 @@ class Trainer {
       return this.wait()
     }
     if (type === ERROR || type === GOAWAY) {
-      this.left = type === GOAWAY || readJson(payload).severity === 'connection'
+      const said = type === ERROR ? readJson(payload) : {}
+      if (type === ERROR && !['code', 'severity', 'message'].every(name => isText(said[name]))) throw new Refused('MALFORMED', 'an ERROR without what it must have')
+      for (const [name, fits] of [['env', isWhole], ['path', isText]]) member(said, name, fits)
+      this.left = type === GOAWAY || said.severity === 'connection'
       return this.leave(`${NAMES[type]}: ${payload}`)
     }
     if (type !== this.awaited || request !== this.request) return this.leave(`type ${type}, number ${request}; expected ${NAMES[this.awaited]}, ${this.request}`)
@@ -91,12 +97,14 @@ class Trainer {
 
   welcome(said) {
     if (member(said, 'protocol', isWhole) !== 2) throw new Refused('UNSUPPORTED_VERSION', 'WELCOME of another version')
-    this.session = member(said, 'session', isWhole)
-    if (!(this.session >= 1 && this.session < 2 ** 32)) throw new Refused('MALFORMED', 'WELCOME without session')
+    const session = member(said, 'session', isWhole)
+    if (!(session >= 1 && session < 2 ** 32)) throw new Refused('MALFORMED', 'WELCOME without session')
+    this.session = session
     if (member(said, 'capabilities', isTexts, []).length > 0) throw new Refused('MALFORMED', 'a capability that HELLO has not named')
     if (member(said, 'resumed', value => typeof value === 'boolean')) throw new Refused('MALFORMED', 'a session that nobody resumed')
     member(said, 'heartbeat_s', value => typeof value === 'number' && value > 0)
-    member(said, 'server', isText)
+    for (const name of ['server', 'resume']) member(said, name, isText)
+    member(said, 'last_request', isWhole)
     this.reader.limit = Math.min(Math.max(member(said, 'max_frame', isWhole, LAST_LIMIT), 4096), LAST_LIMIT)
     this.ask(CONFIGURE, { autoreset: 'same_step' }, SPEC)
   }
@@ -106,6 +114,11 @@ class Trainer {
     const behaviours = member(said, 'behaviours', Array.isArray, [])
     if (this.environments < 1 || behaviours.length === 0) throw new Refused('MALFORMED', 'SPEC offers nothing')
     for (const name of ['id', 'model_name']) if (member(said, name, isText, '') !== '') member(said, name, isName)
+    for (const name of ['max_episode_steps', 'training_length']) member(said, name, value => isWhole(value) && value >= 0)
+    member(said, 'deterministic', value => typeof value === 'boolean')
+    member(said, 'hash', isText)
+    const names = behaviours.map(({ name }) => String(name).replace(/[A-Z]/g, letter => letter.toLowerCase()))  // as files, all are small
+    if (new Set(names).size < names.length) throw new Refused('MALFORMED', 'behaviours that differ in capitals alone')
     for (const behaviour of behaviours) {
       const agents = member(behaviour, 'agents', isTexts, [])
       if (!isName(behaviour.name) || !agents.length || !agents.every(isName) || new Set(agents).size < agents.length) throw new Refused('MALFORMED', 'a behaviour')
@@ -163,7 +176,7 @@ class Trainer {
   /// A number between a box's bounds; between -1 and 1 where it has none.
   draw({ space, dtype, offset }, row, i) {
     const bound = (side, otherwise) => (Array.isArray(side) ? side[i] : side) ?? otherwise
-    const low = bound(space.low, -1), high = bound(space.high, 1), value = low + Math.random() * (high - low)
+    const low = bound(space.low, Math.min(-1, bound(space.high, 1) - 1)), high = bound(space.high, Math.max(1, low + 1)), value = low + Math.random() * (high - low)
     if (dtype === 'F32') row.writeFloatLE(Math.fround(value), offset + 4 * i)
     else if (dtype === 'F64') row.writeDoubleLE(value, offset + 8 * i)
     else throw new Refused('UNSUPPORTED', `this trainer draws no ${dtype}`)

@@ -8,7 +8,7 @@ import socket
 import time
 from urllib.parse import urlsplit
 
-from .errors import ConnectionLost, ConsacError
+from .errors import ConnectionLost, ConsacError, said
 
 
 def parse_url(url: str) -> tuple[str, int]:
@@ -33,7 +33,7 @@ def open_socket(host: str, port: int, timeout: float, wait: float = 0.0) -> sock
             return sock
         except OSError as error:
             if time.monotonic() >= end:
-                raise ConnectionLost(f"no engine answers at {host}:{port} ({error}); start it first, or check the address") from error
+                raise ConnectionLost(f"no engine answers at {host}:{port} ({said(error)}); start it first, or check the address") from error
         time.sleep(0.05)
 
 
@@ -52,6 +52,15 @@ def is_loopback(host: str) -> bool:
         return host == "localhost" or ipaddress.ip_address(host.removeprefix("::ffff:")).is_loopback
     except ValueError:
         return False
+
+
+def peer_of(sock: socket.socket) -> str:
+    """Who is at the other end, for people: "127.0.0.1:5005"."""
+    try:
+        host, port = sock.getpeername()[:2]
+        return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+    except OSError:
+        return "somebody who has left"
 
 
 def is_here(sock: socket.socket) -> bool:

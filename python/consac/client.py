@@ -14,7 +14,7 @@ import numpy as np
 
 from . import shared_memory, wire
 from .address import open_socket, parse_url, ready
-from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
+from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, said
 from .frames import ResultFrame, Rows, StepFrame, reset_payload
 from .judge import Judge
 from .line import DONT_WAIT, HANDSHAKE_S
@@ -301,7 +301,7 @@ class Connection(Session):
             except OSError as error:
                 have, losses, channel, lost_at = 0, losses + 1, None, time.monotonic()
                 if losses > MOST_LOSSES:
-                    self._fail(ConnectionLost(f"{self.url} was lost again and again ({error})"))
+                    self._fail(ConnectionLost(f"{self.url} was lost again and again ({said(error)})"))
                 self._take_up(error, request)
                 end += time.monotonic() - lost_at
                 try:

@@ -1,7 +1,13 @@
 """What can go wrong between a trainer and its engine, one class each; all are ConsacError."""
 from __future__ import annotations
 
-from .names import LONGEST_LINE, printable_line
+from .names import LONGEST_LINE, printable_line, quote
+from .wire import WireError, member
+
+
+def said(error: BaseException) -> str:
+    """What an error says to people: a system's without its number, and never nothing."""
+    return getattr(error, "strerror", None) or str(error) or "no reason given"
 
 
 class ConsacError(Exception):
@@ -39,12 +45,14 @@ class EngineError(ConsacError):
 
     @classmethod
     def from_json(cls, value: dict) -> "EngineError":
-        severity = value.get("severity")
+        try:
+            code, severity, message = (member(value, name, str) for name in ("code", "severity", "message"))
+            env, path, later = member(value, "env", int, None), member(value, "path", str, None), member(value, "retry_after_s", float, None)
+        except WireError as error:
+            raise ProtocolError(error.code, f"ERROR: {error.message}") from None
         if severity not in ("connection", "request"):
-            raise ProtocolError("MALFORMED", f"an ERROR of severity {severity!r}; it is connection or request")
-        code = str(value.get("code", "?"))
-        kind = KINDS.get(code, cls)
-        return kind(code, str(value.get("message", "")), value.get("env"), value.get("path"), value.get("retry_after_s"), value.get("severity") == "connection")
+            raise ProtocolError("MALFORMED", f"ERROR: severity is {quote(severity)}, expected connection or request")
+        return KINDS.get(code, cls)(code, message, env, path, later, severity == "connection")
 
 
 class Refused(EngineError):

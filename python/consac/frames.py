@@ -149,7 +149,7 @@ class ResultFrame:
             at = begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= end else 0)
             if at <= end:
                 said = read_json(payload[begin:at])
-                infos, final_infos = self._columns(said.get("infos")), self._columns(said.get("final_infos"), final=True)
+                infos, final_infos = self._columns(said, "infos"), self._columns(said, "final_infos")
         if end != align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
             raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {align(at)} (R60, R61)")
         if any(payload[at:end]):
@@ -168,14 +168,17 @@ class ResultFrame:
             rows.finals = behaviour.observation.views(payload, len(rows.final_slots), begin)
         return at
 
-    def _columns(self, said, final: bool = False) -> dict | None:
-        """Infos whose slots exist, and once each; `final` ones of slots that have a final row (R74)."""
-        may = np.concatenate([rows.states for rows in self.rows]) & wire.FINAL if final and said else np.ones(self._slots, np.uint8)
+    def _columns(self, infos: dict, part: str) -> dict | None:
+        """Infos whose slots exist, and once each; final ones of slots that have a final row (R74)."""
+        if part not in infos:
+            return None
+        said = infos[part]
+        may = np.concatenate([rows.states for rows in self.rows]) & wire.FINAL if part == "final_infos" else np.ones(self._slots, np.uint8)
         try:
-            for column in (said or {}).values():
+            for column in said.values():
                 slots = column["slots"]
                 if len(slots) != len(column["values"]) or not all(type(slot) is int and 0 <= slot < self._slots and may[slot] for slot in slots) or len(set(slots)) != len(slots):
                     raise ValueError
         except (AttributeError, KeyError, TypeError, ValueError):
-            raise ProtocolError("MALFORMED", f"infos of {self._slots} slots that cannot be read: {str(said)[:200]}") from None
+            raise ProtocolError("MALFORMED", f"infos of {self._slots} slots that cannot be read: {wire.shown(said, 200)}") from None
         return said

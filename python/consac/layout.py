@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from .names import check_names_apart, quote
-from .wire import DTYPES, NAMES, WireError, member
+from .wire import DTYPES, NAMES, WireError, member, shown
 
 # ---- spaces
 
@@ -34,7 +34,7 @@ def space_to_json(space: spaces.Space) -> dict:
 
 
 def _bounds(bounds: np.ndarray):
-    flat = np.ravel(bounds)
+    flat = np.ravel(bounds.astype(np.uint8) if bounds.dtype == np.bool_ else bounds)  # 0 and 1 are numbers, truths are not
     if flat.size > 1 and not np.isinf(flat[0]) and (flat == flat[0]).all():
         return flat[0].item()
     return [None if np.isinf(bound) else bound.item() for bound in flat]
@@ -74,22 +74,29 @@ def space_from_json(value: dict) -> spaces.Space:
 
         def side(bounds, unbounded):
             listed = bounds if isinstance(bounds, list) else [bounds] * int(np.prod(shape, dtype=np.int64))
-            return np.array([unbounded if bound is None else bound for bound in listed], dtype=dtype).reshape(shape)
+            floats = np.dtype(dtype).kind == "f"  # beyond its ends counts as they
+            least, most = (0, 1) if dtype is np.bool_ else (float(np.finfo(dtype).min), float(np.finfo(dtype).max)) if floats else (np.iinfo(dtype).min, np.iinfo(dtype).max)
+            return np.array([unbounded if bound is None else min(max(bound if floats else int(bound), least), most) for bound in listed], dtype=dtype).reshape(shape)
 
         return spaces.Box(side(value["low"], -np.inf), side(value["high"], np.inf), shape, dtype)
     if kind == "multi_discrete":
         return spaces.MultiDiscrete(np.array(value["nvec"], dtype=np.int64).reshape(value.get("shape", [-1])), dtype=dtype)
     if kind == "multi_binary":
+        if math.prod(value.get("shape", [value["n"]])) != value["n"]:
+            raise ValueError(f"a multi_binary of {value['n']} bits and shape {value['shape']}")
         return spaces.MultiBinary(value.get("shape", value["n"]))
     if kind == "dict":
         names = [child["name"] for child in value["spaces"]]
         check_names_apart("leaf", names)
         if names != sorted(names, key=str.encode):
-            raise WireError("MALFORMED", f"a dict whose children are not sorted by name: {str(names)[:200]}")
+            raise WireError("MALFORMED", f"a dict whose children are not sorted by name: {shown(names, 200)}")
         return spaces.Dict({child["name"]: space_from_json(child["space"]) for child in value["spaces"]})
     if kind == "tuple":
+        names = [child["name"] for child in value["spaces"]]
+        if names != [str(i) for i in range(len(names))]:
+            raise WireError("MALFORMED", f"a tuple whose items are named {str(names)[:200]}; their names are \"0\", \"1\", ... in order")
         return spaces.Tuple([space_from_json(child["space"]) for child in value["spaces"]])
-    raise WireError("MALFORMED", f"a space of unknown type {kind!r}; use a newer consac")
+    raise WireError("MALFORMED", f"a space of unknown type {shown(kind)}; use a newer consac")
 
 
 # ---- rows
@@ -211,8 +218,10 @@ class Behaviour:
     def from_json(cls, value: dict, environments: int) -> "Behaviour":
         observation, action = Layout.of(space_from_json(value["observation"])), Layout.of(space_from_json(value["action"]))
         for layout, key in ((observation, "observation_row"), (action, "action_row")):
+            if key not in value:
+                raise WireError("MALFORMED", f"{key} is missing")
             if first_difference(layout.to_json(), value[key]):
-                raise WireError("MALFORMED", f"the server lays out {key} as {value[key]}, expected {layout.to_json()}")
+                raise WireError("MALFORMED", f"{key} is {shown(value[key], 200)}, expected {shown(layout.to_json(), 200)}")
         masked = member(value, "masks_actions", bool, False)
         if member(value, "mask_bytes", int, action.mask_bytes * masked) != action.mask_bytes * masked:
             raise WireError("MALFORMED", f"mask_bytes is {value['mask_bytes']}, expected {action.mask_bytes * masked}")

@@ -100,6 +100,7 @@ class Line:
                 except wire.WireError as error:
                     raise ProtocolError(error.code, error.message) from None
                 begin += total
+                self._greeted = self._greeted or frame.type == wire.WELCOME  # whatever it holds: the engine has a session now (R85)
                 if frame.type == wire.ERROR or (frame.type in _ANSWERS and frame.request == request):
                     self._left = bytes(view[begin:have])
                     return self._answer(frame, request, answer)

@@ -55,7 +55,7 @@ def read_model(data: bytes) -> ModelFile:
     size = struct.unpack_from("<Q", data)[0]
     if size > LARGEST_HEADER or size > len(data) - 8:
         if all(byte >= 9 for byte in data[:8]):
-            raise ModelForeign(f"this is no .consac file: it begins {data[:8]!r}")
+            raise ModelForeign(f"this is no .consac file: it begins with {wire.shown_bytes(data[:8])}")
         raise ModelDamaged(f"not a usable model file: its header claims {size} bytes of a file of {len(data)}")
     header = _header(data[8:8 + size])
     body = memoryview(data)[8 + size:]

@@ -7,6 +7,7 @@ from . import wire
 from .errors import ProtocolError
 from .layout import Behaviour, bytes_in, numbers_in
 from .names import check_names_apart, check_names_together, check_optional_name
+from .spec_check import check_spec
 
 MOST_BEHAVIOURS = 1024
 MOST_SLOTS = 1 << 20  # of a behaviour
@@ -31,9 +32,14 @@ class Offer:
 def read_spec(spec: dict, autoreset: str, limit: int) -> Offer:
     """The offer that a SPEC describes, asked for with `autoreset`; ProtocolError where it cannot be, `limit` bounds the bytes of all rows."""
     try:
-        environments, values = wire.member(spec, "environments", int), wire.member(spec, "behaviours", list)
+        check_spec(spec)
+        environments, values = spec["environments"], spec["behaviours"]
         if environments < 1 or not values:
             raise ValueError(f"{environments} environments and {len(values)} behaviours")
+        steps, length = wire.member(spec, "max_episode_steps", int, 0), wire.member(spec, "training_length", int, 0)
+        if steps < 0 or length < 0:
+            raise ValueError(f"max_episode_steps {steps} and training_length {length}; neither is below 0")
+        wire.member(spec, "hash", str, "")  # of its type, though of no use here
         name, _ = check_optional_name("environment", spec.get("id", "")), check_optional_name("model", spec.get("model_name", ""))
         check_names_together("behaviour", [value["name"] for value in values])
         for value in values:
@@ -41,13 +47,13 @@ def read_spec(spec: dict, autoreset: str, limit: int) -> Offer:
         _check_budget(environments, values, limit)
         begins = wire.member(spec, "autoreset", str, "same_step")
         if begins != autoreset:
-            raise ValueError(f"autoreset {begins!r}, asked for was {autoreset!r}")
+            raise ValueError(f"autoreset is {wire.shown(begins)}, asked for was {autoreset}")
         return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], wire.member(spec, "deterministic", bool, False),
-                     wire.member(spec, "max_episode_steps", int, 0), name)
+                     steps, name)
     except wire.WireError as error:
         raise ProtocolError(error.code, error.message) from None
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, AssertionError) as error:  # Gymnasium asserts what it does not take
-        raise ProtocolError("MALFORMED", f"SPEC cannot be used: {type(error).__name__}: {str(error)[:300]}") from None
+        raise ProtocolError("MALFORMED", f"SPEC cannot be used: {str(error)[:300] or 'a space cannot be made'}") from None
 
 
 def _check_budget(environments: int, behaviours: list, limit: int) -> None:

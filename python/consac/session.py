@@ -10,10 +10,11 @@ import time
 
 from . import __version__, shared_memory, wire
 from .address import is_here, open_socket, parse_url
-from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError
+from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, said
 from .frames import read_json
 from .judge import Judge
 from .line import HANDSHAKE_S, Line, set_timeouts
+from .names import quote
 
 WRITE_S = 10.0
 REFUSED_S = 0.5  # so long a port that refuses is tried again: the engine has ended
@@ -71,27 +72,28 @@ class Session(Line):
         except OSError as error:
             if isinstance(error, ConsacError):
                 raise
-            raise ConnectionLost(f"{self.url} closed the connection during the handshake ({error})") from error
+            raise ConnectionLost(f"{self.url} closed the connection during the handshake ({said(error)})") from error
         try:
             version = wire.member(welcome, "protocol", int)
             number, self.resume = wire.member(welcome, "session", int), wire.member(welcome, "resume", str, "")
             if 0 < number < 1 << 32:
-                self.session, self._greeted = number, True
-            self.max_frame = min(wire.member(welcome, "max_frame", int, wire.LARGEST_FRAME), self._hello["max_frame"])
+                self.session = number
+            self.max_frame = min(max(wire.member(welcome, "max_frame", int, wire.LARGEST_FRAME), wire.LARGEST_BEFORE_WELCOME), self._hello["max_frame"])
+            wire.member(welcome, "last_request", int, 0), wire.member(welcome, "server", str, "")  # of their types, though of no use here
             self.capabilities = wire.texts(welcome, "capabilities")
             unasked = set(self.capabilities) - set(self._hello["capabilities"])
             if unasked:
-                raise ValueError(f"capabilities {sorted(unasked)}, which HELLO has not named (R21)")
+                raise ValueError(f"it agrees to {', '.join(map(quote, sorted(unasked)))}, which HELLO has not named (R21)")
             self.heartbeat_s = float(wire.member(welcome, "heartbeat_s", float, 10.0))
             resumed = wire.member(welcome, "resumed", bool, False)
             if resumed != ("resume" in hello) or resumed and number != before:
                 raise ValueError(f"session {number}{', resumed' * resumed}, to a HELLO that resumes {f'session {before}' if 'resume' in hello else 'none'} (R24)")
             if not (0 < number < 1 << 32 and 0 < self.heartbeat_s < math.inf):
-                raise ValueError(f"session {number} or heartbeat_s {self.heartbeat_s}")
+                raise ValueError(f"session is {number} and heartbeat_s is {self.heartbeat_s:g}, expected 1 to 2^32-1 and a number above 0")
         except wire.WireError as error:
             raise ProtocolError(error.code, f"WELCOME: {error.message}") from None
         except (ValueError, OverflowError) as error:
-            raise ProtocolError("MALFORMED", f"WELCOME cannot be used ({type(error).__name__}: {error}): {str(welcome)[:300]}") from None
+            raise ProtocolError("MALFORMED", f"WELCOME: {error}") from None
         if version != wire.VERSION:
             raise ProtocolError("UNSUPPORTED_VERSION", f"the engine chose protocol {version}, offered was {wire.VERSION}")
         self._flags = wire.FLAG_CRC if "crc" in self.capabilities else 0
@@ -126,7 +128,7 @@ class Session(Line):
 
     def _take_up(self, error: Exception, request: int) -> None:
         """A new socket for the same session, in which `request` is under way, or ConnectionLost."""
-        why = str(error) or type(error).__name__
+        why = said(error)
         if not self.resume:
             self._fail(ConnectionLost(f"{self.url} went away ({why})"))
         welcome = self._connect_again(f"{self.url} was lost ({why})")
@@ -136,7 +138,7 @@ class Session(Line):
     def _last_request(self, welcome: dict) -> int:
         last = welcome.get("last_request")
         if type(last) is not int or not 0 <= last < 1 << 63:
-            self._fail(ProtocolError("MALFORMED", f"WELCOME has last_request {last!r}"))
+            self._fail(ProtocolError("MALFORMED", f"WELCOME: last_request is {wire.shown(last)}, expected a whole number from 0"))
         return last
 
     def _connect_again(self, why: str, anew: bool = False) -> dict:

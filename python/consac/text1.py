@@ -12,6 +12,7 @@ from gymnasium import spaces
 from .address import open_socket, parse_url, ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, ProtocolError
 from .names import check_name, printable_line
+from .wire import shown_bytes
 
 QUIET_S = 0.002  # after so long without a byte a message without a terminator is complete
 LARGEST_MESSAGE = 1 << 20
@@ -154,7 +155,7 @@ class TextConnection:
                     text, self._data = self._data[:at + 1], self._data[at + 1:].lstrip(b"\r")
                     break
             if len(self._data) > LARGEST_MESSAGE:
-                self._bad(f"a message over {LARGEST_MESSAGE} bytes: {self._data[:80]!r}")
+                self._bad(f"a message over {LARGEST_MESSAGE} bytes: {shown_bytes(self._data[:80])}")
             left = end - time.monotonic()
             if left <= 0 or not ready(self._socket, QUIET_S if self._data else left):
                 if self._data and left > 0:
@@ -172,7 +173,7 @@ class TextConnection:
         try:
             return text.decode()
         except UnicodeDecodeError:
-            self._bad(f"a message that is no text: {text[:80]!r}")
+            self._bad(f"a message that is no text: {shown_bytes(text[:80])}")
 
     def _space(self, name: str, kind: str, size: str, bounds: str) -> spaces.Space:
         count = self._whole(f"the {name}'s size", size)

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .names import quote
+
 MAGIC = 0x43534EC0  # the bytes C0 4E 53 43
 VERSION = 2
 HEADER = struct.Struct("<IHHIIQII")  # magic, type, flags, length, crc, request, session, reserved
@@ -66,7 +68,7 @@ def unpack_header(data, limit: int) -> tuple[Frame, int, int]:
     """A frame without its payload, the payload's length and its CRC, from 32 bytes; `limit` bounds the length."""
     magic, kind, flags, length, crc, request, session, reserved = HEADER.unpack_from(data)
     if magic != MAGIC:
-        raise WireError("BAD_MAGIC", f"a frame begins {bytes(data[:4])!r}, expected {struct.pack('<I', MAGIC)!r}; is this protocol 2?")
+        raise WireError("BAD_MAGIC", f"a frame begins with {shown_bytes(data[:4])}, expected {shown_bytes(struct.pack('<I', MAGIC))}; is this protocol 2?")
     if flags & ~FLAG_CRC or reserved != 0:
         raise WireError("MALFORMED", f"a frame has flags {flags:#x} and reserved {reserved}; unknown bits must be 0", request)
     if length > limit:
@@ -147,7 +149,7 @@ def load_json(payload, limit: int = LARGEST_JSON, values: int = MOST_JSON_VALUES
         if len(read) != len(pairs):
             seen: set = set()
             twice = next(key for key, _ in pairs if key in seen or seen.add(key))
-            raise WireError("MALFORMED", f"a JSON object names {twice[:80]!r} twice")
+            raise WireError("MALFORMED", f"a JSON object names {quote(twice)} twice")
         return read
 
     def no_infinity(text):
@@ -189,6 +191,16 @@ def _check_bounds(text: bytes, values: int) -> None:
 _KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", list: "a list"}
 
 
+def shown(value, limit: int = 80) -> str:
+    """A value of JSON as a line quotes it."""
+    return quote(json.dumps(value, ensure_ascii=False), limit)
+
+
+def shown_bytes(data) -> str:
+    """The same of bytes."""
+    return "'" + "".join(chr(byte) if 32 <= byte < 127 else f"\\x{byte:02x}" for byte in bytes(data)) + "'"
+
+
 def member(value: dict, name: str, kind: type, *otherwise):
     """A member of a message, of its kind (R9 of spec/protocol2.md); what holds where it is missing comes last, and there is none where it is required."""
     if name not in value and otherwise:
@@ -197,7 +209,7 @@ def member(value: dict, name: str, kind: type, *otherwise):
         raise WireError("MALFORMED", f"{name} is missing")
     found = value[name]
     if type(found) is not kind and not (kind is float and type(found) is int):
-        raise WireError("MALFORMED", f"{name} is {str(found)[:80]!r}, expected {_KINDS[kind]}")
+        raise WireError("MALFORMED", f"{name} is {shown(found)}, expected {_KINDS[kind]}")
     if kind is int and abs(found) > LARGEST_WHOLE:
         raise WireError("MALFORMED", f"{name} is {found}, beyond the whole numbers that every end has")
     return found
@@ -207,5 +219,5 @@ def texts(value: dict, name: str) -> list[str]:
     """A member that is a list of texts, [] where it is missing."""
     found = member(value, name, list, [])
     if not all(type(text) is str for text in found):
-        raise WireError("MALFORMED", f"{name} is {str(found)[:80]}, expected texts")
+        raise WireError("MALFORMED", f"{name} is {shown(found)}, expected texts")
     return found

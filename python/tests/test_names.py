@@ -35,7 +35,7 @@ def test_names_that_stand_together():
             check_names_together("agent", names)
 
 
-@pytest.mark.parametrize("behaviours, why", [([EVIL], "does not show"), (["a", "a"], "twice"), (["a", "A"], "capitals"), ([""], "give it one"), ([None], "give it one")])
+@pytest.mark.parametrize("behaviours, why", [([EVIL], "does not show"), (["a", "a"], "twice"), (["a", "A"], "capitals"), ([""], "give it one"), ([None], "name is 'null', expected a text")])
 def test_behaviours_are_named_well(behaviours, why):
     said = [Behaviour("x", ["agent"], *[Layout.of(space_from_json(box([1])))] * 2, 1).to_json() | {"name": name} for name in behaviours]
     with ToyServer(spec={"behaviours": said}) as server:
@@ -64,7 +64,7 @@ def test_agents_may_differ_in_capitals_alone():
 @pytest.mark.parametrize("code, kind", [("CAPACITY", EngineBusy), (EVIL, EngineError)])
 def test_what_an_engine_says_is_one_line(code, kind):
     def before(server, sock, got):
-        error = {"code": code, "severity": "connection", "message": EVIL * 40, "path": EVIL, "env": [EVIL], "retry_after_s": "soon"}
+        error = {"code": code, "severity": "connection", "message": EVIL * 40, "path": EVIL}
         sock.sendall(frame(wire.ERROR, wire.dump_json(error), got.request))
         return True
     with ToyServer(before=before) as server:

@@ -370,11 +370,62 @@ def test_the_servers_own_seed():
         assert one.reset().floats() == two.reset(seeds=[5, 6]).floats() and one.reset().floats() == two.reset().floats()
 
 
-def test_ends_after_the_wanted_sessions():
-    with Server(Counter, 1, sessions=1) as server:
+def test_ends_after_the_wanted_sessions_in_which_a_trainer_has_stepped():
+    with Server(Counter, 1, sessions=2, training_length=9, limits=QUICK) as server:
+        Raw(server, hello=False).sock.close()  # a port scanner
         Raw(server).send(BYE, request=0)
+        only_reset = Raw(server)
+        only_reset.reset(), only_reset.send(BYE, request=0)
+        mute = Text(server)
+        mute.line(), mute.line(), mute.sock.shutdown(socket.SHUT_RDWR)
+        stepped = Raw(server)
+        stepped.reset(), stepped.step([1]), stepped.send(BYE, request=0)
+        server._thread.join(1)
+        assert server._thread.is_alive()
+        text = Text(server)
+        text.line(), text.line(), text.ask("1\n"), text.sock.shutdown(socket.SHUT_RDWR)
         server._thread.join(3)
         assert not server._thread.is_alive()
+
+
+class Brittle(Counter):
+    def step(self, action):
+        raise RuntimeError("boom")
+
+
+def test_an_environment_that_fails_again_and_again_is_told_in_a_few_tracebacks():
+    said = []
+    with Server(Brittle, log=said.append) as server:
+        client = Raw(server)
+        for _ in range(40):
+            client.reset()
+            assert client.error(STEP, step_payload(1, [1]))["code"] == "ENV_FAILED"
+    assert sum(line.startswith("Traceback") for line in said) == 5
+    assert said[-1] == "RuntimeError: boom (and 34 more like it)", said[-1]
+
+
+@pytest.mark.parametrize("begins, why", [(b"GET / HTTP", "BAD_MAGIC: a frame begins with 'GET ', expected '\\xc0NSC'; is this protocol 2?"),
+                                         (wire.pack(wire.Frame(HELLO, b'{"protocol":"2"}')), "MALFORMED: HELLO has protocol '\"2\"'; it is [lowest, highest]")])
+def test_who_was_turned_away_and_why_is_one_plain_line(begins, why):
+    said = []
+    with Server(Counter, protocol="2", log=said.append) as server:
+        client = Raw(server, hello=False)
+        client.sock.sendall(begins)
+        peer = "127.0.0.1:%d" % client.sock.getsockname()[1]
+        client.take()
+        time.sleep(0.1)
+    assert said == [f"{peer} was turned away: {why}"]
+
+
+def test_what_cannot_be_served_is_told_without_pythons_own_words(capsys):
+    from consac.serve.command import main
+
+    with Server(Counter) as server:
+        for arguments, why in ([["CartPole-v1", "--port", str(server.port)], "Address already in use"], [["CartPole-v1", "--host", "0.0.0.0"], "an access token is needed"],
+                               [["NoSuch-v0"], "doesn't exist"]):
+            assert main(arguments) == 2
+            said = capsys.readouterr().err.splitlines()
+            assert len(said) == 1 and said[0].startswith("consac.serve: ") and why in said[0] and "Error" not in said[0] and "[Errno" not in said[0], said
 
 
 def test_sessions_are_independent(counters):
@@ -778,7 +829,7 @@ def test_whoever_says_nothing_gives_way_and_whoever_finds_no_place_hears_why():
             assert Raw(server).reset().states == [24]
         assert silent[0].take().type == ERROR and silent[0].is_closed()
         assert served.reset().states == [24]
-        assert "closed a connection that had said nothing: others wait" in said
+        assert any(line.startswith("127.0.0.1:") and line.endswith(" was turned away: it had said nothing, and others wait") for line in said)
     with Server(Counter, limits=Limits(max_sessions=1, handshake_s=30)) as server:
         half = [Raw(server, hello=False) for _ in range(18)]
         for one in half:
@@ -866,7 +917,7 @@ def test_a_bad_action_of_text_protocol_1_is_one_line():
         text.line(), text.line()
         assert text.ask("1\0\n").startswith("error: action '1\\x00'") and text.line() == ""
         time.sleep(0.2)
-    assert len(said) == 1 and said[0].startswith("text protocol 1: action '1"), said
+    assert len(said) == 1 and said[0].startswith("text protocol 1, 127.0.0.1:") and ": action '1" in said[0], said
 
 
 def test_handshake_deadline():

@@ -262,6 +262,11 @@ def plain(request, parts=0, state=wire.ACTIVE, tail=b"", kind=wire.RESULT, rewar
     return wire.pack(wire.Frame(kind, struct.pack("<II", parts, 0) + bytes(32) + struct.pack("<dB7x", reward, state) + tail, request))
 
 
+def changed(frame):
+    """The same frame with a CRC that is another's."""
+    return frame[:6] + struct.pack("<H", wire.FLAG_CRC) + frame[8:12] + struct.pack("<I", wire.crc32c(frame[32:]) ^ 1) + frame[16:]
+
+
 def good(frame):
     """The answer to a RESET or a STEP."""
     return plain(frame.request, state=wire.FIRST | wire.ACTIVE, reward=0.0) if frame.type == wire.RESET else plain(frame.request)
@@ -284,7 +289,8 @@ def test_a_toy_engine_in_memory():
     (lambda frame: plain(frame.request, parts=2, tail=struct.pack("<I", 1 << 30) + bytes(4)), "WRONG_SIZE"),
     (lambda frame: plain(frame.request, parts=4), "WRONG_SIZE"),
     (lambda frame: wire.HEADER.pack(wire.MAGIC, wire.RESULT, 0, 1 << 30, 0, frame.request, 0, 0), "FRAME_TOO_LARGE"),
-], ids=["no frame", "another request", "another type", "too long", "too short", "a final row that is not there", "infos that are not there", "unknown parts", "beyond the region"])
+    (lambda frame: changed(plain(frame.request)), "CRC_MISMATCH"),
+], ids=["no frame", "another request", "another type", "too long", "too short", "a final row that is not there", "infos that are not there", "unknown parts", "beyond the region", "another CRC"])
 def test_nonsense_in_memory_is_an_error_and_no_more(write, code):
     answers = iter([good, write])
     with Nonsense(lambda frame: next(answers)(frame)) as server, consac.make(server.url) as env:
@@ -293,6 +299,19 @@ def test_nonsense_in_memory_is_an_error_and_no_more(write, code):
             env.step(0)
         with pytest.raises(ConnectionLost):
             env.step(0)
+
+
+def test_our_server_looks_at_a_crc_in_memory_too():
+    with Server("CartPole-v1") as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+        assert env.connection.in_memory
+        env.reset(seed=1)
+        connection, channel = env.connection, env.connection._channel
+        sent = []
+        connection._channel = type("Once", (), {"__getattr__": lambda _, name: getattr(channel, name),
+                                                "send": lambda _, frame: (sent.append(1), channel.send(changed(bytes(frame))))})()
+        with pytest.raises(EngineError, match="CRC_MISMATCH"):
+            env.step(0)
+        assert sent
 
 
 # ---- our own server

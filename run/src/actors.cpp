@@ -71,7 +71,7 @@ Result<Actors> Actors::Of(std::vector<PolicyData> models, const EnvSpec& spec) {
 Status Actors::Add(std::string file, Result<Policy> policy, const BehaviourSpec& behaviour) {
   if (!policy.ok()) return policy.status();
   const Status fits = policy->Fits(behaviour);
-  if (!fits.ok()) return {fits.code(), (file.empty() ? "the model" : "'" + file + "'") + ": " + fits.message()};
+  if (!fits.ok()) return {fits.code(), (file.empty() ? "" : "'" + file + "': ") + fits.message()};
   actors_.push_back({std::move(file), std::move(*policy), BatchBuffer(behaviour), GatheredRows(behaviour),
                      EpisodeBegins(behaviour.slots)});
   batches_.push_back(actors_.back().whole.batch());

@@ -1,13 +1,11 @@
 #include "consac/run/config.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "config_fields.h"
 #include "consac/base/file.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
-#include "consac/run/path.h"
 #include "yaml_tree.h"
 
 namespace consac::run {
@@ -155,13 +153,7 @@ Status ReadYaml(std::string_view text, std::string_view origin, RunConfig* confi
 }
 
 Status ReadYamlFile(const std::string& path, RunConfig* config) {
-  std::error_code none;
-  // Standard input, and what shells pass, have somebody who writes.
-  const bool open_here = path.starts_with("/dev/") || path.starts_with("/proc/");
-  if (!open_here && std::filesystem::is_fifo(ToPath(path), none))
-    return {StatusCode::kInvalidArgument,
-            Quote(path) + " is a pipe, and nobody may ever write to it; name a file, or /dev/stdin"};
-  const Result<std::vector<std::byte>> bytes = ReadFile(path, kMaxYamlBytes);
+  const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMaxYamlBytes);
   if (!bytes.ok()) return bytes.status();
   return ReadYaml(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()), path, config);
 }

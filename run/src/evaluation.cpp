@@ -125,9 +125,10 @@ class Judgement {
   bool any() const {
     return std::any_of(returns_.begin(), returns_.end(), [](const Returns& returns) { return returns.episodes() > 0; });
   }
-  /// What a step has brought.
-  void Add(Actors& actors, const WorldLink& link) {
+  /// What a step has brought. kNonFinite where a reward is no number: then there is no mean.
+  Status Add(Actors& actors, const WorldLink& link) {
     for (std::size_t b = 0; b < returns_.size(); ++b) {
+      CONSAC_RETURN_IF_ERROR(CheckRewards(spec_.behaviours[b].name, actors.batches()[b], actors.acting(b)));
       returns_[b].Add(actors.batches()[b], actors.acting(b), limit_);
       returns_[b].Present(link.present(b));
       if (!actors.acting(b).empty() || returns_[b].complete()) somebody_[b] = Now();
@@ -135,6 +136,7 @@ class Judgement {
       somebody_[b] = Now();
       options_.say("no agent of " + Quote(spec_.behaviours[b].name) + " is there to be judged; waiting for one");
     }
+    return Status::Ok();
   }
   std::vector<EvaluateSummary> Summaries() const {
     std::vector<EvaluateSummary> summaries;
@@ -160,6 +162,19 @@ std::string TrainedWorld(const Policy& policy) {
   if (!training.ok() || !training->is_object()) return {};
   const auto world = training->find("world");
   return world != training->end() && world->is_string() ? world->get<std::string>() : std::string();
+}
+
+Status CheckRewards(std::string_view behaviour, const Batch& batch, std::span<const std::int32_t> acting) {
+  for (const std::int32_t slot : acting) {
+    const float reward = batch.rewards[slot];
+    if (std::isfinite(reward)) continue;
+    return {StatusCode::kNonFinite, Quote(behaviour) + ", agent " + std::to_string(slot) + ": the reward is " +
+                                        (std::isnan(reward) ? "nan"
+                                         : reward > 0.0f    ? "inf"
+                                                            : "-inf") +
+                                        ", so there is no return to tell; mend it in the world"};
+  }
+  return Status::Ok();
 }
 
 Result<std::unique_ptr<WorldLink>> OpenToJudge(const EvaluateOptions& options, const std::string& world,
@@ -189,7 +204,7 @@ Result<std::vector<EvaluateSummary>> Judge(const EvaluateOptions& options, World
     if (!status.ok() && status.code() == StatusCode::kUnavailable && judgement.any())
       break;  // the engine has seen enough
     if (!status.ok()) return status;
-    judgement.Add(actors, link);
+    CONSAC_RETURN_IF_ERROR(judgement.Add(actors, link));
     meanwhile();
   }
   return judgement.Summaries();

@@ -4,6 +4,7 @@
 #include "consac/base/text.h"
 #include "consac/run/actors.h"
 #include "consac/run/path.h"
+#include "replaced_run.h"
 
 namespace consac::run {
 namespace {
@@ -27,13 +28,22 @@ std::vector<std::string> ModelsIn(const std::string& folder) {
   return found;
 }
 
+/// The models of a run. Of one that is being overwritten, or was when a process was killed: the old one's, which is put
+/// back, until the new one is saved (replaced_run.h). On its way, some of it is here and the rest there.
+std::vector<std::string> ModelsOf(const std::string& run) {
+  if (IsRunAside(run)) return ModelsIn(run + kRunAside);
+  std::vector<std::string> found = ModelsIn(run);
+  for (std::string& model : ModelsIn(run + kRunMoving)) found.push_back(std::move(model));
+  return found;
+}
+
 std::vector<std::string> RunsWithModels(const std::string& directory) {
   std::vector<std::string> names;
   std::error_code ignored;
   for (fs::directory_iterator entry(ToPath(directory), ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
     const std::string name = FromPath(entry->path().filename());
-    if (!ModelsIn(directory + "/" + name).empty()) names.push_back(name);
+    if (!ModelsOf(directory + "/" + name).empty()) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -52,7 +62,7 @@ Result<std::vector<std::string>> FindModels(const std::string& model, const std:
   if (model.empty()) return NoModel(model, directory);
   if (IsFile(model)) return std::vector<std::string>{model};
   for (const std::string& folder : {model, directory + "/" + model}) {
-    std::vector<std::string> found = ModelsIn(folder);
+    std::vector<std::string> found = ModelsOf(folder);
     if (!found.empty()) return found;
   }
   const std::string lone = directory + "/" + model + ".consac";

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "acting.h"
 #include "config_fields.h"
 #include "consac/base/names.h"
@@ -14,9 +16,13 @@ namespace {
 
 constexpr std::int64_t kDefaultSteps = 100000;
 
+/// World, algorithm and seed; a world's long name is cut, with room left for UnusedName's number.
 std::string DefaultName(const RunConfig& config, const WorldLink& link) {
+  constexpr std::size_t kNumber = 8;
   const std::string& id = link.spec().id;
-  return fmt::format("{}__{}__{}", id.empty() ? "engine" : AsFolderName(id), config.algorithm, config.seed);
+  const std::string rest = fmt::format("__{}__{}", config.algorithm, config.seed);
+  const std::size_t room = kLongestFolder - std::min(kLongestFolder - 1, rest.size() + kNumber);
+  return (id.empty() ? "engine" : AsFolderName(id, room)) + rest;
 }
 
 /// The name, or the name with the first number behind it that no run has: one session after another has its own.
@@ -60,7 +66,7 @@ void TellBegin(const RunConfig& config, const std::string& where, Training& trai
   }
   if (!config.frozen.empty() && (config.table || config.progress))
     training.report().Line("acting by a model that does not learn: " + config.frozen);
-  if (!config.quiet && steps < rollout) {
+  if (steps < rollout) {
     training.report().Line(fmt::format(
         "warning: {} steps are fewer than the {} of one rollout, so nothing will be learned; raise --steps or lower "
         "n_steps",
@@ -79,22 +85,26 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<World
   for (std::size_t i = 1; i < worlds.size(); ++i) where += " and " + worlds[i].link->description();
 
   Training training(config, length, stop);
-  CONSAC_RETURN_IF_ERROR(training.Start(std::move(worlds)));
+  const Status started = Guarded([&] { return training.Start(std::move(worlds)); });
+  if (!started.ok()) return Guarded([&] { return training.GiveUp(started); });
   TellBegin(config, where, training);
   const double start = Now();
   const Status looped = Guarded([&] { return training.Loop(); });
-  Result<RunSummary> summary = Guarded([&] { return training.Finish(Now() - start); });
   const bool failed = !looped.ok() && looped.code() != StatusCode::kCancelled;
+  if (failed && training.replaces()) return Guarded([&] { return training.GiveUp(looped); });
+  Result<RunSummary> summary = Guarded([&] { return training.Finish(Now() - start); });
+  if (!summary.ok() && training.replaces()) return Guarded([&] { return training.GiveUp(summary.status()); });
   if (!summary.ok()) {
     if (!failed || looped.message() == summary.status().message()) return summary;
     return Status{looped.code(), looped.message() + "; and then: " + summary.status().message()};
   }
   if (failed) {
-    return Status{
-        looped.code(),
-        fmt::format("{}; {} of {} {} are missing, what was learned is saved in '{}' (go on with --resume --name {})",
-                    looped.message(), training.config().steps - summary->steps, training.config().steps,
-                    training.slots() > 1 ? "agent steps" : "steps", summary->directory, config.name)};
+    return Status{looped.code(),
+                  fmt::format("{}; {} of {} {} are missing, {} in '{}' (go on with --resume --name {})",
+                              looped.message(), training.config().steps - summary->steps, training.config().steps,
+                              training.slots() > 1 ? "agent steps" : "steps",
+                              summary->steps > 0 ? "what was learned is saved" : "the run lies as it began",
+                              summary->directory, config.name)};
   }
   if (!summary->interrupted && !config.quiet) {
     training.report().Line(fmt::format("training completed: {} steps in {:.2f} s, {} {}", summary->steps,

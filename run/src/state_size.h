@@ -7,6 +7,9 @@
 
 namespace consac::run {
 
+/// Of the learners of one checkpoint, together: what is read again.
+inline constexpr std::size_t kMostStateBytes = (std::size_t{1} << 31) - (std::size_t{32} << 20);
+
 /// Adds up the bytes of an object's state, and its fields. Of rows that are streamed (row_segments.h) one counts: they
 /// go by in pieces.
 class StateSize final : public Archive {

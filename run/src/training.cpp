@@ -77,13 +77,38 @@ bool CameToSomething(const RunSummary& summary) {
                      [](const ModelSummary& model) { return model.updates > 0; });
 }
 
-/// One session after another until `stop`: what breaks one is said and the next awaited. An engine that ends them
-/// before anything is learned is given more and more time.
+/// Says what goes wrong again and again once a minute, and how often it did.
+class Complaints {
+ public:
+  explicit Complaints(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+  void Say(const std::string& line) {
+    if (line == latest_ && Now() < say_at_) {
+      ++unsaid_;
+      return;
+    }
+    say_(line + (line == latest_ && unsaid_ > 0 ? fmt::format(" (and {} times before)", unsaid_) : ""));
+    latest_ = line;
+    unsaid_ = 0;
+    say_at_ = Now() + kEvery;
+  }
+
+ private:
+  static constexpr double kEvery = 60.0;  // s
+
+  const std::function<void(const std::string&)> say_;
+  std::string latest_;
+  std::int64_t unsaid_ = 0;
+  double say_at_ = 0.0;
+};
+
+/// One session after another until `stop`: what breaks one, or keeps it from beginning, is said and the next awaited.
+/// An engine that ends them before anything is learned is given more and more time.
 RunSummary ServeForever(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
   RunSummary latest;
   std::int64_t sessions = 0;
   double pause = kAfterFailure;
   const std::vector<EngineOptions> engines = EnginesOf(config, stop);
+  Complaints complaints(SayerFor(config));
   while (!stop.load()) {
     Result<std::vector<WorldSource>> worlds = ConnectEngines(config, engines);
     const bool nobody = !worlds.ok() && worlds.status().code() == StatusCode::kUnavailable;
@@ -92,7 +117,7 @@ RunSummary ServeForever(const RunConfig& config, Length length, const std::atomi
     if (ended.ok()) latest = *ended;
     sessions += worlds.ok() ? 1 : 0;
     if (stop.load()) break;
-    if (!ended.ok() && !nobody) SayerFor(config)("error: " + ended.status().message());
+    if (!ended.ok()) complaints.Say("error: " + ended.status().message());
     if (ended.ok() && CameToSomething(*ended)) {
       pause = kAfterFailure;
       continue;

@@ -10,6 +10,7 @@
 #include "consac/base/text.h"
 #include "consac/run/path.h"
 #include "judgement.h"
+#include "run_files.h"
 #include "training_loop.h"
 
 namespace consac::run {
@@ -51,7 +52,7 @@ Status Training::CheckEvaluation() {
   EvaluateOptions options = EvaluationOptions();
   options.episodes = 1;
   const Result<std::unique_ptr<WorldLink>> link = OpenToJudge(options, config_.eval_world, stop_);
-  if (!link.ok() && IsUrl(config_.eval_world) && link.status().code() != StatusCode::kCancelled)
+  if (!link.ok() && link.status().code() != StatusCode::kCancelled)
     return {link.status().code(), "eval_world: " + link.status().message()};
   if (!link.ok()) return link.status();
   const Status fits = Actors::Of(Snapshots(), (*link)->spec()).status();
@@ -63,7 +64,7 @@ void Training::EvaluateIfDue() {
   if (EvaluationDue() && !stop_.load(std::memory_order_relaxed)) {
     const Status status = Evaluation();
     const bool stopped = status.code() == StatusCode::kCancelled;
-    if (!status.ok() && !stopped && evaluation_.ok())  // once, until it works again
+    if (!status.ok() && !stopped && evaluation_.ok() && !Over())  // once, until it works again
       report_->Line("warning: an evaluation failed: " + status.message() + "; training goes on");
     if (!stopped) {
       evaluation_ = status;
@@ -103,18 +104,29 @@ Status Training::Evaluation() {
   if (goal_.has_value() && lowest >= *goal_) ReachGoal(Words(*judged));
   if (!best) return Status::Ok();
   const Status saved = SaveBest();
-  TellFailure("the best model", saved, &best_failed_);
+  if (!Over()) TellFailure("the best model", saved, &best_failed_);
   best_ = saved;
   if (saved.ok()) best_evaluation_ = sum;
   return Status::Ok();
 }
 
+// A place where no model can be kept is said before the training.
+Status Training::CheckBestFolder() const {
+  const std::string folder = directory_->File(kBestFolder);
+  if (IsLink(folder))
+    return {StatusCode::kDataLoss, "'" + folder + "' is a link and no folder of this run; take it away"};
+  if (IsThere(folder) && !IsFolder(folder))
+    return {StatusCode::kDataLoss, "'" + folder + "' is no folder; take it away"};
+  for (const BehaviourSpec& behaviour : spec().behaviours)
+    CONSAC_RETURN_IF_ERROR(CheckRegular(folder + "/" + ModelFileName(spec(), behaviour)));
+  return Status::Ok();
+}
+
 Status Training::SaveBest() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
+  CONSAC_RETURN_IF_ERROR(CheckBestFolder());
   const std::string folder = directory_->File(kBestFolder);
   std::error_code error;
-  if (std::filesystem::is_symlink(ToPath(folder), error))
-    return {StatusCode::kDataLoss, "'" + folder + "' is a link and no folder of this run; take it away"};
   std::filesystem::create_directories(ToPath(folder), error);
   if (error) return {StatusCode::kDataLoss, "cannot make folder '" + folder + "': " + error.message()};
   return SaveModels(folder);

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "config_fields.h"
+#include "consac/base/memory.h"
 #include "consac/base/text.h"
 #include "frozen_player.h"
 #include "state_size.h"
@@ -84,13 +85,15 @@ Status Training::MakeLearners() {
   if (!algorithm.ok()) return algorithm.status();
   algorithm_ = *algorithm;
   CONSAC_RETURN_IF_ERROR(LoadDemonstration());
-  if (algorithm_->relabels_goals && crew_[0].link().prices_goals() == nullptr) {
-    return {StatusCode::kInvalidArgument, Quote(config_.algorithm) +
-                                              " needs a world that can say what other goals would have paid, and " +
-                                              crew_[0].link().description() + " cannot; choose another algorithm"};
-  }
   const Result<learn::HyperparameterSet> values = HyperparametersOf(config_);
   if (!values.ok()) return values.status();
+  if (learn::RelabelsGoals(*algorithm_, *values) && crew_[0].link().prices_goals() == nullptr) {
+    const bool always = algorithm_->relabels_goals;
+    return {StatusCode::kInvalidArgument, (always ? Quote(config_.algorithm) : "HerReplayBuffer") +
+                                              " needs a world that can say what other goals would have paid, and " +
+                                              crew_[0].link().description() + " cannot; choose " +
+                                              (always ? "another algorithm" : "ReplayBuffer")};
+  }
   log_style_ = learn::LogStyleOf(*algorithm_, *values);
   std::vector<BehaviourSpec> behaviours = spec().behaviours;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
@@ -100,11 +103,12 @@ Status Training::MakeLearners() {
   }
   const Result<FrozenModels> frozen = FrozenFilesOf(config_, spec());
   if (!frozen.ok()) return frozen.status();
-  std::int64_t bytes_left = config_.max_memory_mib << 20;
+  std::int64_t bytes_left = config_.max_memory_mib << 20, state_left = static_cast<std::int64_t>(kMostStateBytes);
   for (std::size_t b = 0; b < behaviours.size(); ++b) {
     const BehaviourSpec& behaviour = behaviours[b];
     learn::LearnerOptions options = OptionsFor(b, behaviour);
     options.max_bytes = bytes_left;
+    options.max_state_bytes = state_left;
     const Making making;
     const auto model = frozen->find(behaviour.name);
     Result<std::unique_ptr<learn::Learner>> learner = model != frozen->end()
@@ -112,14 +116,18 @@ Status Training::MakeLearners() {
                                                           : algorithm_->create(options, *values);
     if (learner.status().code() == StatusCode::kResourceExhausted) {
       const std::string which = behaviours.size() > 1 ? "behaviour " + Quote(behaviour.name) + ": " : "";
-      return {StatusCode::kResourceExhausted, which + learner.status().message() + ", or raise --set max_memory_mib=" +
-                                                  std::to_string(config_.max_memory_mib)};
+      // Of a machine that has no more than the limit, more cannot be had.
+      const bool there_is = CheckMemory(static_cast<std::size_t>(bytes_left), "the limit").ok();
+      const std::string raise =
+          there_is ? ", or raise max_memory_mib (now " + std::to_string(config_.max_memory_mib) + ")" : "";
+      return {StatusCode::kResourceExhausted, which + learner.status().message() + raise};
     }
     if (!learner.ok()) return learner.status();
     StateSize taken;
     (*learner)->Visit(taken);
-    bytes_left =
-        std::max<std::int64_t>(0, bytes_left - (*learner)->memory_bytes() - static_cast<std::int64_t>(taken.bytes()));
+    const auto state = static_cast<std::int64_t>(taken.bytes());
+    bytes_left = std::max<std::int64_t>(0, bytes_left - (*learner)->memory_bytes() - state);
+    state_left = std::max<std::int64_t>(0, state_left - state);
     trainees_.push_back({std::move(*learner), EpisodeSums(behaviour.slots, b),
                          DataWatch(behaviour, DataWatchOptions::Of(config_, spec())), model != frozen->end()});
   }

@@ -96,6 +96,8 @@ Status Training::Start(std::vector<WorldSource> worlds) {
       RunDirectory::Open(config_.directory, config_.name, ExistingRunOf(config_));
   if (!directory.ok()) return directory.status();
   directory_ = std::move(*directory);
+  KeepReplacedModels();
+  if (config_.eval_every > 0) CONSAC_RETURN_IF_ERROR(CheckBestFolder());
   if (double goal = 0.0; ParseHumanNumber(config_.stop_reward, &goal)) goal_ = goal;
   if (config_.resume) {
     CONSAC_RETURN_IF_ERROR(Restore());  // one that is refused leaves config.yaml as it was
@@ -108,12 +110,21 @@ Status Training::Start(std::vector<WorldSource> worlds) {
   if (algorithm_->needs_world) LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
-  // Beside the models of a run that this one overwrites it could not be gone on with otherwise, were it killed now.
-  if (directory_->has_old_models()) TellFailure("a checkpoint", Checkpoint(), &checkpoint_failed_);
+  if (directory_->replaces()) CONSAC_RETURN_IF_ERROR(SaveBeginning());
+  if (!algorithm_->needs_world) CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
   if (next_evaluation_ == 0) PlanEvaluation();
   reserve_ = std::make_unique<MemoryReserve>(kFirstAid, SavingBytes());
   checkpoint_time_ = Now();
   return Status::Ok();
+}
+
+// What has begun and not come to a step: a run that was to be overwritten is put back.
+Status Training::GiveUp(const Status& why) {
+  report_.reset();  // whose files go
+  if (directory_ == nullptr || !directory_->replaces()) return why;
+  const Status back = directory_->PutBack();
+  if (!back.ok()) return {why.code(), why.message() + "; and then: " + back.message()};
+  return {why.code(), why.message() + "; the run that was to be overwritten is as it was"};
 }
 
 // A resumed run with engines: its episodes begin anew.
@@ -151,6 +162,13 @@ void Training::ReportUpdates() {
   if (!updates_.empty()) report_->OnUpdates(updates_, steps());
 }
 
+bool Training::LearnedNothing() const {
+  const auto learns = [](const Trainee& trainee) { return !trainee.frozen; };
+  return std::ranges::any_of(trainees_, learns) && std::ranges::none_of(trainees_, [&](const Trainee& trainee) {
+           return learns(trainee) && trainee.learner->updates() > 0;
+         });
+}
+
 bool Training::LearningDue() const {
   return std::any_of(trainees_.begin(), trainees_.end(),
                      [](const Trainee& trainee) { return trainee.learner->LearningDue(); });
@@ -178,7 +196,7 @@ Status Training::Handle(const Crew::Outcome& outcome) {
     lost_[outcome.worker] = 0;
     crew_[outcome.worker].Adopt();
     CONSAC_RETURN_IF_ERROR(crew_[outcome.worker].Begin(trainees_));
-    report_->Line("an engine is back: " + crew_[outcome.worker].link().description());
+    returns_.Say("an engine is back: " + crew_[outcome.worker].link().description());
   } else if (outcome.status.code() != StatusCode::kCancelled) {
     report_->Line("warning: an engine is given up: " + outcome.status.message());
   }
@@ -187,6 +205,7 @@ Status Training::Handle(const Crew::Outcome& outcome) {
 
 Status Training::Take(Worker& worker) {
   CONSAC_RETURN_IF_ERROR(worker.TakeOutcome(trainees_));
+  CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
   done_ += worker.rows();
   spent_.agent_steps += worker.rows();
   ++spent_.rounds;
@@ -201,6 +220,10 @@ Status Training::Take(Worker& worker) {
   return worker.Record(trainees_);
 }
 
+void Training::Tell(std::string_view line) {
+  if (report_ != nullptr) report_->Line(std::string(line));
+}
+
 // One world of several is lost: the others go on while it is tried again. Its step was not taken.
 Status Training::Lose(const Crew::Outcome& outcome) {
   Worker& worker = crew_[outcome.worker];
@@ -209,7 +232,7 @@ Status Training::Lose(const Crew::Outcome& outcome) {
   const bool last = std::all_of(lost_.begin(), lost_.end(), [](std::uint8_t lost) { return lost != 0; });
   if (last || stop_.load(std::memory_order_relaxed)) return outcome.status;
   for (std::size_t b = 0; b < trainees_.size(); ++b) trainees_[b].episodes.Clear(worker.slots(b));
-  report_->Line("warning: an engine is lost: " + outcome.status.message() + "; the others go on, it is tried again");
+  losses_.Say("warning: an engine is lost: " + outcome.status.message() + "; the others go on, it is tried again");
   crew_.ConnectAnew(outcome.worker, config_.seed + static_cast<std::uint64_t>(done_), stop_);
   ++connecting_;
   return Status::Ok();
@@ -255,9 +278,11 @@ Status Training::AfterRound() {
   for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
   CONSAC_RETURN_IF_ERROR(reserve_->health());
   EvaluateIfDue();
+  losses_.Look();
+  returns_.Look();
   if (CheckpointDue()) {
     const double before = Now();
-    (void)Save();
+    (void)Save(Telling::kNow);
     saving_seconds_ += Now() - before;
     CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   }
@@ -312,7 +337,8 @@ Result<RunSummary> Training::Finish(double seconds) {
     const std::string found = trainee.watch.Summary();
     if (!found.empty()) report_->Line("warning: what the world sent: " + found);
   }
-  const Status saved = Save();
+  CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());  // which a stop before the first step has left to do
+  const Status saved = Save(Telling::kAtTheEnd);
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());  // the curve would be drawn in somebody else's folder
   const Status report = report_->Finish();
   if (!reserve_->ran_short()) {
@@ -333,6 +359,11 @@ Result<RunSummary> Training::Finish(double seconds) {
   summary.saving_seconds = saving_seconds_;
   summary.interrupted = !goal_reached_ && (summary.steps < config_.steps || EvaluationDue());
   for (const Trainee& trainee : trainees_) summary.interrupted = summary.interrupted || trainee.learner->LearningDue();
+  if (!summary.interrupted && summary.steps >= steps_per_update() && LearnedNothing()) {
+    report_->Line("warning: nothing was learned in " + std::to_string(summary.steps) +
+                  " steps; raise --steps, or look at what " + Quote(config_.algorithm) +
+                  " waits for (learning_starts, train_freq, gradient_steps)");
+  }
   StateHasher hasher;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
     const learn::Learner& learner = *trainees_[b].learner;

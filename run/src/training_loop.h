@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "consac/base/refusals.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/run/report.h"
 #include "consac/run/run_directory.h"
@@ -27,6 +28,9 @@ inline ExistingRun ExistingRunOf(const RunConfig& config) {
   return config.resume ? ExistingRun::kResume : config.force ? ExistingRun::kOverwrite : ExistingRun::kRefuse;
 }
 
+/// Whether what could not be saved is told of: at a run's end its last word does.
+enum class Telling : std::uint8_t { kNow, kAtTheEnd };
+
 /// A world of a run, and how it is reached again.
 struct WorldSource {
   std::unique_ptr<WorldLink> link;
@@ -43,6 +47,10 @@ class Training {
   /// Makes learners for the worlds, which must offer the same behaviours, opens the run's folder and logs, restores
   /// what --resume asks for.
   Status Start(std::vector<WorldSource> worlds);
+  /// Whether a run that is to be overwritten is still there: until this one's first step.
+  bool replaces() const { return directory_ != nullptr && directory_->replaces(); }
+  /// Where the first step was not come to, for `why`: puts a run back that was to be overwritten. Says so behind `why`.
+  Status GiveUp(const Status& why);
   /// Trains until all steps are taken, `stop` is set or the last world fails.
   Status Loop();
   /// Agents of all behaviours in all worlds: so many steps are taken at once.
@@ -75,6 +83,7 @@ class Training {
   std::size_t steps_under_way() const { return crew_.under_way() - connecting_; }
   bool Overlaps() const { return IsUrl(config_.world) && !config_.lockstep; }
   bool LearningDue() const;
+  bool LearnedNothing() const;
   Status BeginWorlds();
   void Send(std::size_t worker, Where where);
   void SendIdle();
@@ -94,18 +103,25 @@ class Training {
   void EvaluateIfDue();
   EvaluateOptions EvaluationOptions();
   Status Evaluation();
+  Status CheckBestFolder() const;
   Status SaveBest();
   void LookAtEpisodes();
   void ReachGoal(const std::string& means);
   Status StartFromModels();
   std::vector<PolicyData> Snapshots() const;
   bool CheckpointDue() const;
-  Status Save();
+  Status Save(Telling telling);
   void TellFailure(const std::string& what, const Status& status, bool* told);
+  void Tell(std::string_view line);
+  Status SaveBeginning();
+  void KeepReplacedModels() const;
+  bool Over() const { return goal_reached_ || steps() >= config_.steps; }
   Status Checkpoint();
   std::string Description() const;
   std::string Identity() const;
   Status CheckIdentity(const StateMap& state) const;
+  std::string Offer() const;
+  Status CheckOffer(const StateMap& state);
   void Visit(Archive& archive);
   std::size_t SavingBytes();
   Status CheckCheckpointFits();
@@ -117,6 +133,9 @@ class Training {
   std::unique_ptr<MemoryReserve> reserve_;  // what saving takes
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Report> report_;
+  // One of several engines may come and go at every step.
+  Refusals losses_{[this](std::string_view line) { Tell(line); }},
+      returns_{[this](std::string_view line) { Tell(line); }};
   std::optional<Demonstration> demonstration_;
   std::vector<Trainee> trainees_;  // one per behaviour of the world, in its order
   EnvSpec spec_;                   // of the first world, which the others equal but for their number of environments

@@ -10,6 +10,7 @@
 #include "consac/base/text.h"
 #include "consac/nn/kernels.h"
 #include "consac/run/path.h"
+#include "offer.h"
 #include "row_segments.h"
 #include "state_size.h"
 #include "training_loop.h"
@@ -55,14 +56,15 @@ std::size_t Training::SavingBytes() {
   return kCopies * state.bytes() + kBeside;
 }
 
-// The header of a file has limits (budget.h); a checkpoint beyond them could be written and never read.
+// The header of a file has limits (budget.h); a checkpoint beyond them could be written and never read. Rollouts, which
+// are most of it, have been looked at before they were made.
 Status Training::CheckCheckpointFits() {
-  constexpr std::size_t kMostFields = 100'000, kMostBytes = (std::size_t{1} << 31) - (std::size_t{32} << 20);
+  constexpr std::size_t kMostFields = 100'000;
   StateSize state;
   for (const Trainee& trainee : trainees_) trainee.learner->Visit(state);
-  if (state.bytes() > kMostBytes) {
+  if (state.bytes() > kMostStateBytes) {
     return {StatusCode::kResourceExhausted, "a checkpoint would have " + std::to_string(state.bytes() >> 20) +
-                                                " MiB, of which at most " + std::to_string(kMostBytes >> 20) +
+                                                " MiB, of which at most " + std::to_string(kMostStateBytes >> 20) +
                                                 " are read again; lower n_steps, --envs or the network"};
   }
   if (IsUrl(config_.world)) return Status::Ok();
@@ -100,6 +102,7 @@ Status Training::Restore() {
     return Status::Ok();
   }
   CONSAC_RETURN_IF_ERROR(CheckIdentity(*state));
+  CONSAC_RETURN_IF_ERROR(CheckOffer(*state));
   ReadNumber(*state, "steps", &restored_steps_);
   ReadNumber(*state, "next_evaluation", &next_evaluation_);
   ReadNumber(*state, "best_evaluation", &best_evaluation_);
@@ -170,6 +173,23 @@ Status Training::CheckIdentity(const StateMap& state) const {
   return Status::Ok();
 }
 
+std::string Training::Offer() const {
+  std::vector<std::int64_t> slots;
+  for (const Trainee& trainee : trainees_) slots.push_back(trainee.episodes.slots());
+  return OfferText(spec(), slots);
+}
+
+// An engine with other bounds or another behaviour would be learned with what belongs to the first one. Checkpoints of
+// older programs do not say what it was.
+Status Training::CheckOffer(const StateMap& state) {
+  const std::string before = TextIn(state, "offer");
+  const Status same = before.empty() ? Status::Ok() : CompareOffers(before, Offer());
+  if (same.ok()) return same;
+  return {same.code(), "run '" + directory_->path() + "' was trained in another world than " +
+                           crew_[0].link().description() + " offers: " + same.message() +
+                           "; go on in its own world, or train in this one under another --name"};
+}
+
 std::string Training::Description() const {
   return JsonText(nlohmann::json({{"kind", "checkpoint"},
                                   {"requires", {"checkpoint"}},
@@ -182,18 +202,37 @@ std::string Training::Description() const {
 
 // The checkpoint first: it holds more, and --resume needs it. Then the model, so that whoever kills the training has
 // one, whatever became of the checkpoint.
-Status Training::Save() {
+Status Training::Save(Telling telling) {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   const Status checkpoint = Checkpoint(), model = SaveModels(directory_->path());
-  if (model.ok()) directory_->RemoveOldModels();
   checkpoint_time_ = Now();
   for (Trainee& trainee : trainees_) {
     trainee.saved_updates = trainee.learner->updates();
     trainee.saved_steps = trainee.learner->steps();
   }
-  TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
-  TellFailure("the model", model, &model_failed_);
-  return checkpoint.ok() ? model : checkpoint;
+  if (telling == Telling::kNow) {
+    TellFailure("a checkpoint", checkpoint, &checkpoint_failed_);
+    TellFailure("the model", model, &model_failed_);
+  }
+  if (checkpoint.ok() || model.ok() || checkpoint.message() == model.message())
+    return checkpoint.ok() ? model : checkpoint;
+  return {checkpoint.code(), checkpoint.message() + "; and " + model.message()};
+}
+
+// A run that takes another's place has all that it needs to be gone on with before the other goes, which is at the
+// first step: an engine that fails there has taught nothing. Whoever loads the model has the other's until this one's
+// first that has learned.
+Status Training::SaveBeginning() {
+  CONSAC_RETURN_IF_ERROR(Checkpoint());
+  CONSAC_RETURN_IF_ERROR(SaveModels(directory_->path()));
+  KeepReplacedModels();
+  return Status::Ok();
+}
+
+void Training::KeepReplacedModels() const {
+  for (std::size_t b = 0; b < trainees_.size(); ++b) {
+    if (!trainees_[b].frozen) directory_->KeepReplacedModel(ModelFileName(spec(), spec().behaviours[b]));
+  }
 }
 
 // Once, until it works again.
@@ -209,8 +248,9 @@ Status Training::Checkpoint() {
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   CheckpointWriter writer(directory_->segments());
   std::int64_t at = steps();
-  std::string instruction_set(nn::InstructionSet()), run = Identity();
+  std::string instruction_set(nn::InstructionSet()), run = Identity(), offer = Offer();
   writer("run", run);
+  writer("offer", offer);
   writer("steps", at);
   writer("instruction_set", instruction_set);
   writer("next_evaluation", next_evaluation_);
@@ -253,9 +293,7 @@ Status Training::SaveModel(PolicyData data, const std::string& folder, const Beh
   const Result<Policy> policy = Policy::Create(std::move(data), 1);
   if (!policy.ok()) return policy.status();
   const std::string file = folder + "/" + ModelFileName(spec(), behaviour);
-  CONSAC_RETURN_IF_ERROR(policy->ToFile(config_.seed).Save(file));
-  directory_->KeepModel(file);
-  return Status::Ok();
+  return policy->ToFile(config_.seed).Save(file);
 }
 
 }  // namespace consac::run

@@ -89,31 +89,12 @@ TEST(Kill, AtAnyMomentLosesNothingOfAReplay) {
   ExpectKillsToLoseNothing(SmallReplayRun, 8);
 }
 
-TEST(Kill, AModelThatIsOverwrittenStaysUntilThereIsAnother) {
-  testing::ScratchFolder scratch("overwritten");
-  RunConfig config = SmallRun(scratch.path(), "again");
-  config.seed = 99;
-  ASSERT_TRUE(Train(config, kNeverStop).ok());
-  const std::string model = scratch.path() + "/again/model.consac";
-  const auto before = ReadFile(model);
-  config.seed = SmallRun(scratch.path()).seed;
-  config.force = true;
-  RunConfig endless = config;
-  endless.steps = std::int64_t{1} << 40;
-  const std::string first = scratch.path() + "/again/checkpoints/step_000000000000.consac";
-  const pid_t child = fork();
-  if (child == 0) _exit(Train(endless, kNeverStop).ok() ? 0 : 1);
-  while (!std::filesystem::exists(first)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-  ASSERT_EQ(*ReadFile(model), *before);
-  config.force = false;
-  config.resume = true;
-  const Result<RunSummary> resumed = Train(config, kNeverStop);
-  ASSERT_TRUE(resumed.ok()) << resumed.status().message();
-  const Result<RunSummary> whole = Train(SmallRun(scratch.path(), "whole"), kNeverStop);
-  EXPECT_EQ(resumed->weights_hash, whole->weights_hash) << "it goes on from its own beginning, not the other's";
-  EXPECT_NE(*ReadFile(model), *before);
+TEST(Kill, AtAnyMomentLosesNothingOfNoiseThatRemembers) {
+  ExpectKillsToLoseNothing(SmallDdpgRun, 8);
+}
+
+TEST(Kill, AtAnyMomentLosesNothingOfGoalsThatWereNotMeant) {
+  ExpectKillsToLoseNothing(SmallHindsightRun, 8);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ TEST(MaxMemory, ARolloutBeyondItIsRefusedBeforeAnythingIsWrittenAndMayBeRaised) 
   const Status refused = Train(ManyWorlds(scratch.path(), 8), kNeverStop).status();
   EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
   EXPECT_THAT(refused.message(), HasSubstr("256000 steps (n_steps times agents)"));
-  EXPECT_THAT(refused.message(), HasSubstr("lower n_steps, or raise --set max_memory_mib=8"));
+  EXPECT_THAT(refused.message(), HasSubstr("lower n_steps, or raise max_memory_mib (now 8)"));
   EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/many"));
   EXPECT_TRUE(Train(ManyWorlds(scratch.path(), 64), kNeverStop).ok());
 }
@@ -36,7 +36,20 @@ TEST(MaxMemory, AHundredThousandEnvironmentsMeetTheLimitThatNobodySet) {
   RunConfig config = SmallRun(scratch.path());
   config.envs = 100000;
   config.hyperparameters.emplace_back("n_steps", "8192");
-  EXPECT_THAT(Train(config, kNeverStop).status().message(), HasSubstr("max_memory_mib=8192"));
+  EXPECT_THAT(Train(config, kNeverStop).status().message(), HasSubstr("max_memory_mib (now 8192)"));
+}
+
+// Less than the limit, but more than is read again.
+TEST(MaxMemory, ARolloutThatNoCheckpointHoldsIsRefusedBeforeItIsMade) {
+  for (const char* algorithm : {"ppo2", "a2c"}) {
+    testing::ScratchFolder scratch("unsaved");
+    RunConfig config = SmallRun(scratch.path());
+    config.algorithm = algorithm;
+    config.hyperparameters = {{"n_steps", "40000000"}};
+    const std::string refused = Train(config, kNeverStop).status().message();
+    EXPECT_THAT(refused, HasSubstr(" MiB for a rollout of 80000000 steps (n_steps times agents), of which"));
+    EXPECT_THAT(refused, HasSubstr("at most 2016 are read again; lower n_steps or --envs"));
+  }
 }
 
 TEST(MaxMemory, LayersThatCannotActAreToldAsThat) {

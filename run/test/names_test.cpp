@@ -51,6 +51,16 @@ std::string Contents(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+TEST(RunNames, AWorldsLongNameIsCut) {
+  testing::ScratchFolder scratch("long");
+  const Result<RunSummary> summary = RunWith(scratch.path(), {10, ""}, std::string(137, 'w'));
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  const std::string folder = ToPath(summary->directory).filename().string();
+  EXPECT_EQ(folder.find("www"), 0u) << folder;
+  EXPECT_NE(folder.find("__ppo2__"), std::string::npos) << folder;
+  EXPECT_LE(folder.size(), 128u - 8u) << "room for a number";
+}
+
 TEST(RunNames, BehavioursNamedLikePathsStayInTheRunsFolder) {
   testing::ScratchFolder scratch("names");
   const std::string above = scratch.path() + "/above.consac";

@@ -3,13 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #if !defined(_WIN32)
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #endif
 
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -169,122 +167,41 @@ TEST(RunDirectory, AFolderThatIsNoRunsLosesNothing) {
   }
 }
 
-TEST(RunDirectory, OverwritingRemovesWhatARunWritesAndNothingElse) {
-  testing::ScratchFolder scratch("force");
-  const std::string run = scratch.path() + "/run/";
-  ModelFile model;
-  model.spec_json = R"({"kind": "policy", "interface": {"behaviour": "walker"}})";
-  Write(run + "config.yaml", "a run's, which the new one replaces");
-  for (const char* file : {"progress.csv", "monitor.csv", "curve.svg", "curve.png", "model.consac",
-                           "checkpoints/step_000000000100.consac", "tensorboard/PPO2_1/events.out.tfevents.1.host.2",
-                           "evaluations.csv", "config.yaml.tmp-77", "checkpoints/step_000000000200.consac.tmp-77",
-                           "walker.monitor.csv", "walker.curve.svg", "walker.curve.png", "walker.curve.png.tmp-77"})
-    Write(run + file, "a run's");
-  ASSERT_TRUE(model.Save(run + "walker.consac").ok());
-  for (const char* file : {"notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me", "checkpoints/mine.txt",
-                           "tensorboard/mine.txt", "tensorboard/PPO2_2/mine.txt", "checkpoints/best.consac",
-                           "my.curve.png", "best/mine.txt"})
-    Write(run + file, "mine");
-  ASSERT_TRUE(model.Save(run + "favourite.consac").ok());
-  ASSERT_TRUE(model.Save(run + "best/walker.consac").ok());
-  const auto directory = Open(scratch.path(), ExistingRun::kOverwrite);
-  ASSERT_NE(directory, nullptr);
-  for (const char* file : {"model.consac", "walker.consac", "best/walker.consac"})
-    EXPECT_TRUE(fs::exists(run + file)) << file << " stays until this run has its own";
-  EXPECT_TRUE(directory->has_old_models());
-  directory->KeepModel(run + "walker.consac");
-  directory->RemoveOldModels();
-  EXPECT_TRUE(fs::remove(run + "walker.consac")) << "this run's own";
-  EXPECT_FALSE(std::filesystem::exists(run + "tensorboard/PPO2_1"));
-  std::vector<std::string> left;
-  for (const auto& [path, text] : FilesBelow(run)) left.push_back(path.substr(run.size()));
-  EXPECT_THAT(left, ::testing::UnorderedElementsAre(
-                        ".lock", "config.yaml", "notes.txt", "best.consac", "letter.tmp-77", "config.yaml.tmp-me",
-                        "checkpoints/mine.txt", "tensorboard/mine.txt", "tensorboard/PPO2_2/mine.txt", "best/mine.txt",
-                        "checkpoints/best.consac", "favourite.consac", "my.curve.png"));
-}
-
-// Killed, or out of descriptors, before the new run has a configuration: it is a run's folder still.
-TEST(RunDirectory, OverwritingThatIsInterruptedMayBeTriedAgain) {
-  testing::ScratchFolder scratch("interrupted");
-  for (const char* file : {"config.yaml", "model.consac", "notes.txt"}) Write(scratch.path() + "/run/" + file, "old");
-  for (int i = 0; i < 2; ++i) ASSERT_NE(Open(scratch.path(), ExistingRun::kOverwrite), nullptr) << i;
-}
-
-/// A run with two checkpoints and a model, to be overwritten.
-std::string OldRun(const std::string& root) {
-  const std::string run = root + "/run/";
-  fs::remove_all(run);
-  for (const char* file : {"config.yaml", "progress.csv", "monitor.csv", "model.consac", "best/model.consac", ".lock",
-                           "checkpoints/step_000000000100.consac", "checkpoints/step_000000000200.consac"})
-    Write(run + file, "old");
-  return run;
-}
-
-TEST(RunDirectory, WhatCannotBeOverwrittenLosesNothing) {
-  testing::ScratchFolder scratch("refused");
-  for (const char* name : {"config.yaml", "progress.csv", "monitor.csv", "evaluations.csv", "curve.svg", "model.consac",
-                           "checkpoints/step_000000000200.consac", "tensorboard", "best"}) {
-    const std::string run = OldRun(scratch.path());
-    const bool folder = std::string_view(name) == "tensorboard" || std::string_view(name) == "best";
-    fs::remove_all(run + name);
-    if (folder) Write(run + name, "a file");
-    if (!folder) fs::create_directory(run + name);
-    const auto before = FilesBelow(run);
-    const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kOverwrite);
-    ASSERT_FALSE(directory.ok()) << name;
-    EXPECT_EQ(directory.status().code(), StatusCode::kDataLoss) << name;
-    EXPECT_THAT(directory.status().message(), HasSubstr(run + name));
-    EXPECT_THAT(directory.status().message(), HasSubstr("nothing of the old run was removed"));
-    EXPECT_EQ(FilesBelow(run), before) << name;
-  }
-}
-
 #if !defined(_WIN32)
-TEST(RunDirectory, WithoutDescriptorsOrRoomTheOldRunStays) {
-  testing::ScratchFolder scratch("limits");
-  const std::string run = OldRun(scratch.path());
-  const auto before = FilesBelow(run);
-  for (const auto& [resource, limit] : {std::pair{RLIMIT_NOFILE, rlim_t{6}}, std::pair{RLIMIT_FSIZE, rlim_t{1024}}}) {
-    const pid_t child = fork();
-    if (child == 0) {
-      std::signal(SIGXFSZ, SIG_IGN);
-      for (int descriptor = 3; descriptor < 100; ++descriptor) close(descriptor);
-      const rlimit limits{limit, limit};
-      setrlimit(resource, &limits);
-      const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kOverwrite);
-      _exit(directory.ok() ? 0 : static_cast<int>(directory.status().code()));
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(WEXITSTATUS(status), static_cast<int>(StatusCode::kResourceExhausted));
-    EXPECT_EQ(FilesBelow(run), before);
-  }
+TEST(RunDirectory, ALockThatIsALinkIsNamed) {
+  testing::ScratchFolder scratch("lock_link");
+  fs::create_directories(scratch.path() + "/run");
+  fs::create_symlink(scratch.path() + "/elsewhere", scratch.path() + "/run/.lock");
+  const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kRefuse);
+  EXPECT_THAT(directory.status().message(), HasSubstr("/run/.lock' is a link"));
+  EXPECT_EQ(directory.status().code(), StatusCode::kDataLoss);
 }
 
-TEST(RunDirectory, AFolderThatTakesNoNewFilesLosesNothing) {
-  testing::ScratchFolder scratch("closed_folder");
-  const std::string run = OldRun(scratch.path());
-  for (const std::string& closed : {run, run + "checkpoints"}) {
-    const auto before = FilesBelow(run);
-    const pid_t child = fork();
-    if (child == 0) {
-      for (const auto& entry : fs::recursive_directory_iterator(scratch.path())) {
-        fs::permissions(entry.path(), fs::perms::all);
-      }
-      fs::permissions(scratch.path(), fs::perms::all);
-      fs::permissions(closed, fs::perms(0555));
-      if (getuid() == 0 && setuid(65534) != 0) _exit(100);  // nothing is closed to root
-      const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kOverwrite);
-      const bool said = directory.status().message().find("Permission denied") != std::string::npos;
-      _exit(!said ? 101 : static_cast<int>(directory.status().code()));
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(WEXITSTATUS(status), static_cast<int>(StatusCode::kDataLoss)) << closed;
-    fs::permissions(closed, fs::perms::all);
-    EXPECT_EQ(FilesBelow(run), before) << closed;
+// What a run that goes on would write to, or put its own in the place of.
+TEST(RunDirectory, FilesThatAreNoneOrAreSomebodyElsesTooAreNotGoneOnWith) {
+  testing::ScratchFolder scratch("go_on");
+  const std::string run = scratch.path() + "/run/";
+  const auto said = [&](const std::string& name, auto&& make) {
+    fs::remove_all(run);
+    for (const char* file : {"config.yaml", "monitor.csv", "model.consac"}) Write(run + file, "old");
+    fs::remove(run + name);
+    make(run + name);
+    const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kResume);
+    EXPECT_EQ(directory.status().code(), StatusCode::kDataLoss) << name;
+    return directory.status().message();
+  };
+  for (const char* name : {"monitor.csv", "model.consac"}) {
+    EXPECT_THAT(said(name, [](const std::string& path) { ASSERT_EQ(mkfifo(path.c_str(), 0600), 0); }),
+                HasSubstr(std::string(name) + "' is no regular file"));
+    EXPECT_THAT(said(name, [](const std::string& path) { fs::create_directory(path); }),
+                HasSubstr(std::string(name) + "' is no regular file"));
+    EXPECT_THAT(said(name, [](const std::string& path) { fs::create_symlink("/dev/full", path); }),
+                HasSubstr(std::string(name) + "' is "));
   }
+  Write(scratch.path() + "/theirs", "theirs");
+  EXPECT_THAT(
+      said("monitor.csv", [&](const std::string& path) { fs::create_hard_link(scratch.path() + "/theirs", path); }),
+      HasSubstr("hard link"));
 }
 #endif
 

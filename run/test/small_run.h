@@ -52,4 +52,29 @@ inline RunConfig SmallSacRun(const std::string& directory, const std::string& na
   return config;
 }
 
+/// One whose actor explores by noise in its parameters and by noise that remembers.
+inline RunConfig SmallDdpgRun(const std::string& directory, const std::string& name = "small") {
+  RunConfig config = SmallSacRun(directory, name);
+  config.algorithm = "ddpg";
+  for (const char* set : {"param_noise", "normalize_returns", "enable_popart"})
+    config.hyperparameters.emplace_back(set, "true");
+  config.hyperparameters.emplace_back("param_noise_adaption_interval", "7");
+  return config;
+}
+
+/// One that learns from goals that were not meant; its replay is full long before its end.
+inline RunConfig SmallHindsightRun(const std::string& directory, const std::string& name = "small") {
+  RunConfig config = SmallRun(directory, name);
+  config.world = "bit-flipping-v0";
+  config.algorithm = "dqn";
+  config.hyperparameters = {{"buffer_size", "500"},
+                            {"learning_starts", "100"},
+                            {"net_arch", "[16]"},
+                            {"replay_buffer_class", "HerReplayBuffer"},
+                            {"norm_reward", "true"},
+                            {"goal_selection_strategy", "episode"},
+                            {"target_update_interval", "64"}};
+  return config;
+}
+
 }  // namespace consac::run

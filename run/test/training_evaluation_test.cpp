@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "small_run.h"
+#include "system/system.h"
 
 namespace consac::run {
 namespace {
@@ -211,8 +212,13 @@ TEST(TrainingEvaluation, OneThatFailsAtTheEndIsTheRunsEndToo) {
   EXPECT_TRUE(Policy::Load(scratch.path() + "/pole/model.consac").ok());
 }
 
-TEST(TrainingEvaluation, ABestModelThatCannotBeSavedIsSaidAtTheEnd) {
-  consac::testing::ScratchFolder scratch("no_best");
+/// A folder in the place of the file that a best model is written to first.
+void KeepNoBest(const std::string& run) {
+  std::filesystem::create_directories(run + "/best/model.consac.tmp-" + std::to_string(ProcessId()));
+}
+
+TEST(TrainingEvaluation, APlaceWhereNoBestModelCanBeKeptIsSaidBeforeTheTraining) {
+  consac::testing::ScratchFolder scratch("no_best_folder");
   RunConfig config = Pole(scratch.path(), "pole");
   config.steps = 256;
   Trained(config);
@@ -221,10 +227,40 @@ TEST(TrainingEvaluation, ABestModelThatCannotBeSavedIsSaidAtTheEnd) {
   config.steps = 1024;
   config.eval_every = 512;
   const Result<RunSummary> ended = Train(config, kNeverStop);
+  EXPECT_EQ(ended.status().code(), StatusCode::kDataLoss);
+  EXPECT_THAT(ended.status().message(), HasSubstr("/best' is no folder"));
+}
+
+TEST(TrainingEvaluation, ABestModelThatCannotBeSavedIsSaidAtTheEnd) {
+  consac::testing::ScratchFolder scratch("no_best");
+  RunConfig config = Pole(scratch.path(), "pole");
+  config.steps = 256;
+  Trained(config);
+  KeepNoBest(scratch.path() + "/pole");
+  config.resume = true;
+  config.steps = 1024;
+  config.eval_every = 512;
+  const Result<RunSummary> ended = Train(config, kNeverStop);
   ASSERT_FALSE(ended.ok());
   EXPECT_EQ(ended.status().code(), StatusCode::kDataLoss);
-  EXPECT_THAT(ended.status().message(), AllOf(HasSubstr("/best'"), HasSubstr("is saved in")));
+  EXPECT_THAT(ended.status().message(), AllOf(HasSubstr("/best/model.consac"), HasSubstr("is saved in")));
   EXPECT_TRUE(Policy::Load(scratch.path() + "/pole/model.consac").ok());
+}
+
+TEST(TrainingEvaluation, OfWhatFailsAtTheEndNothingIsSaidToGoOn) {
+  consac::testing::ScratchFolder scratch("end");
+  RunConfig config = Pole(scratch.path(), "pole");
+  config.steps = 256;
+  Trained(config);
+  KeepNoBest(scratch.path() + "/pole");
+  config.resume = true;
+  config.steps = 512;
+  config.eval_every = 512;
+  ::testing::internal::CaptureStderr();
+  const Result<RunSummary> ended = Train(config, kNeverStop);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr().find("training goes on"), std::string::npos);
+  EXPECT_THAT(ended.status().message(),
+              AllOf(HasSubstr("the best model could not be saved"), HasSubstr("is saved in")));
 }
 
 // A script reads one line of JSON there.
@@ -233,9 +269,9 @@ TEST(TrainingEvaluation, WhatFailsIsNotSaidOnStandardOutputToAScript) {
   RunConfig config = Pole(scratch.path(), "pole");
   config.steps = 256;
   Trained(config);
-  std::ofstream(scratch.path() + "/pole/best") << "no folder";
+  KeepNoBest(scratch.path() + "/pole");
   config.resume = true;
-  config.steps = 512;
+  config.steps = 768;
   config.eval_every = 256;
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();

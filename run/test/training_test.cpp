@@ -178,6 +178,31 @@ TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
   EXPECT_EQ(TrainOk(bare).weights_hash, TrainOk(whole).weights_hash) << "a name is enough to go on";
 }
 
+// A run that a broken number has ended goes on once it is told what to do with such numbers.
+TEST(Training, WhatIsDoneWithNumbersThatAreNoneMayChange) {
+  consac::testing::ScratchFolder scratch("watch");
+  RunConfig config = SmallRun(scratch.path());
+  config.world = "pendulum-v1";
+  config.steps = 128;
+  config.max_abs_reward = 0.001;
+  EXPECT_THAT(Train(config, kNeverStop).status().message(), HasSubstr("raise the limit"));
+  RunConfig on;
+  on.directory = scratch.path();
+  on.name = "small";
+  on.resume = on.quiet = true;
+  on.steps = 64;
+  on.non_finite = "replace";
+  Result<RunSummary> resumed = Train(on, kNeverStop);
+  ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+  on.steps = 128;
+  on.non_finite = "error";
+  on.max_abs_reward = 100.0;
+  ASSERT_TRUE(ApplySetting("non_finite=error", &on).ok());
+  resumed = Train(on, kNeverStop);
+  ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+  EXPECT_EQ(resumed->steps, 128);
+}
+
 // One that --force could not remove, or that somebody has put there.
 TEST(Training, AnotherRunsCheckpointIsNotGoneOnWith) {
   consac::testing::ScratchFolder scratch("foreign_checkpoint");
@@ -345,6 +370,27 @@ TEST(Training, BadConfigurationsAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(error([](RunConfig& c) { c.name = "../escape"; }), HasSubstr("name"));
   EXPECT_THAT(error([](RunConfig& c) { c.name = std::string(300, 'x'); }), HasSubstr("name"));
   EXPECT_TRUE(fs::is_empty(scratch.path()));
+}
+
+// Also where a script reads the rest.
+TEST(Training, ThatLearnsNothingSaysSoOnce) {
+  for (const auto& small : {SmallRun, SmallReplayRun, SmallSacRun}) {
+    testing::ScratchFolder scratch("nothing");
+    RunConfig config = small(scratch.path(), "nothing");
+    config.force = true;
+    config.steps = 40;  // of 64 in a rollout, or 100 before learning begins
+    ::testing::internal::CaptureStderr();
+    TrainOk(config);
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    const std::size_t first = said.find("warning: ");
+    EXPECT_THAT(said, ::testing::AnyOf(HasSubstr("nothing will be learned"), HasSubstr("nothing was learned")))
+        << config.algorithm;
+    EXPECT_EQ(said.find("warning: ", first + 1), said.npos) << said;
+    config.steps = 400;
+    ::testing::internal::CaptureStderr();
+    TrainOk(config);
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << config.algorithm;
+  }
 }
 
 TEST(FindModel, TakesAPathOrANameAndSuggestsTheNearest) {

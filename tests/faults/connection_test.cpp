@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "tests/faults/ticking_engine.h"
@@ -83,6 +84,17 @@ TEST(FaultA, A4_WhereText1DoesNotFitASilentConnectionHearsWhyAndIsClosedAtTheHan
   EXPECT_THAT(Listen(*silent, 5.0), HasSubstr("protocol 2 only: text protocol 1 serves one world"));
   EXPECT_GE(Now() - start, 0.19);
   EXPECT_LT(Now() - start, 3.0);
+}
+
+TEST(FaultA, A4_AnEngineOfProtocol2AloneWritesNoTextToASilentConnection) {
+  EnvServerOptions options;
+  options.handshake_s = 0.2;
+  options.protocol = Protocol::kProtocol2;
+  const Engine engine(options);
+  RawTrainer silent(engine.Connect());
+  const Frame answer = silent.Next();
+  ASSERT_EQ(answer.header.type, FrameType::kError);
+  EXPECT_EQ(protocol2::ParseError(answer.payload)->code, "MALFORMED");
 }
 
 /// What a trainer that begins with HELLO hears: WELCOME, or why not.
@@ -258,6 +270,24 @@ TEST(FaultA, A6_AFloodOfConnectionsIsTurnedAwayWhileTheSessionGoesOn) {
     ASSERT_TRUE(session.Step().ok());
   }
   EXPECT_EQ(engine.steps(), 160 * kCopies);
+}
+
+TEST(FaultA, A6_AtAFullDoorWhoeverHasBeenThereForLongestHearsCapacity) {
+  LogLines log;
+  const Engine engine{EnvServerOptions()};
+  const std::vector<std::byte> hello = FrameBytes(FrameType::kHello, 0, EncodeHello({}));
+  std::vector<std::unique_ptr<Transport>> crowd;
+  for (int i = 0; i < 40; ++i) {
+    crowd.push_back(engine.Connect());
+    ASSERT_TRUE(crowd.back()->Write(std::span(hello).first(6), 1.0).ok());
+  }
+  Session session(engine.Connect(), Impatient(Way::kTcp));
+  EXPECT_TRUE(session.Step().ok());
+  EXPECT_TRUE(std::ranges::any_of(crowd, [](const auto& one) {
+    const std::string heard = Listen(*one, 0.1);
+    return heard.find("CAPACITY") != heard.npos || heard.starts_with("busy:");
+  }));
+  EXPECT_THAT(log.lines(), ::testing::Contains(HasSubstr("was turned away: too many connections")));
 }
 
 TEST(FaultA, A6_AFloodOfRefusedConnectionsIsToldInAFewLines) {

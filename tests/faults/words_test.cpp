@@ -31,6 +31,20 @@ Status StepAnsweredWith(FrameType type, std::string_view json, EnvClientOptions 
   return status;
 }
 
+/// What the trainer makes of a WELCOME.
+Status WelcomedWith(std::string_view json) {
+  RawEngine engine;
+  std::thread peer([&] {
+    ASSERT_TRUE(engine.Accept());
+    (void)engine.Next();
+    engine.Send(FrameType::kWelcome, 0, json);
+    (void)engine.Next();
+  });
+  const Status status = EnvClient::Open(engine.Connect(), Impatient(Way::kTcp)).status();
+  peer.join();
+  return status;
+}
+
 TEST(Words, ARefusalHasItsCodeItsEnvironmentAndWhenToComeAgain) {
   const ErrorMessage error{"ENV_FAILED", false, "it fell over", {}, 7.0, 3};
   EXPECT_THAT(StepAnsweredWith(FrameType::kError, EncodeError(error)).message(),
@@ -51,6 +65,48 @@ TEST(Words, AStepOfSeveralAgentsSaysWhatIsCounted) {
     ASSERT_TRUE(session.Step().ok());
     stop = true;
     EXPECT_THAT(session.Step().message(), HasSubstr(words));
+  }
+}
+
+/// A connection whose other end takes nothing any more, once it is `full`.
+class FullPipe final : public Transport {
+ public:
+  FullPipe(std::unique_ptr<Transport> open, const std::atomic<bool>& full) : open_(std::move(open)), full_(full) {}
+  Result<std::size_t> Read(std::span<std::byte> into, double timeout_s) override {
+    return open_->Read(into, timeout_s);
+  }
+  Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double timeout_s) override {
+    if (!full_) return open_->WriteSome(bytes, timeout_s);
+    std::this_thread::sleep_for(std::chrono::duration<double>(timeout_s));
+    return std::size_t{0};
+  }
+  void Close() override { open_->Close(); }
+  std::string peer() const override { return open_->peer(); }
+
+ private:
+  std::unique_ptr<Transport> open_;
+  const std::atomic<bool>& full_;
+};
+
+TEST(Words, AStopIsSeenWhileAnEngineReadsNothing) {
+  for (const Way way : {Way::kText1, Way::kTcp}) {
+    EnvServerOptions serving;
+    serving.grace_s = 0.05;
+    const Engine engine(std::move((*worlds::FindWorld("road-v0"))->create(1)), serving);
+    std::atomic<bool> stop{false}, full{false};
+    EnvClientOptions options = Impatient(way);
+    options.deadline_s = 10.0;
+    options.stop = &stop;
+    Session session(std::make_unique<FullPipe>(engine.Connect(), full), options);
+    full = true;
+    std::thread user([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      stop = true;
+    });
+    const double before = Now();
+    EXPECT_EQ(session.Step().code(), StatusCode::kCancelled);
+    EXPECT_LT(Now() - before, 5.0);
+    user.join();
   }
 }
 
@@ -85,7 +141,7 @@ TEST(Words, ASpecThatIsNoneIsAskedForOnce) {
     welcome.session = 1;
     welcome.capabilities = {"shm"};
     engine.Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
-    engine.Send(FrameType::kSpec, engine.Next().header.request, R"({"behaviours": 7})");
+    engine.Send(FrameType::kSpec, engine.Next().header.request, R"({"environments": 1, "behaviours": 7})");
     next = engine.Next().header.type;
   });
   {
@@ -123,6 +179,136 @@ TEST(Words, GoAwaySaysWhenToComeAgainAndThatIsKept) {
   EXPECT_THAT(status.message(), AllOf(HasSubstr("a new level"), HasSubstr("again in 30 s")));
   EXPECT_GE(options.not_before->load(), before + 30.0);
   EXPECT_LE(options.not_before->load(), Now() + 30.0);
+}
+
+TEST(Words, WhoSaidItIsInTheLine) {
+  for (const std::string_view result : {"", "short"}) {
+    const Status status = StepAnsweredWith(FrameType::kResult, result);
+    EXPECT_THAT(status.message(), HasSubstr("at step 1: 127.0.0.1:"));
+  }
+  EXPECT_THAT(StepAnsweredWith(FrameType::kError, R"({"severity": "no such"})").message(), HasSubstr("127.0.0.1:"));
+  EXPECT_THAT(WelcomedWith(R"({"session": 0, "protocol": 2})").message(), HasSubstr("127.0.0.1:"));
+}
+
+TEST(Words, AWelcomeWhoseVersionIsNoNumberIsMalformed) {
+  EXPECT_THAT(WelcomedWith(R"({"session": 1, "protocol": "2"})").message(),
+              HasSubstr("MALFORMED: WELCOME: protocol is '\"2\"', expected a whole number"));
+  EXPECT_THAT(WelcomedWith(R"({"session": 1})").message(), HasSubstr("MALFORMED: WELCOME: protocol is missing"));
+  EXPECT_THAT(WelcomedWith(R"({"session": 1, "protocol": 3})").message(), HasSubstr("UNSUPPORTED_VERSION: the engine"));
+  EXPECT_THAT(WelcomedWith(R"({"protocol": 2})").message(), HasSubstr("MALFORMED: WELCOME: session is missing"));
+}
+
+TEST(Words, ARewardBeyondFloat32IsSaidAsItWas) {
+  for (const bool refused : {true, false}) {
+    LogLines log;
+    RawEngine engine;
+    std::thread peer([&] {
+      engine.Begin();
+      std::vector<std::byte> result = engine.ResultPayload();
+      const double reward = -1e308;
+      std::memcpy(result.data() + engine.blocks.behaviours[0].rewards, &reward, sizeof(reward));
+      engine.Send(FrameBytes(FrameType::kResult, engine.Next().header.request, result));
+      (void)engine.Next();
+    });
+    EnvClientOptions options = Impatient(Way::kTcp);
+    options.refuse_non_finite = refused;
+    {
+      Session session(engine.Connect(), options);
+      const Status status = session.Step();
+      EXPECT_EQ(status.code(), refused ? StatusCode::kNonFinite : StatusCode::kOk);
+      const std::string said = refused ? status.message() : log.lines().empty() ? "" : log.lines()[0];
+      EXPECT_THAT(said, HasSubstr("the reward of slot 0 of 'default' is -1e+308, beyond float32's 3.4e38"));
+    }
+    peer.join();
+  }
+}
+
+// Every line that an engine can have its trainer say again and again.
+TEST(Words, AnEngineThatPausesWithoutEndIsToldInAFewLines) {
+  constexpr int kTimes = 1000;
+  LogLines log;
+  RawEngine engine;
+  std::thread peer([&] {
+    engine.Begin();
+    const std::uint64_t request = engine.Next().header.request;
+    for (int i = 0; i < kTimes; ++i) {
+      engine.Send(FrameType::kPaused, 0, "");
+      engine.Send(FrameType::kPaused, 0, "");
+      engine.Send(FrameType::kResumed, 0, "");
+    }
+    engine.Send(FrameBytes(FrameType::kResult, request, engine.ResultPayload()));
+    (void)engine.Next();
+  });
+  {
+    EnvClientOptions options = Impatient(Way::kTcp);
+    options.deadline_s = 5.0;
+    Session session(engine.Connect(), options);
+    EXPECT_TRUE(session.Step().ok());
+    EXPECT_EQ(log.lines().size(), 5u);
+  }
+  peer.join();
+  ASSERT_EQ(log.lines().size(), 6u);
+  EXPECT_THAT(log.lines().back(), HasSubstr("is paused (and " + std::to_string(kTimes - 6) + " more like it)"));
+}
+
+TEST(Words, AnEngineThatClosesBehindEveryStepIsToldInAFewLines) {
+  constexpr std::uint64_t kSteps = 20;
+  LogLines log;
+  RawEngine engine;
+  std::thread peer([&] {
+    engine.Begin();
+    for (std::uint64_t request = engine.Next().header.request; request < kSteps; ++request) {
+      engine.Send(FrameBytes(FrameType::kResult, request, engine.ResultPayload()));
+      engine.Close();
+      ASSERT_TRUE(engine.Accept());
+      (void)engine.Next();
+      Welcome welcome;
+      welcome.session = 1;
+      welcome.resumed = true;
+      welcome.last_request = request;
+      welcome.resume = "of this session";
+      engine.Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
+      ASSERT_EQ(engine.Next().header.request, request + 1);
+    }
+    engine.Send(FrameBytes(FrameType::kResult, kSteps, engine.ResultPayload()));
+    (void)engine.Next();
+  });
+  {
+    EnvClientOptions options = Impatient(Way::kTcp);
+    options.reconnect = [&]() -> Result<std::unique_ptr<Transport>> { return engine.Connect(); };
+    Session session(engine.Connect(), options);
+    for (std::uint64_t request = 3; request <= kSteps; ++request) {
+      const Status status = session.Step();
+      ASSERT_TRUE(status.ok()) << status.message();
+    }
+  }
+  peer.join();
+  EXPECT_EQ(log.lines().size(), 6u);
+  EXPECT_THAT(log.lines().back(), HasSubstr(" more like it)"));
+}
+
+// --answer-done is for engines that wait after an end; one that has not sent any is silent for another reason.
+TEST(Words, AnEngineThatIsSilentBeforeAnyEndHearsNothingOfAnswerDone) {
+  LogLines log;
+  const auto listener = *ListenTcp({"127.0.0.1", 0});
+  std::atomic<bool> over{false};
+  std::thread peer([&] {
+    const auto transport = *listener->Accept(5.0);
+    const std::string_view setup = "B#1#-1,1#B#1#-1,1#100\n";
+    (void)transport->Write(std::as_bytes(std::span(setup)), 2.0);
+    while (!over) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  });
+  EnvClientOptions options = Impatient(Way::kText1);
+  options.after_end_s = 0.05;
+  {
+    auto client = EnvClient::Open(*ConnectTcp({"127.0.0.1", listener->port()}, 2.0), options);
+    ASSERT_TRUE(client.ok()) << client.status().message();
+    BatchBuffer buffer((*client)->spec().behaviours[0]);
+    EXPECT_EQ((*client)->Reset(0, {&buffer.batch(), 1}).code(), StatusCode::kDeadlineExceeded);
+  }
+  over = true;
+  peer.join();
+  EXPECT_THAT(log.lines(), ::testing::IsEmpty());
 }
 
 TEST(Words, HelloTwiceIsSaidToBeThat) {

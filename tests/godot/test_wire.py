@@ -97,6 +97,19 @@ def test_a_silent_trainer_is_given_up(godot):
         assert len(trainer.begin()[0]) == 7
 
 
+def test_counted_are_sessions_in_which_a_trainer_has_stepped(godot):
+    engine, port = godot.scene("road", "sessions=1", "quit=1", "steps=3")
+    with Trainer(port) as stray:
+        stray.begin()
+    engine.wait_for("the trainer left after 0 of 3 steps")
+    with Trainer(port) as trainer:
+        trainer.begin()
+        for _ in range(3):
+            trainer.step(1)
+    code, output = engine.finish()
+    assert code == 0 and "training completed: 3 steps" in output
+
+
 def test_a_slow_world_is_no_silent_trainer(godot):
     # A step of this world takes a second of the clock, and the trainer answers at once.
     engine, port = godot.scene("road", "deadline=0.5", "period=60", "fast=0", "loop=0")

@@ -77,6 +77,27 @@ TEST(LimitOfMemory, ATrainingThatRunsShortSavesWhatItHasLearned) {
   }
 }
 
+// Where the machine has too little, another limit of the run's own gives it no more.
+TEST(LimitOfMemory, AReplayThatTheMachineHasNoMemoryForIsNotTheRunsLimit) {
+  ScratchFolder scratch("replay");
+  EXPECT_EQ(InChild([&] {
+              run::RunConfig config;
+              config.world = "cartpole-v1";
+              config.algorithm = "dqn";
+              config.directory = scratch.path();
+              config.name = "replay";
+              config.max_memory_mib = 64 << 10;
+              config.hyperparameters = {{"buffer_size", "100000000"}};
+              Impose({{RLIMIT_AS, AddressSpace() + (rlim_t{1} << 30)}});
+              const std::atomic<bool> never{false};
+              const Status refused = run::Train(config, never).status();
+              std::printf("%s\n", refused.message().c_str());
+              const bool advised = refused.message().find("max_memory_mib") != std::string::npos;
+              return refused.message().ends_with("more than there is; lower buffer_size") && !advised ? 0 : 1;
+            }),
+            0);
+}
+
 // Eigen, which fresh weights are made with, was compiled without exceptions: it went on with nothing.
 TEST(LimitOfMemory, WeightsThatCannotBeMadeAreNoCrash) {
   ScratchFolder scratch("wide");
@@ -128,6 +149,59 @@ TEST(LimitOfMemory, ATrainingTrainsOrSaysInOneLineWhyNotWhateverTheLimit) {
     EXPECT_TRUE(left.code == 6 || (left.code == 0 && trained)) << mebibytes << ": " << left.code << " " << left.error;
     EXPECT_EQ(Errors(left.error), left.code == 0 ? 0 : 1) << mebibytes << ": " << left.error;
   }
+}
+
+// A new run that does not fit leaves the one that it was to overwrite.
+TEST(LimitOfMemory, WhateverTheLimitOneRunOrTheOtherIsWhole) {
+  ScratchFolder scratch("overwrite");
+  const auto train = [&](const std::vector<std::string>& more, const ProgramOptions& options) {
+    std::vector<std::string> arguments = {"train", "cartpole-v1", "--algo", "dqn",        "--steps",
+                                          "300",   "--name",      "few",    "--no-table", "--no-progress"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Program(scratch.path(), arguments, options).Wait();
+  };
+  ASSERT_EQ(train({"--set", "net_arch=[16]", "buffer_size=1000"}, {}).code, 0);
+  const std::string run = scratch.path() + "/runs/few", old = TextOf(run + "/config.yaml");
+  int kept = 0;
+  for (const auto& [resource, mebibytes] : {std::pair{RLIMIT_AS, 28},
+                                            {RLIMIT_AS, 34},
+                                            {RLIMIT_AS, 40},
+                                            {RLIMIT_AS, 46},
+                                            {RLIMIT_AS, 52},
+                                            {RLIMIT_AS, 60},
+                                            {RLIMIT_DATA, 1},
+                                            {RLIMIT_DATA, 10},
+                                            {RLIMIT_DATA, 16},
+                                            {RLIMIT_DATA, 20},
+                                            {RLIMIT_DATA, 24}}) {
+    const Outcome left = train({"--force", "--set", "net_arch=[512, 512]", "buffer_size=100000"},
+                               {.limits = {{resource, static_cast<rlim_t>(mebibytes) << 20}}});
+    if (left.error.find("loading shared libraries") != std::string::npos) continue;
+    EXPECT_TRUE(left.code == 0 || left.code == 6) << mebibytes << ": " << left.code << " " << left.error;
+    EXPECT_TRUE(Policy::Load(run + "/model.consac").ok()) << mebibytes << ": " << left.error;
+    int checkpoints = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(run + "/checkpoints"))
+      checkpoints += entry.path().filename().string().starts_with("step_") ? 1 : 0;
+    EXPECT_GT(checkpoints, 0) << mebibytes << ": " << left.error;
+    kept += TextOf(run + "/config.yaml") == old ? 1 : 0;
+  }
+  EXPECT_GT(kept, 0) << "some of these limits are below what the new run needs";
+}
+
+TEST(LimitOfMemory, ASmallStackIsEnough) {
+  for (const rlim_t kibibytes : {128, 256, 512, 1024, 1040}) {
+    ScratchFolder scratch("stack");
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"train", "road-v0", "--steps", "300", "--name", "few", "--no-table"},
+          std::vector<std::string>{"eval", "few", "--episodes", "1", "--max-episode-steps", "20"}}) {
+      const Outcome left = Program(scratch.path(), arguments, {.limits = {{RLIMIT_STACK, kibibytes << 10}}}).Wait();
+      EXPECT_EQ(left.code, 0) << kibibytes << " KiB, " << arguments[0] << ": " << left.error;
+    }
+  }
+  ScratchFolder scratch("no_stack");
+  const Outcome left = Program(scratch.path(), {"list", "worlds"}, {.limits = {{RLIMIT_STACK, 64 << 10}}}).Wait();
+  EXPECT_EQ(left.code, 6) << left.error;
+  EXPECT_EQ(Count(left.error, "ulimit -s"), 1) << left.error;
 }
 
 // Pictures are the last thing that memory is for.

@@ -25,7 +25,7 @@ def names_in_sources():
         for path in (ROOT / folder).rglob("*_test.cpp"):
             for suite, name in re.findall(r"^TEST(?:_P|_F)?\(\s*(\w+),\s*(\w+)\)", path.read_text(), re.M):
                 names.add(f"{suite}.{name}")
-    for folder in ("python/tests", "tests/python"):
+    for folder in ("python/tests", "tests/python", "tests/godot"):
         for path in (ROOT / folder).glob("test_*.py"):
             names.update(f"{path.name}::{name}" for name in re.findall(r"^def (test_\w+)", path.read_text(), re.M))
     return names

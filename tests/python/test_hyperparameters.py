@@ -59,6 +59,7 @@ def row_of(**changes):
 
 @pytest.mark.parametrize("row, declared, exported", [
     (row_of(), 'ClampMin="0", ClampMax="1")', "@export_range(0.0, 1.0, 1e-8) var ent_coef: float = 0.01"),
+    (row_of(low=1e-6, high=2.5e-30), 'ClampMin="0.000001", ClampMax="0.0000000000000000000000000000025")', "@export_range(1e-06, 2.5e-30, 1e-8)"),
     (row_of(high=float("inf")), 'meta=(ClampMin="0"))', '@export_range(0.0, 1.0, 1e-8, "or_greater") var ent_coef'),
     (row_of(kind="integer", default="3", low=1.0, high=1e9), "int32 EntCoef = 3;", "@export_range(1, 1000000000, 1) var ent_coef: int = 3"),
     (row_of(optional=True, default="none"), "bool bSetEntCoef = false;", "@export var set_ent_coef: bool = false"),

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
-from unreal_lint import check, model, rules, symbols, tokens  # noqa: E402
+from unreal_lint import check, declarations, model, rules, symbols, tokens  # noqa: E402
 
 SYMBOLS = ROOT / "engines/unreal/symbols.csv"
 PUBLIC, PRIVATE = "Source/Consac/Public/", "Source/Consac/Private/"
@@ -393,6 +393,7 @@ def edit(path, old, new):
 
 
 OBJECT = '#include "UObject/Object.h"\n'
+KEEPER = '#include "GameFramework/Actor.h"\n#include "UObject/ObjectPtr.h"\nclass UConsacSocket;\n'
 POINTER = '#include "UObject/ObjectPtr.h"\n'
 LOG = '#include "Logging/LogMacros.h"\n'
 TICKER = '#include "Containers/Ticker.h"\n#include "UObject/WeakObjectPtrTemplates.h"\n'
@@ -466,7 +467,7 @@ CASES = {
     "R24": [(prop("TMap<FName, FConsacFloats> Table;"), prop("std::string Name;")), ([], prop("TSharedPtr<FConsacFloats> Shared;")),
             (fun("TArray<FVector> Path(const TMap<FName, int32>& Table);"), fun("void Path(const std::vector<float>& Points);")),
             (edit(EVENTS, "FConsacDone, int32, Step", "FConsacDone, const TArray<float>&, Values"), edit(EVENTS, "FConsacDone, int32, Step", "FConsacDone, size_t, Step")),
-            ([], prop("TArray<size_t> Sizes;"))],
+            ([], prop("TArray<size_t> Sizes;")), ([], prop("TEnumAsByte<EAnything> Channel;"))],
     "R25": [(prop("uint32 Seed = 0;", 'EditAnywhere, Category="Consac"'), prop("uint32 Seed = 0;")), (fun("void Seed(int64 Value);"), fun("void Seed(uint64 Value);"))],
     "R26": [(fun("void Give(UConsacSocket* Other);"), fun("void Give(FConsacFloats* Floats);")), ([], fun("void Give(UConsacSocket** Others);"))],
     "R27": [(prop("int32 Count = 0;"), prop("int32& Count;")), ([], prop("const int32 Count = 0;"))],
@@ -480,7 +481,9 @@ CASES = {
     "R32": [(prop("int32 Count = 0;", "Transient"), prop("int32 Count = 0;", "EditAnywhere"))],
     "R33": [(prop("int32 Count = 0;", 'EditAnywhere, Category="Consac", meta=(EditCondition="bLimited && Limit == 0")'),
              prop("int32 Count = 0;", 'EditAnywhere, Category="Consac", meta=(EditCondition="bUnlimited")')),
-            ([], edit(TYPES, 'ClampMin="0"', "ClampMin=0"))],
+            ([], edit(TYPES, 'ClampMin="0"', "ClampMin=0")),
+            (edit(TYPES, 'ClampMin="0"', 'ClampMin="-0.000001"'), edit(TYPES, 'ClampMin="0"', 'ClampMin="1e-06"')),
+            (edit(TYPES, 'ClampMin="0"', 'ClampMin="0", Delta="0.5"'), edit(TYPES, 'ClampMin="0"', 'ClampMin="0", Delta=".5f"'))],
     "R34": [(edit(TYPES, "uint8 bLimited : 1 = 0;", "uint32 bLimited : 1 = 0;"), edit(TYPES, "uint8 bLimited : 1", "bool bLimited : 1")),
             ([], edit(TYPES, "uint8 bLimited : 1 = 0;", "uint8 Limited : 1 = 0;\n\tbool bLimited = false;"))],
     "R35": [(edit(COMPONENT, "VisibleAnywhere", "VisibleDefaultsOnly"), edit(COMPONENT, "VisibleAnywhere", "EditAnywhere"))],
@@ -582,6 +585,10 @@ CASES = {
     "R86": [(inside("consac::Thread Other;"), inside("std::thread Other;")), ([], inside("std::async(nullptr);"))],
     "R87": [(inside("std::mutex Guard;") + edit(BUILD, "\t\tCppStandard", '\t\tPrivateDefinitions.Add("_DISABLE_CONSTEXPR_MUTEX_CONSTRUCTOR");\n\t\tCppStandard'),
              inside("std::mutex Guard;"))],
+    "R88": [(extra(uclass("AConsacExtra", "AActor", "\tUPROPERTY(Transient, DuplicateTransient)\n\tTObjectPtr<UConsacSocket> Kept;"), KEEPER),
+             extra(uclass("AConsacExtra", "AActor", "\tUPROPERTY(Transient)\n\tTObjectPtr<UConsacSocket> Kept;"), KEEPER)),
+            (extra(uclass("AConsacExtra", "AActor", '\tUPROPERTY(EditAnywhere, Category="Consac")\n\tTObjectPtr<UConsacSocket> Kept;'), KEEPER),
+             edit(COMPONENT_CPP, "\tRoot = CreateDefaultSubobject<USceneComponent>(TEXT(\"Root\"));\n", ""))],
     "A1": [(inside("GetOwner();"), inside("GetOwnerRole();")), (inside("Root->SetupAttachment(nullptr);"), inside("Root->AttachToComponent(nullptr);")),
            ([], inside("FPlatformTime::Seconds();")), ([], inside("FApp::GetBuildVersion();")), ([], inside("UE_CLOG(1);"))],
     "A2": [(cpp("", includes='#include "Misc/App.h"\n'), cpp("", includes='#include "Misc/Guid.h"\n'))],
@@ -613,7 +620,7 @@ def test_a_rejected_case(lint, rule, changes):
 
 
 def test_every_rule_is_accounted_for():
-    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 88)] + ["A1", "A2", "A3"]
+    assert [rule.number for rule in rules.RULES] == [f"R{n}" for n in range(1, 89)] + ["A1", "A2", "A3"]
     for rule in rules.RULES:
         assert rule.title and (rule.function or rule.limit)
         if rule.function:
@@ -682,7 +689,7 @@ def test_arguments_are_split_outside_of_brackets():
 
 
 def test_members_are_read():
-    [type_] = model.read_types(tokens.tokenize("""UCLASS(Abstract, meta=(DisplayName="A, B"))
+    [type_] = declarations.read_types(tokens.tokenize("""UCLASS(Abstract, meta=(DisplayName="A, B"))
         class CONSAC_API UConsacX final : public UObject, public IConsacY {
             GENERATED_BODY()
             int32 Hidden[2] = {1, 2};

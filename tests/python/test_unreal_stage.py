@@ -96,6 +96,16 @@ def test_nothing_is_included_from_outside(staged, tmp_path):
         assert any(f"/ThirdParty/{library.name}/" in name for name in reached), f"nothing of {library.name} is used"
 
 
+def test_nothing_starts_winsock_while_windows_loads_the_plugin(files):
+    """A static object would; every asio::io_context, which all sockets of ours hang on, starts it too."""
+    asio = {name: text for name, text in files.items() if "/ThirdParty/asio/" in name and name.endswith(("pp", ".h"))}
+    objects = [name for name, text in asio.items() if re.search(rb"^\s*(static |inline )?(const )?(detail::)?winsock_init<[^>]*>&? *\w+ *[=;]", text, re.M)]
+    assert objects == [f"{layout.THIRD_PARTY}/asio/asio/io_context.hpp"]
+    assert b"Changed: asio/detail/winsock_init.hpp" in files[f"{layout.THIRD_PARTY}/README.txt"]
+    with pytest.raises(third_party.Missing, match="no longer says"):
+        third_party.cut("asio/detail/winsock_init.hpp", b"class winsock_init;")
+
+
 def test_every_library_has_its_licence(files):
     for library in third_party.LIBRARIES:
         assert len(files[f"{layout.THIRD_PARTY}/{library.name}/LICENSE.txt"]) > 500

@@ -1,6 +1,7 @@
 """ConsacHyperparameters.h and .cpp: for each algorithm a data asset with a property for each hyperparameter."""
 import math
 import textwrap
+from decimal import Decimal
 
 from .table import Algorithm, Row, pascal
 
@@ -41,7 +42,8 @@ def bound(value: float) -> str:
 
 
 def clamp(row: Row) -> list[str]:
-    return [f'{name}="{bound(value)}"' for name, value in (("ClampMin", row.low), ("ClampMax", row.high)) if not math.isinf(value)]
+    # Without an exponent, which the header tool does not know.
+    return [f'{name}="{Decimal(bound(value)):f}"' for name, value in (("ClampMin", row.low), ("ClampMax", row.high)) if not math.isinf(value)]
 
 
 def property_name(row: Row) -> str:

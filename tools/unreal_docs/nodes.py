@@ -1,10 +1,11 @@
 """The node table: every Blueprint node of the plugin with its pins, read from the headers, which are the one source."""
 import re
 
+from unreal_lint.declarations import Member, Type
 from unreal_lint.functions import is_output
-from unreal_lint.model import File, Member, Plugin, Type
+from unreal_lint.model import File, Plugin
+from unreal_lint.properties import bare, pieces
 from unreal_lint.tokens import spell, split, string_value
-from unreal_lint.types import bare, pieces
 
 TYPES = {"bool": "bool", "uint8": "byte", "int32": "int", "int64": "int64", "float": "float", "double": "double",
          "FString": "string", "FName": "name", "FText": "text"}
@@ -45,7 +46,7 @@ def type_name(written: str) -> str:
     outer, arguments = pieces(written)
     if outer == "TArray":
         return type_name(arguments[0]) + "[]"
-    if outer in ("TObjectPtr", "TWeakObjectPtr"):
+    if outer in ("TObjectPtr", "TWeakObjectPtr", "TEnumAsByte"):
         return type_name(arguments[0])
     if outer == "TSubclassOf":
         return f"class {type_name(arguments[0])}"

@@ -3,8 +3,9 @@ import json
 import re
 
 from .model import CORE_MODULES, Plugin
+from .properties import pieces
 from .tokens import close_of, spell, split, string_value
-from .types import is_actor, pieces
+from .types import is_actor
 
 
 def r58(plugin: Plugin):

@@ -2,8 +2,8 @@
 import re
 
 from .model import Plugin
+from .properties import bare, pieces
 from .tokens import close_of, spell, split
-from .types import bare, pieces
 
 CALLABLE = ("BlueprintCallable", "BlueprintPure", "BlueprintImplementableEvent", "BlueprintNativeEvent")
 

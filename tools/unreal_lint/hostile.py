@@ -1,4 +1,4 @@
-"""Rules 76 to 85: what compiles, works on the author's machine, and fails in a packaged game, after a Hot Reload or a travel."""
+"""Rules 76 to 88: what compiles, works on the author's machine, and fails in a packaged game, after a Hot Reload or a travel."""
 import re
 
 from .functions import functions
@@ -8,6 +8,7 @@ from .types import is_actor
 
 UNINITIALISED = ("FVector", "FQuat", "FRotator", "FColor")
 PLATFORMS = ("Win64", "Linux", "LinuxArm64", "Mac", "IOS", "Android", "TVOS", "VisionOS")
+SHOWN = ("EditAnywhere", "EditInstanceOnly", "EditDefaultsOnly", "BlueprintReadWrite")  # what people set is saved and copied
 MUST_BE_WIRED = ("FConsacSpace",)  # a default would pass unseen where the node cannot do without
 
 
@@ -127,3 +128,14 @@ def r87(plugin: Plugin):
         for space, _, token in zip(file.tokens, file.tokens[1:], file.tokens[2:]):
             if build and OLD_MUTEX not in build.defines and spell([space, _, token]) in ("std::mutex", "std::recursive_mutex"):
                 yield file.path, token.line, f"on Windows a std::{token.text} made by a compiler newer than the player's runtime library ends the game when it is locked; define {OLD_MUTEX} in {build.path}"
+
+
+def r88(plugin: Plugin):
+    for file, type_, member in plugin.members("UPROPERTY"):
+        of_a_level = type_.kind == "UCLASS" and (type_.name.endswith("Component") or is_actor(plugin, type_))
+        if not of_a_level or "TObjectPtr" not in member.type or member.has(*SHOWN):
+            continue
+        made = any(f"{member.name}=CreateDefaultSubobject" in spell(body.tokens).replace(" ", "")
+                   for _, body in plugin.bodies if body.owner == type_.name == body.name)
+        if not made and not (member.has("Transient") and member.has("DuplicateTransient")):
+            yield file.path, member.line, f"{type_.name}::{member.name} is found or made in play: a copy of the object would begin with the other one's; add Transient, DuplicateTransient"

@@ -2,7 +2,7 @@
 from dataclasses import dataclass
 from typing import Callable
 
-from . import build, functions, hostile, symbols, types
+from . import build, functions, hostile, properties, symbols, types
 
 
 @dataclass(frozen=True)
@@ -41,19 +41,19 @@ RULES = [
     Rule("R21", "UHT", "Header names begin with Consac and are unique", types.r21, "headers of other plugins; the prefix keeps clear of them"),
     Rule("R22", "UHT", "Both halves of an interface, U and I", types.r22),
     Rule("R23", "UHT", "No Placeable class below a NotPlaceable one; no Immutable struct", types.r23, "bases of the engine"),
-    Rule("R24", "UHT", "Types of properties, parameters and results that the header tool knows", types.r24),
-    Rule("R25", "UHT", "Integer types that Blueprint knows", types.r25),
-    Rule("R26", "UHT", "No pointer to anything but a UObject", types.r26),
-    Rule("R27", "UHT", "No reference and no const value as a property", types.r27),
-    Rule("R28", "UHT", "No nested containers, no container of delegates, keys that hash", types.r28),
-    Rule("R29", "UHT", "UObject members are TObjectPtr with UPROPERTY()", types.r29),
-    Rule("R30", "UHT", "No private Blueprint-visible property without AllowPrivateAccess", types.r30),
-    Rule("R31", "UHT", "BlueprintAssignable and the like on multicast delegates alone", types.r31),
-    Rule("R32", "packaging", "Every exposed property has a Category", types.r32),
-    Rule("R33", "run time", "EditCondition names a property; ClampMin and the like are strings", types.r33),
-    Rule("R34", "UHT", "Bit fields are 'uint8 bName : 1'", types.r34),
-    Rule("R35", "convention", "Default subobjects are Visible..., not Edit...", types.r35),
-    Rule("R36", "UHT", "No Blueprint-visible C array", types.r36),
+    Rule("R24", "UHT", "Types of properties, parameters and results that the header tool knows", properties.r24),
+    Rule("R25", "UHT", "Integer types that Blueprint knows", properties.r25),
+    Rule("R26", "UHT", "No pointer to anything but a UObject", properties.r26),
+    Rule("R27", "UHT", "No reference and no const value as a property", properties.r27),
+    Rule("R28", "UHT", "No nested containers, no container of delegates, keys that hash", properties.r28),
+    Rule("R29", "UHT", "UObject members are TObjectPtr with UPROPERTY()", properties.r29),
+    Rule("R30", "UHT", "No private Blueprint-visible property without AllowPrivateAccess", properties.r30),
+    Rule("R31", "UHT", "BlueprintAssignable and the like on multicast delegates alone", properties.r31),
+    Rule("R32", "packaging", "Every exposed property has a Category", properties.r32),
+    Rule("R33", "run time", "EditCondition names a property; ClampMin and the like are strings of digits, without an exponent", properties.r33),
+    Rule("R34", "UHT", "Bit fields are 'uint8 bName : 1'", properties.r34),
+    Rule("R35", "convention", "Default subobjects are Visible..., not Edit...", properties.r35),
+    Rule("R36", "UHT", "No Blueprint-visible C array", properties.r36),
     Rule("R37", "packaging", "Every Blueprint function has a Category", functions.r37),
     Rule("R38", "UHT", "No overloaded, template, deleted or pure UFUNCTION", functions.r38, "overloads of functions of engine classes"),
     Rule("R39", "UHT", "No UFUNCTION() on an override", functions.r39),
@@ -108,6 +108,7 @@ RULES = [
     Rule("R85", "packaging", "What is looked for in the plugin's folder is packed with a game", hostile.r85, "whether it is that file"),
     Rule("R86", "run time", "Threads are consac::Thread, which may fail and never throws", hostile.r86, "threads of what is staged"),
     Rule("R87", "run time", "A module with a std::mutex has the constructor that older runtime libraries know", hostile.r87, "what is staged"),
+    Rule("R88", "run time", "What an actor or component holds only in play is not copied with it", hostile.r88, "whether what people set is for play alone"),
     Rule("A1", "convention", "Every engine symbol is in engines/unreal/symbols.csv", symbols.a1,
          "members reached through a name that the plugin declares too"),
     Rule("A2", "convention", "Every engine header is in engines/unreal/symbols.csv", symbols.a2),

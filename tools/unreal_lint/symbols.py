@@ -5,7 +5,8 @@ import pathlib
 import re
 from dataclasses import dataclass
 
-from .model import CORE_MODULE, U_MACROS, Plugin
+from .declarations import U_MACROS
+from .model import CORE_MODULE, Plugin
 from .tokens import close_of, spell, split
 
 COLUMNS = ["symbol", "kind", "include", "module", "versions", "page", "evidence"]

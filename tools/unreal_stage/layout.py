@@ -118,6 +118,7 @@ def third_party_files(sources: list[bytes], root: pathlib.Path, system: pathlib.
     for library in LIBRARIES:
         files[f"{THIRD_PARTY}/{library.name}/LICENSE.txt"] = third_party.debian_copyright(library)
         table += f"{library.name} {third_party.version(library)}: {library.what}\n"
+    table += "\nChanged: " + ", ".join(third_party.CUTS) + " starts nothing while Windows loads the plugin; each asio::io_context starts Winsock.\n"
     for name, text in licences.items():
         files[f"{THIRD_PARTY}/highway/{name}"] = text
     files[f"{THIRD_PARTY}/README.txt"] = table.encode()

@@ -29,6 +29,10 @@ LIBRARIES = (
 # What the libraries put into a program: a namespace as each folder is called, and functions of C's.
 NAMES = (*(folder for library in LIBRARIES for folder in library.folders), "asio_detail_posix_thread_function", "asio_signal_handler")
 
+# What staging takes out of a library. Asio starts Winsock by a static object, which in the editor is made while Windows loads the
+# plugin, when Winsock must not be started; every asio::io_context starts it as well, for as long as it lives.
+CUTS = {"asio/detail/winsock_init.hpp": b"static const winsock_init<>& winsock_init_instance = winsock_init<>(false);\n"}
+
 
 class Missing(Exception):
     """Something that staging needs is not on this machine; the text says what to do."""
@@ -90,9 +94,17 @@ def gather(sources: list[bytes], system: pathlib.Path, needs: pathlib.Path) -> t
     while True:
         more, licences = highway_sources(headers, needs)
         if more == compiled:
-            return {name: path.read_bytes() for name, path in headers.items()} | compiled, licences
+            return {name: cut(name, path.read_bytes()) for name, path in headers.items()} | compiled, licences
         compiled = more
         headers = closure(sources + list(compiled.values()), system)
+
+
+def cut(name: str, text: bytes) -> bytes:
+    """A library's file without what CUTS names."""
+    line = CUTS.get(name, b"")
+    if line not in text:
+        raise Missing(f"{name} no longer says '{line.decode().strip()}'; see whether it still starts Winsock by itself, and correct CUTS")
+    return text.replace(line, b"// Not here: see README.txt beside the libraries.\n") if line else text
 
 
 def highway_sources(headers: dict[str, pathlib.Path], needs: pathlib.Path) -> tuple[dict[str, bytes], dict[str, bytes]]:

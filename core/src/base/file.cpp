@@ -30,6 +30,12 @@ Status FileError(const char* action, const std::string& path, int error) {
   return {code, std::string("cannot ") + action + " '" + path + "': " + std::strerror(error)};
 }
 
+// Of a file that is to be written: a folder that is not there is no unknown name.
+Status WriteError(const char* action, const std::string& path, int error) {
+  const Status status = FileError(action, path, error);
+  return status.code() == StatusCode::kNotFound ? Status(StatusCode::kDataLoss, status.message()) : status;
+}
+
 int ProcessId() {
 #if defined(_WIN32)
   return _getpid();
@@ -127,7 +133,7 @@ Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t lim
   std::FILE* file = OpenFile(path, "rb");
   if (file == nullptr) return FileError("open", path, errno);
   std::vector<std::byte> bytes;
-  std::byte chunk[65536];
+  std::byte chunk[16384];  // a main thread's stack may be small
   std::size_t count = 0;
   while ((count = std::fread(chunk, 1, sizeof(chunk), file)) > 0) {
     if (bytes.size() + count > limit_bytes) {
@@ -184,19 +190,19 @@ Status AtomicFile::Open(const std::string& path) {
   Drop();
   path_ = path;
   if (IsSpecial(path)) {
-    return status_ = {StatusCode::kInvalidArgument,
-                      "'" + path + "' is a device or folder and is not replaced; name a file"};
+    return status_ = {StatusCode::kDataLoss,
+                      "'" + path + "' is no regular file and is not replaced; take it away, or name another"};
   }
   temporary_ = path + ".tmp-" + std::to_string(ProcessId());
   file_ = OpenFile(temporary_, "wb");
-  return status_ = file_ == nullptr ? FileError("create", temporary_, errno) : Status::Ok();
+  return status_ = file_ == nullptr ? WriteError("create", temporary_, errno) : Status::Ok();
 }
 
 Status AtomicFile::Write(std::span<const std::byte> bytes) {
   if (file_ == nullptr) return status_;
   errno = 0;
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size()) return status_;
-  status_ = FileError("write", path_, errno);
+  status_ = WriteError("write", path_, errno);
   Drop();
   return status_;
 }
@@ -211,12 +217,12 @@ Status AtomicFile::Commit() {
   if (!written || !closed) {
     const int error = written ? errno : write_error;
     RemoveFile(temporary_);
-    return status_ = FileError("write", path_, error);
+    return status_ = WriteError("write", path_, error);
   }
   if (!ReplaceFile(temporary_, path_)) {
     const int error = errno;
     RemoveFile(temporary_);
-    return status_ = FileError("rename onto", path_, error);
+    return status_ = WriteError("rename onto", path_, error);
   }
   SyncFolderOf(path_);
   return status_;

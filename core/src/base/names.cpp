@@ -10,7 +10,6 @@
 namespace consac {
 namespace {
 
-constexpr std::size_t kLongestFolder = 128;
 // Of a file's 255 bytes some are for ".tmp-" and a process id (WriteFileAtomically) and for the extension.
 constexpr std::size_t kLongestFile = 224;
 
@@ -110,16 +109,21 @@ Status CheckNamesTogether(std::string_view what, std::span<const std::string_vie
 
 Status CheckFolderName(std::string_view what, std::string_view name) {
   if (IsFolderName(name)) return Status::Ok();
+  if (name.size() > kLongestFolder) {
+    return {StatusCode::kInvalidArgument, std::string(what) + " name " + Quote(name) + " has " +
+                                              std::to_string(name.size()) + " bytes, a folder at most " +
+                                              std::to_string(kLongestFolder) + "; shorten it"};
+  }
   return {StatusCode::kInvalidArgument, std::string(what) + " name " + Quote(name) +
                                             " cannot be a folder; use letters, digits, '_', '-' and '.', none of the "
                                             "last at an end, and no name of a device (con, nul)"};
 }
 
-std::string AsFolderName(std::string_view text) {
-  std::string name(text.substr(0, kLongestFolder));
+std::string AsFolderName(std::string_view text, std::size_t most) {
+  std::string name(text.substr(0, most));
   for (char& c : name) c = IsPlain(c) ? c : '_';
   if (name.empty() || name.front() == '.' || IsDevice(name)) name.insert(name.begin(), '_');
-  if (name.size() > kLongestFolder) name.pop_back();
+  if (name.size() > most) name.pop_back();
   if (name.back() == '.') name.back() = '_';
   return name;
 }

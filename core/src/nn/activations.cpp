@@ -15,6 +15,13 @@ bool HasImages(const PlanStep& step, const Needs& needs) {
          block.parameter_count < block.in_size * block.out_size && step.state_size == 0 && !needs.couples_rows;
 }
 
+/// Writes what has changed alone. A processor waits where it reads sixteen bytes of which it has just written eight,
+/// and a block reads several numbers of its call at once.
+template <typename Value>
+void Update(Value value, Value& in_call) {
+  if (in_call != value) in_call = value;
+}
+
 }  // namespace
 
 PackedNetwork::PackedNetwork(const Network& network) : plan_(network), parameter_count_(network.parameter_count()) {
@@ -43,31 +50,52 @@ Activations::Activations(const Plan& plan, const ActivationsOptions& options) : 
     Room& room = values_.emplace_back();
     const bool given = value.producer == kNone;
     if (given && !options_.learning) continue;
-    const bool inner = !given && value.output == kNone;
-    room.stride = inner ? InnerStride(value.size) : value.size;
-    room.data = AlignedFloats(room.stride * (inner ? options_.group_rows : options_.rows));
+    room.of_group = !given && value.output == kNone;
+    room.stride = room.of_group ? InnerStride(value.size) : value.size;
+    room.data = AlignedFloats(room.stride * (room.of_group ? options_.group_rows : options_.rows));
   }
   std::int64_t scratch = 0;
-  std::size_t most_inputs = 0;
+  std::size_t all_inputs = 0, most_inputs = 0;
+  std::vector<Needs> needs;
   for (const PlanStep& step : plan.steps) {
     Room& room = saved_.emplace_back();
+    all_inputs += step.inputs.size();
     most_inputs = std::max(most_inputs, step.inputs.size());
-    const Needs needs = step.op->needs == nullptr ? Needs() : step.op->needs(step.block, options_.group_rows);
-    images_.push_back(HasImages(step, needs));
-    scratch = std::max(scratch, needs.scratch);
-    if (!options_.learning || needs.saved == 0) continue;
-    room.stride = InnerStride(needs.saved);
+    needs.push_back(step.op->needs == nullptr ? Needs() : step.op->needs(step.block, options_.group_rows));
+    scratch = std::max(scratch, needs.back().scratch);
+    if (!options_.learning || needs.back().saved == 0) continue;
+    room.stride = InnerStride(needs.back().saved);
     room.data = AlignedFloats(room.stride * options_.group_rows);
   }
   scratch_ = AlignedFloats(scratch);
-  inputs_.resize(most_inputs);
   state_ = AlignedFloats(options_.group_rows * plan.state_size);
+  inputs_.reserve(all_inputs);
+  moved_inputs_.resize(most_inputs);
+  for (std::size_t s = 0; s < plan.steps.size(); ++s) MakeReady(s, needs[s]);
+}
+
+void Activations::MakeReady(std::size_t s, const Needs& needs) {
+  const PlanStep& step = plan_.steps[s];
+  BlockCall call;
+  call.inputs = {inputs_.data() + inputs_.size(), step.inputs.size()};
+  for (const std::size_t value : step.inputs) {
+    if (value < plan_.input_count) {
+      given_.push_back({inputs_.size(), value});
+      inputs_.emplace_back(nullptr, plan_.values[value].size);
+    } else {
+      inputs_.emplace_back(Value(value));
+    }
+  }
+  call.output = Value(step.output);
+  if (saved_[s].stride > 0) call.saved = Saved(s);
+  call.scratch = scratch_.data();
+  if (step.state_size > 0) call.state = {state_.data() + step.state_at, plan_.state_size};
+  ready_.push_back({&step, call, HasImages(step, needs)});
 }
 
 Rows Activations::Value(std::size_t value, std::int64_t first_row) {
   Room& room = values_[value];
-  const bool inner = plan_.values[value].output == kNone && plan_.values[value].producer != kNone;
-  return {room.data.data() + (inner ? 0 : first_row * room.stride), room.stride};
+  return {room.data.data() + (room.of_group ? 0 : first_row * room.stride), room.stride};
 }
 
 Rows Activations::Saved(std::size_t step) {
@@ -75,6 +103,7 @@ Rows Activations::Saved(std::size_t step) {
 }
 
 void Activations::Run(const PackedNetwork& packed, std::span<const std::size_t> steps, const ForwardRows& call) {
+  for (const Given& given : given_) Update(call.inputs[given.input], inputs_[given.at].data);
   for (std::int64_t first = 0; first < call.rows; first += options_.group_rows) {
     const std::int64_t count = std::min(options_.group_rows, call.rows - first);
     const bool stateful = plan_.state_size > 0;
@@ -109,40 +138,46 @@ void Activations::StoreState(const RecurrentRows& recurrent, std::int64_t first,
 void Activations::RunGroup(const PackedNetwork& packed, std::span<const std::size_t> steps, const ForwardRows& call,
                            const Group& group) {
   for (std::size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
-    const bool images = images_[steps[begin]] && call.steps == 1;
     end = begin + 1;
-    while (images && end < steps.size() && images_[steps[end]]) ++end;
-    const std::int64_t together = images ? kImagesInCache : group.count;
-    for (std::int64_t at = 0; at < group.count; at += together) {
+    if (!ready_[steps[begin]].images || call.steps > 1) {
+      RunStep(steps[begin], packed, call, group, {0, group.count});
+      continue;
+    }
+    while (end < steps.size() && ready_[steps[end]].images) ++end;
+    for (std::int64_t at = 0; at < group.count; at += kImagesInCache) {
       for (std::size_t s = begin; s < end; ++s)
-        RunStep(steps[s], packed, call, group, {at, std::min(together, group.count - at)});
+        RunStep(steps[s], packed, call, group, {at, std::min(kImagesInCache, group.count - at)});
     }
   }
 }
 
 void Activations::RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, const Group& group,
                           const Group& part) {
-  const PlanStep& step = plan_.steps[s];
-  const auto rows_of = [&](Rows rows) { return Rows{rows.data + part.first * rows.stride, rows.stride}; };
+  ReadyStep& ready = ready_[s];
+  const std::int64_t first = group.first + part.first;
+  Update(packed.of_step(s), ready.call.packed);
+  Update(part.count, ready.call.rows);
+  Update(call.steps, ready.call.steps);
+  if (ready.step->state_size > 0)
+    ready.call.begins = call.recurrent.begins == nullptr ? nullptr : call.recurrent.begins + group.first;
+  if (first == 0)
+    ready.step->op->forward(ready.step->block, ready.call);
+  else
+    ready.step->op->forward(ready.step->block, MovedOn(ready, part, first));
+}
+
+BlockCall Activations::MovedOn(const ReadyStep& ready, const Group& part, std::int64_t first) {
+  const PlanStep& step = *ready.step;
+  BlockCall call = ready.call;
+  const auto rows_on = [&](std::size_t value) { return values_[value].of_group ? part.first : first; };
   for (std::size_t i = 0; i < step.inputs.size(); ++i) {
-    const std::size_t value = step.inputs[i];
-    const std::int64_t size = plan_.values[value].size;
-    inputs_[i] = value < plan_.input_count ? ConstRows(call.inputs[value] + (group.first + part.first) * size, size)
-                                           : ConstRows(rows_of(Value(value, group.first)));
+    const ConstRows& rows = ready.call.inputs[i];
+    moved_inputs_[i] = {rows.data + rows_on(step.inputs[i]) * rows.stride, rows.stride};
   }
-  BlockCall work;
-  work.packed = packed.of_step(s);
-  work.rows = part.count;
-  work.inputs = {inputs_.data(), step.inputs.size()};
-  work.output = rows_of(Value(step.output, group.first));
-  work.saved = saved_[s].stride == 0 ? Rows{} : rows_of(Saved(s));
-  work.scratch = scratch_.data();
-  work.steps = call.steps;
-  if (step.state_size > 0) {
-    work.state = {state_.data() + step.state_at, plan_.state_size};
-    work.begins = call.recurrent.begins == nullptr ? nullptr : call.recurrent.begins + group.first;
-  }
-  step.op->forward(step.block, work);
+  call.inputs = {moved_inputs_.data(), step.inputs.size()};
+  call.output.data += rows_on(step.output) * call.output.stride;
+  call.saved.data += part.first * call.saved.stride;
+  return call;
 }
 
 }  // namespace consac::nn

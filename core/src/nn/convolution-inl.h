@@ -215,12 +215,31 @@ void AddPatchesRows(const PatchGrid& grid, std::int64_t first, std::int64_t coun
   }
 }
 
+/// x / by, the nearest float: a product with the reciprocal and one correction, a quarter of a division's time, where
+/// no step of it can leave the normal numbers. Source: Markstein 1990, IBM J. Res. Dev. 34(1), theorem 8.
+HWY_INLINE FloatVector Quotient(FloatVector x, FloatVector by, [[maybe_unused]] FloatVector reciprocal) {
+#if HWY_NATIVE_FMA
+  const Floats d;
+  const FloatVector size = hn::Abs(x);
+  const auto usual = hn::And(hn::Ge(size, hn::Set(d, 0x1p-60f)), hn::Le(size, hn::Set(d, 0x1p60f)));
+  const hn::RebindToUnsigned<Floats> bits;
+  const auto zero = hn::RebindMask(d, hn::Eq(hn::BitCast(bits, x), hn::Zero(bits)));  // not -0
+  if (hn::AllTrue(d, hn::Or(usual, zero))) {
+    const FloatVector quotient = hn::Mul(x, reciprocal);
+    return hn::MulAdd(hn::NegMulAdd(quotient, by, x), reciprocal, quotient);
+  }
+#endif
+  return hn::Div(x, by);
+}
+
 void DivideRun(float divisor, const float* from, float* to, std::int64_t count) {
   const Floats d;
   const std::int64_t lanes = LaneCount();
-  const FloatVector by = hn::Set(d, divisor);
+  const bool ordinary = divisor > 0x1p-60f && divisor < 0x1p60f;
+  const FloatVector by = hn::Set(d, divisor), reciprocal = hn::Set(d, 1.0f / divisor);
   std::int64_t i = 0;
-  for (; i + lanes <= count; i += lanes) hn::StoreU(hn::Div(hn::LoadU(d, from + i), by), d, to + i);
+  for (; ordinary && i + lanes <= count; i += lanes)
+    hn::StoreU(Quotient(hn::LoadU(d, from + i), by, reciprocal), d, to + i);
   for (; i < count; ++i) to[i] = from[i] / divisor;
 }
 

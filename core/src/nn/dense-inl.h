@@ -40,18 +40,26 @@ struct DenseLayout {
   std::int64_t tail, panelled, panels_at, tail_at, tail_stride, size;
 };
 
-/// Sixteen numbers turned round: to(k, n) = from(n, k) for k and n below 4.
-HWY_INLINE void TransposeFour(const float* from, std::int64_t from_stride, float* to, std::int64_t to_stride) {
-#if HWY_TARGET == HWY_SCALAR
-  for (std::int64_t n = 0; n < 4; ++n) {
-    for (std::int64_t k = 0; k < 4; ++k) to[k * to_stride + n] = from[n * from_stride + k];
+#if HWY_TARGET != HWY_SCALAR
+/// Four numbers of each of Lanes(d) / 4 rows, which lie four rows apart.
+template <class D>
+HWY_INLINE hn::Vec<D> LoadEveryFourth(D d, const float* from, std::int64_t stride) {
+  if constexpr (hn::MaxLanes(D()) <= 4) {
+    return hn::LoadU(d, from);
+  } else {
+    const hn::Half<D> half;
+    const std::int64_t rows = static_cast<std::int64_t>(hn::MaxLanes(half));
+    return hn::Combine(d, LoadEveryFourth(half, from + rows * stride, stride), LoadEveryFourth(half, from, stride));
   }
-#else
-  const hn::CappedTag<float, 4> d;
-  const auto r0 = hn::LoadU(d, from);
-  const auto r1 = hn::LoadU(d, from + from_stride);
-  const auto r2 = hn::LoadU(d, from + 2 * from_stride);
-  const auto r3 = hn::LoadU(d, from + 3 * from_stride);
+}
+
+/// Four columns turned round: to(k, n) = from(n, k) for k below 4 and n below Lanes(d).
+template <class D>
+HWY_INLINE void TransposeFour(D d, const float* from, std::int64_t from_stride, float* to, std::int64_t to_stride) {
+  const auto r0 = LoadEveryFourth(d, from, from_stride);
+  const auto r1 = LoadEveryFourth(d, from + from_stride, from_stride);
+  const auto r2 = LoadEveryFourth(d, from + 2 * from_stride, from_stride);
+  const auto r3 = LoadEveryFourth(d, from + 3 * from_stride, from_stride);
   const auto even_low = hn::InterleaveLower(d, r0, r2);
   const auto odd_low = hn::InterleaveLower(d, r1, r3);
   const auto even_high = hn::InterleaveUpper(d, r0, r2);
@@ -60,21 +68,30 @@ HWY_INLINE void TransposeFour(const float* from, std::int64_t from_stride, float
   hn::StoreU(hn::InterleaveUpper(d, even_low, odd_low), d, to + to_stride);
   hn::StoreU(hn::InterleaveLower(d, even_high, odd_high), d, to + 2 * to_stride);
   hn::StoreU(hn::InterleaveUpper(d, even_high, odd_high), d, to + 3 * to_stride);
-#endif
 }
+
+/// As many rows as D has lanes, turned round into columns.
+template <class D>
+HWY_INLINE void TransposeRows(D d, const float* rows, std::int64_t k_count, std::int64_t width, float* to) {
+  std::int64_t k = 0;
+  for (; k + 4 <= k_count; k += 4) TransposeFour(d, rows + k, k_count, to + k * width, width);
+  for (; k < k_count; ++k) {
+    for (std::size_t n = 0; n < hn::MaxLanes(d); ++n)
+      to[k * width + static_cast<std::int64_t>(n)] = rows[static_cast<std::int64_t>(n) * k_count + k];
+  }
+}
+#endif
 
 /// One panel of W^T: to(k, i) = weight(first + i, k), zeros where there is no such row.
 HWY_INLINE void PackTransposedPanel(const float* weight, std::int64_t k_count, std::int64_t valid, std::int64_t width,
                                     float* to) {
   std::int64_t i = 0;
-  for (; i + 4 <= valid; i += 4) {
-    const float* rows = weight + i * k_count;
-    std::int64_t k = 0;
-    for (; k + 4 <= k_count; k += 4) TransposeFour(rows + k, k_count, to + k * width + i, width);
-    for (; k < k_count; ++k) {
-      for (std::int64_t n = 0; n < 4; ++n) to[k * width + i + n] = rows[n * k_count + k];
-    }
-  }
+#if HWY_TARGET != HWY_SCALAR
+  const hn::CappedTag<float, 4> few;
+  for (; i + LaneCount() <= valid; i += LaneCount())
+    TransposeRows(Floats(), weight + i * k_count, k_count, width, to + i);
+  for (; i + 4 <= valid; i += 4) TransposeRows(few, weight + i * k_count, k_count, width, to + i);
+#endif
   for (; i < width; ++i) {
     for (std::int64_t k = 0; k < k_count; ++k) to[k * width + i] = i < valid ? weight[i * k_count + k] : 0.0f;
   }

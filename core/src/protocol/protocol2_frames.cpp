@@ -87,6 +87,15 @@ Result<FrameHeader> ReadHeader(const std::byte* bytes, std::size_t limit) {
   return header;
 }
 
+std::uint64_t RefusedRequest(const std::byte* bytes) {
+  return Load<std::uint32_t>(bytes) == kMagic ? Load<std::uint64_t>(bytes + 16) : 0;
+}
+
+Status CheckPayload(const FrameHeader& header, std::span<const std::byte> payload) {
+  if (!header.checked || Crc32c(payload) == header.crc) return Status::Ok();
+  return Fault("CRC_MISMATCH", "a frame's payload was changed on its way");
+}
+
 FrameReader::FrameReader(std::size_t limit) : limit_(limit) {
   (void)Hold(kFirstRoom);
 }
@@ -141,7 +150,7 @@ Result<bool> FrameReader::Next(Frame* frame) {
   }
   const Result<FrameHeader> header = ReadHeader(at, limit_);
   if (!header.ok()) {
-    refused_request_ = Load<std::uint32_t>(at) == kMagic ? Load<std::uint64_t>(at + 16) : 0;
+    refused_request_ = RefusedRequest(at);
     return header.status();
   }
   const std::size_t whole = kHeaderBytes + header->length;
@@ -153,9 +162,9 @@ Result<bool> FrameReader::Next(Frame* frame) {
   frame->payload = {at + kHeaderBytes, header->length};
   begin_ += whole;
   usual_ = whole > usual_ ? whole : usual_ - (usual_ - whole) / kForgetting;
-  if (header->checked && Crc32c(frame->payload) != header->crc) {
+  if (const Status whole_payload = CheckPayload(*header, frame->payload); !whole_payload.ok()) {
     refused_request_ = header->request;
-    return Fault("CRC_MISMATCH", "a frame's payload was changed on its way");
+    return whole_payload;
   }
   return true;
 }

@@ -50,6 +50,12 @@ struct Members {
     const Json* value = Find(name, IsWhole, "a whole number below 2^53");
     return value != nullptr ? value->get<std::int64_t>() : otherwise;
   }
+  /// 0 or more, and 0 where it is missing.
+  std::int64_t Count(const char* name) const {
+    const auto is_count = [](const Json& value) { return IsWhole(value) && value >= 0; };
+    const Json* value = Find(name, is_count, "a whole number from 0, below 2^53");
+    return value != nullptr ? value->get<std::int64_t>() : 0;
+  }
   double Number(const char* name, double otherwise) const {
     const Json* value = Find(name, &Json::is_number, "a number");
     return value != nullptr ? value->get<double>() : otherwise;
@@ -57,6 +63,10 @@ struct Members {
   bool Truth(const char* name) const {
     const Json* value = Find(name, &Json::is_boolean, "true or false");
     return value != nullptr && value->get<bool>();
+  }
+  /// Remembers that a member which must be there is not.
+  void Need(const char* name) const {
+    if (Find(name) == nullptr && wrong.empty()) wrong = std::string(name) + " is missing";
   }
   const Json* List(const char* name) const { return Find(name, &Json::is_array, "a list"); }
   std::vector<std::string> Texts(const char* name) const {

@@ -82,10 +82,13 @@ Result<Welcome> ParseWelcome(std::span<const std::byte> payload) {
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
   const Members members{*json};
-  if (members.Whole("protocol") != kVersion)
+  members.Need("protocol");
+  const std::int64_t version = members.Whole("protocol");
+  if (members.wrong.empty() && version != kVersion)
     return Fault("UNSUPPORTED_VERSION",
-                 "the engine chose protocol " + std::to_string(members.Whole("protocol")) + ", which was not offered");
+                 "the engine chose protocol " + std::to_string(version) + ", which was not offered");
   Welcome welcome;
+  members.Need("session");
   welcome.server = members.Text("server");
   const std::int64_t session = members.Whole("session");
   if (members.wrong.empty() && (session < 1 || session > std::numeric_limits<std::uint32_t>::max()))
@@ -139,6 +142,7 @@ Result<ErrorMessage> ParseError(std::span<const std::byte> payload) {
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
   const Members members{*json};
+  for (const char* name : {"code", "severity", "message"}) members.Need(name);
   const std::string severity = members.Text("severity");
   if (members.wrong.empty() && severity != "connection" && severity != "request")
     return Fault("MALFORMED", "ERROR: severity is " + Quote(severity) + ", expected connection or request");

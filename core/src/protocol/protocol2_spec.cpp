@@ -147,7 +147,9 @@ Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environme
   Result<Space> action = SpaceOf(json, "action", budget.spaces);
   if (!action.ok()) return action.status();
   const Members members{json};
+  for (const char* required : {"name", "agents"}) members.Need(required);
   std::vector<std::string> agents = members.Texts("agents");
+  if (!members.wrong.empty()) return Fault("MALFORMED", "a behaviour of SPEC: " + members.wrong);
   CONSAC_RETURN_IF_ERROR(Malformed(CheckNamesApart("agent", agents)));
   const bool countable = !agents.empty() && environments >= 1 && environments <= kMostSlots;
   const auto slots = countable ? environments * static_cast<std::int64_t>(agents.size()) : 0;
@@ -282,20 +284,25 @@ Result<SpecMessage> ParseSpec(std::span<const std::byte> payload) {
   SpecMessage spec;
   spec.autoreset = *autoreset;
   spec.env.id = members.Text("id");
-  spec.env.max_episode_steps = std::max<std::int64_t>(members.Whole("max_episode_steps"), 0);
-  spec.training_length = std::max<std::int64_t>(members.Whole("training_length"), 0);
+  spec.env.max_episode_steps = members.Count("max_episode_steps");
+  spec.training_length = members.Count("training_length");
   spec.model_name = members.Text("model_name");
+  (void)members.Truth("deterministic");  // not looked at, but for their types
+  (void)members.Text("hash");
   if (const Json* shared = members.Find("shm"); shared != nullptr) {
     Result<SharedMemorySpec> where = SharedMemoryFromJson(*shared);
     if (!where.ok()) return where.status();
     spec.shared_memory = std::move(*where);
   }
+  for (const char* required : {"environments", "behaviours"}) members.Need(required);
+  const std::int64_t environments = members.Whole("environments");
   const Json* behaviours = members.List("behaviours");
+  if (!members.wrong.empty()) return Fault("MALFORMED", "SPEC: " + members.wrong);
   if (behaviours == nullptr || behaviours->empty() || behaviours->size() > kMostBehaviours)
     return Fault("MALFORMED", "SPEC has no list of 1 to " + std::to_string(kMostBehaviours) + " behaviours");
   SpecBudget budget;
   for (const Json& entry : *behaviours) {
-    Result<BehaviourSpec> behaviour = BehaviourFromJson(entry, members.Whole("environments"), budget);
+    Result<BehaviourSpec> behaviour = BehaviourFromJson(entry, environments, budget);
     if (!behaviour.ok()) return behaviour.status();
     spec.env.behaviours.push_back(std::move(*behaviour));
   }

@@ -3,17 +3,20 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <thread>
 
 #include "consac/base/text.h"
 #include "server/limits.h"
+#include "server/peer.h"
+#include "server/writing.h"
 
 namespace consac {
 namespace {
 
 using protocol2::Frame;
-using protocol2::FrameHeader;
 using protocol2::FrameType;
 
 StatusCode CodeOf(std::string_view name) {
@@ -27,6 +30,10 @@ StatusCode CodeOf(std::string_view name) {
 }  // namespace
 
 Status Client2::Begin() {
+  return NamingPeer(BeginSession(), *transport_);
+}
+
+Status Client2::BeginSession() {
   CONSAC_RETURN_IF_ERROR(SayHello());
   const auto& able = welcome_.capabilities;
   const bool here = transport_->peer().starts_with("127.") || transport_->peer().starts_with("::1");
@@ -42,7 +49,7 @@ Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {
     const std::uint64_t own = seed + i;
     std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
   }
-  return Exchange(FrameType::kReset, batches);
+  return NamingPeer(Exchange(FrameType::kReset, batches), *transport_);
 }
 
 Status Client2::Step(std::span<Batch> batches, MoreSteps) {
@@ -54,7 +61,7 @@ Status Client2::Step(std::span<Batch> batches, MoreSteps) {
                 static_cast<std::size_t>(behaviour.slots) * behaviour.action_layout.row_bytes);
   }
   ++steps_;
-  const Status status = Exchange(FrameType::kStep, batches);
+  const Status status = NamingPeer(Exchange(FrameType::kStep, batches), *transport_);
   if (status.ok()) return status;
   return {status.code(), "at step " + std::to_string(steps_) + WhoseStep() + ": " + status.message()};
 }
@@ -97,7 +104,7 @@ Status Client2::SendControl(FrameType type, const std::string& json) {
   std::vector<std::byte> frame(protocol2::kHeaderBytes);
   protocol2::WriteHeader({type, false, static_cast<std::uint32_t>(json.size()), 0, 0, welcome_.session}, frame.data());
   frame.insert(frame.end(), payload.begin(), payload.end());
-  return transport_->Write(frame, kWriteTimeout);
+  return WriteUnlessStopped(*transport_, frame, kWriteTimeout, options_.stop);
 }
 
 Result<Frame> Client2::Perform(FrameType type) {
@@ -117,7 +124,8 @@ Result<Frame> Client2::Perform(FrameType type) {
   }
   double broke_at = -1.0;  // the first time
   while (true) {
-    Status status = transport_->Write(message_, kWriteTimeout);
+    Status status = WriteUnlessStopped(*transport_, message_, kWriteTimeout, options_.stop);
+    if (status.code() == StatusCode::kCancelled) return status;
     if (status.ok()) {
       Result<Frame> answer = ReadAnswer(request_, options_.deadline_s);
       if (answer.ok() || answer.status().code() != StatusCode::kUnavailable || refused_) return answer;
@@ -153,10 +161,9 @@ Result<Frame> Client2::PerformShared(std::uint64_t request) {
   }
   std::byte head[protocol2::kHeaderBytes];
   std::memcpy(head, shared_->result(), sizeof(head));
-  const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->result_bytes - sizeof(head));
-  if (!header.ok()) return header.status();
-  const Frame frame{*header, {shared_->result() + sizeof(head), header->length}};
-  const Result<bool> answer = IsAnswer(frame, request, &patience);
+  const Result<Frame> frame = SharedChannel::FrameAt(shared_->result(), shared_->result_bytes, head);
+  if (!frame.ok()) return frame.status();
+  const Result<bool> answer = IsAnswer(*frame, request, &patience);
   if (!answer.ok()) return answer.status();
   return frame;
 }
@@ -184,9 +191,28 @@ Status Client2::Exchange(FrameType type, std::span<Batch> batches) {
   if (const Status judged = check_.Judge(answer->payload); !judged.ok())
     return {judged.code(), transport_->peer() + ": " + judged.message()};
   CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
+  CONSAC_RETURN_IF_ERROR(CheckRewards(answer->payload.data(), batches));
   engine_seconds_ = protocol2::ReadEngineTime(answer->payload.data());
   ReadPresence(answer->payload.data());
   return CheckAnyone();
+}
+
+Status Client2::CheckRewards(const std::byte* payload, std::span<const Batch> batches) {
+  for (std::size_t b = 0; b < batches.size(); ++b) {
+    const float* rewards = batches[b].rewards;
+    for (std::size_t i = 0; i < batches[b].slots.size(); ++i) {
+      if (std::fabs(rewards[i]) <= std::numeric_limits<float>::max()) continue;
+      double reward = 0.0;
+      std::memcpy(&reward, payload + blocks_.behaviours[b].rewards + i * sizeof(reward), sizeof(reward));
+      if (!std::isfinite(reward)) continue;  // the check's affair, or the caller's
+      const std::string text = transport_->peer() + ": the reward of slot " + std::to_string(i) + " of " +
+                               Quote(spec_.behaviours[b].name) + " is " + NumberText(reward) +
+                               ", beyond float32's 3.4e38; scale rewards to about 1";
+      if (options_.refuse_non_finite) return {StatusCode::kNonFinite, text};
+      warnings_.Say(text);
+    }
+  }
+  return Status::Ok();
 }
 
 void Client2::ReadPresence(const std::byte* payload) {
@@ -238,13 +264,21 @@ Result<Frame> Client2::ReadAnswer(std::uint64_t request, double deadline_s) {
 }
 
 Result<bool> Client2::IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience) {
+  constexpr std::size_t kLargestPing = 64;
   switch (frame.header.type) {
+    case FrameType::kWelcome:
+      open_ = true;  // the engine has a session now, which hears BYE whatever is wrong with it (R85)
+      break;
     case FrameType::kPing:
+      if (frame.payload.size() > kLargestPing)
+        return Status{StatusCode::kProtocol, transport_->peer() + " sent a PING of " +
+                                                 std::to_string(frame.payload.size()) +
+                                                 " bytes; at most 64 are taken (R16)"};
       CONSAC_RETURN_IF_ERROR(SendControl(
           FrameType::kPong, std::string(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size())));
       return false;
     case FrameType::kPaused:
-      Log(LogLevel::kInfo, transport_->peer() + " is paused");
+      if (!paused_) pauses_.Say(transport_->peer() + " is paused");
       paused_ = options_.waits_while_paused;
       if (paused_) patience->Pause();
       return false;

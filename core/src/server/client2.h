@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "consac/base/hooks.h"
+#include "consac/base/refusals.h"
 #include "consac/protocol/protocol2.h"
 #include "consac/protocol/result_check.h"
 #include "consac/server/env_client.h"
@@ -68,6 +69,7 @@ class Client2 final : public EnvClient {
 
   // ---- connecting
 
+  Status BeginSession();
   Status AskForSpec(bool share);
 
   /// The same over TCP alone; memory cannot be shared, and `why` tells.
@@ -97,6 +99,8 @@ class Client2 final : public EnvClient {
   Status ConnectAnew(const Status& why, double start, Said said);
   Result<Frame> Request(FrameType type, const std::string& json);
   Status Exchange(FrameType type, std::span<Batch> batches);
+  /// Rewards that are numbers on the wire and none in a batch: an error, or said to a caller that looks for itself.
+  Status CheckRewards(const std::byte* payload, std::span<const Batch> batches);
   void ReadPresence(const std::byte* payload);
 
   /// An engine that steps on and on with nobody in it has forgotten to say who takes part.
@@ -118,6 +122,9 @@ class Client2 final : public EnvClient {
 
   std::unique_ptr<Transport> transport_;
   const EnvClientOptions options_;
+  // An engine may pause, close or pay too much at every step.
+  Refusals pauses_{[](std::string_view line) { Log(LogLevel::kInfo, line); }};
+  Refusals warnings_;
   protocol2::FrameReader reader_;
   protocol2::Welcome welcome_;
   EnvSpec spec_;

@@ -66,7 +66,6 @@ Status Client2::SayHello() {
   if (answer->header.type != FrameType::kWelcome) return Unexpected(*answer, "WELCOME");
   Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(answer->payload);
   if (!welcome.ok()) return welcome.status();
-  open_ = true;  // the engine has a session now, which hears BYE whatever is wrong with it
   for (const std::string& agreed : welcome->capabilities) {
     if (std::find(hello.capabilities.begin(), hello.capabilities.end(), agreed) != hello.capabilities.end()) continue;
     return {StatusCode::kProtocol,
@@ -115,8 +114,7 @@ Status Client2::ConnectAnew(const Status& why, double start, Said said) {
   shared_.reset();
   if (!options_.reconnect || spec_.behaviours.empty() || welcome_.resume.empty()) return why;
   if (said == Said::kNotYet) {
-    Log(LogLevel::kWarning,
-        why.message() + "; trying for " + NumberText(options_.resume_s) + " s to go on with the session");
+    warnings_.Say(why.message() + "; trying for " + NumberText(options_.resume_s) + " s to go on with the session");
   }
   while (Now() - start < options_.resume_s) {
     if (options_.stop != nullptr && options_.stop->load())

@@ -27,6 +27,9 @@ struct Undecided {
   std::uint64_t request = 0;                             // in the header of its latest frame
   bool speaks_2 = false;                                 // a frame has come that is skipped
   bool looked_for_room = false;  // every session there is was asked whether its trainer has left
+
+  /// 2: a HELLO; 1: something; 0: nothing.
+  int said() const { return hello.has_value() ? 2 : speaks_2 || !reader.pending().empty() ? 1 : 0; }
 };
 
 /// A line, and the end.

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <optional>
 #include <thread>
 
@@ -12,7 +11,7 @@
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "server/limits.h"
-#include "server/seat.h"
+#include "server/seats.h"
 #include "server/secret.h"
 
 namespace consac {
@@ -25,11 +24,8 @@ constexpr double kIdleWait = 0.1;           // s between looks at the stop flag 
 constexpr double kShortWait = 0.005;        // s, while somebody has connected who has said nothing yet
 constexpr double kAfterRefusal = 0.1;       // s before the next try where the system let nobody in
 constexpr double kRefusalAgain = 60.0;      // s before that is said again
-constexpr double kMutePatience = 4.0;       // handshake deadlines: a trainer that is mute for longer gives way
 constexpr double kSpin = 0.0001;            // s of looking at several sessions in turn before waiting for one
-constexpr double kTurnWait = 0.0005;        // s of waiting for one of several sessions
-constexpr int kMostFramesPerPoll = 64;      // a peer that floods does not keep the engine's tick either
-constexpr std::size_t kMostUndecided = 16;  // connections that have said nothing; more are closed at once
+constexpr std::size_t kMostUndecided = 16;  // connections without HELLO; one more, and another is sent away
 
 /// Text protocol 1 has no place for a token.
 Status TextFits(const EnvSpec& spec, const EnvServerOptions& options) {
@@ -40,24 +36,18 @@ Status TextFits(const EnvSpec& spec, const EnvServerOptions& options) {
 class EnvServerOfEither final : public EnvServer {
  public:
   EnvServerOfEither(VectorEnv& env, std::unique_ptr<Listener> listener, const EnvServerOptions& options)
-      : listener_(std::move(listener)), options_(options), text_fits_(TextFits(env.spec(), options)) {
-    seats_.push_back(std::make_unique<Seat>(env, options_, steps_, farewells_));
-  }
+      : listener_(std::move(listener)),
+        options_(options),
+        text_fits_(TextFits(env.spec(), options)),
+        seats_(env, options_, farewells_) {}
   ~EnvServerOfEither() override { EnvServerOfEither::Close("the engine closes"); }
 
   Status Poll(double wait_s) override {
     if (!open_) return {StatusCode::kFailedPrecondition, "the server is closed; create it again to serve"};
-    const std::size_t present = sessions_present();
+    const std::size_t present = seats_.sessions();
     if (!waiting_.empty() || present > 1) wait_s = std::min(wait_s, kShortWait);
-    Status first = Accept(present == 0 ? wait_s : 0.0);
-    turn_ = (turn_ + 1) % seats_.size();
-    for (std::size_t i = 0; i < seats_.size(); ++i) {
-      if (seats_[i]->present() == nullptr) continue;
-      const double patience = present == 1 ? wait_s : i == turn_ ? std::min(wait_s, kTurnWait) : 0.0;
-      const Status status = PollSeat(*seats_[i], patience);
-      if (first.ok()) first = status;
-    }
-    return first;
+    const Status accepted = Accept(present == 0 ? wait_s : 0.0), polled = seats_.Poll(wait_s, present);
+    return accepted.ok() ? polled : accepted;
   }
 
   Status ServeSession(const std::atomic<bool>& stop) override {
@@ -66,38 +56,36 @@ class EnvServerOfEither final : public EnvServer {
     double next_look = 0.0, last_progress = 0.0;
     Status latest;  // how the latest session ended
     while (true) {
-      const std::size_t present = sessions_present();
+      const std::size_t present = seats_.sessions();
       served = served || present > 0;
-      if (served && present == 0 && !Awaited()) return latest;
+      if (served && present == 0 && !seats_.awaited()) return latest;
       bool progressed = false;
       if (present == 1) {
-        progressed = PumpAll(waiting_.empty() ? kIdleWait : kShortWait, &latest);
+        progressed = seats_.PumpAll(waiting_.empty() ? kIdleWait : kShortWait, &latest);
       } else if (present > 1) {
-        progressed = PumpAll(0.0, &latest);
+        progressed = seats_.PumpAll(0.0, &latest);
         const double now = Now();
         if (progressed) last_progress = now;
-        if (!progressed && now - last_progress > kSpin) progressed = PumpInTurn(&latest);
+        if (!progressed && now - last_progress > kSpin) progressed = seats_.PumpInTurn(&latest);
         if (!progressed) std::this_thread::yield();
       }
       if ((progressed || present > 1) && Now() < next_look) continue;
       next_look = Now() + kIdleWait;
       if (stop.load(std::memory_order_relaxed)) return Stopped(served);
-      CONSAC_RETURN_IF_ERROR(Accept(sessions_present() > 0 ? 0.0 : waiting_.empty() ? kIdleWait : kShortWait));
+      CONSAC_RETURN_IF_ERROR(Accept(seats_.sessions() > 0 ? 0.0 : waiting_.empty() ? kIdleWait : kShortWait));
       if (!waiting_.empty()) next_look = 0.0;
     }
   }
 
   SessionState state() const override {
-    return sessions_present() == 0 ? SessionState::kWaiting : SessionState::kConnected;
+    return seats_.sessions() == 0 ? SessionState::kWaiting : SessionState::kConnected;
   }
-  std::int64_t session_steps() const override { return steps_.load(std::memory_order_relaxed); }
+  std::int64_t session_steps() const override { return seats_.steps(); }
   int port() const override { return listener_->port(); }
-  void SetPaused(bool paused) override {
-    for (const std::unique_ptr<Seat>& seat : seats_) seat->SetPaused(paused);
-  }
+  void SetPaused(bool paused) override { seats_.SetPaused(paused); }
 
   void Close(const std::string& why) override {
-    EndAll({StatusCode::kCancelled, why});
+    seats_.EndAll({StatusCode::kCancelled, why});
     waiting_.clear();
     farewells_.Clear();
     listener_->Close();
@@ -105,69 +93,12 @@ class EnvServerOfEither final : public EnvServer {
   }
 
  private:
-  std::size_t sessions_present() const {
-    return static_cast<std::size_t>(
-        std::count_if(seats_.begin(), seats_.end(), [](const auto& seat) { return seat->present() != nullptr; }));
-  }
-  /// Whether a session that lost its connection may still be taken up.
-  bool Awaited() const {
-    return std::any_of(seats_.begin(), seats_.end(), [](const auto& seat) { return seat->resumable(); });
-  }
-
-  // ---- driving sessions
-
-  /// Up to one step of the seat's worlds: a fast trainer must not keep the engine's tick, a slow one not lose one.
-  static Status PollSeat(Seat& seat, double wait_s) {
-    const std::int64_t before = seat.steps();
-    for (int frames = 0; frames < kMostFramesPerPoll && seat.steps() == before; ++frames) {
-      const Result<bool> progressed = seat.Pump(frames == 0 ? wait_s : 0.0);
-      if (!progressed.ok()) return seat.End(progressed.status());
-      if (seat.finished()) return seat.End(Status::Ok());
-      if (!*progressed) break;
-    }
-    return Status::Ok();
-  }
-
-  static bool PumpOne(Seat& seat, double timeout_s, Status* latest) {
-    const Result<bool> progressed = seat.Pump(timeout_s);
-    if (!progressed.ok())
-      *latest = seat.End(progressed.status());
-    else if (seat.finished())
-      *latest = seat.End(Status::Ok());
-    return progressed.ok() && *progressed;
-  }
-
-  bool PumpAll(double timeout_s, Status* latest) {
-    bool progressed = false;
-    for (const std::unique_ptr<Seat>& seat : seats_) {
-      if (seat->present() != nullptr) progressed = PumpOne(*seat, timeout_s, latest) || progressed;
-    }
-    return progressed;
-  }
-
-  /// Waits a little for the next of several sessions.
-  bool PumpInTurn(Status* latest) {
-    for (std::size_t i = 0; i < seats_.size(); ++i) {
-      turn_ = (turn_ + 1) % seats_.size();
-      if (seats_[turn_]->present() != nullptr) return PumpOne(*seats_[turn_], kTurnWait, latest);
-    }
-    return false;
-  }
-
-  void EndAll(const Status& why) {
-    for (const std::unique_ptr<Seat>& seat : seats_) {
-      if (seat->present() != nullptr) (void)seat->End(why);
-    }
-  }
-
   Status Stopped(bool served) {
     if (!served) return {StatusCode::kCancelled, "stopped while waiting for a trainer"};
-    EndAll({StatusCode::kCancelled, "the engine stops"});
+    seats_.EndAll({StatusCode::kCancelled, "the engine stops"});
     return {StatusCode::kCancelled,
             "stopped in the middle of a session, after " + std::to_string(session_steps()) + " steps"};
   }
-
-  // ---- at the door
 
   /// Takes waiting connections and decides about those that have said enough, or nothing for long enough.
   Status Accept(double timeout_s) {
@@ -175,7 +106,10 @@ class EnvServerOfEither final : public EnvServer {
     refusals_.Look();
     Result<std::unique_ptr<Transport>> accepted = Knock(timeout_s);
     if (!accepted.ok()) return accepted.status();
-    if (*accepted != nullptr && (waiting_.size() < kMostUndecided || SendAwayMute())) LetIn(std::move(*accepted));
+    if (*accepted != nullptr) {
+      if (waiting_.size() >= kMostUndecided) SendAwayOne();
+      LetIn(std::move(*accepted));
+    }
     for (std::size_t i = 0; i < waiting_.size();) {
       const Result<Protocol> protocol = Decide(waiting_[i]);
       if (protocol.ok() && (*protocol == Protocol::kAuto || LooksForRoom(waiting_[i]))) {
@@ -218,23 +152,25 @@ class EnvServerOfEither final : public EnvServer {
     return std::unique_ptr<Transport>();
   }
 
-  /// Of those at the door, whoever has said nothing for longest makes room. False where all have begun to speak.
-  bool SendAwayMute() {
-    const auto mute = std::find_if(waiting_.begin(), waiting_.end(), [](const Undecided& one) {
-      return one.reader.pending().empty() && !one.hello.has_value();
-    });
-    if (mute == waiting_.end()) return false;
-    Dismiss(*mute, kBusyLine);
-    waiting_.erase(mute);
-    return true;
+  /// Whoever has said least makes room; of those, who has been there for longest.
+  void SendAwayOne() {
+    const auto one = std::min_element(waiting_.begin(), waiting_.end(),
+                                      [](const Undecided& a, const Undecided& b) { return a.said() < b.said(); });
+    refusals_.Say(one->transport->peer() + " was turned away: too many connections at once have not said a HELLO");
+    if (one->said() > 0) {
+      DismissWithError(*one, Fault("CAPACITY", "too many are at this engine's door; try again later"), farewells_);
+    } else {
+      Dismiss(*one, kBusyLine);
+    }
+    waiting_.erase(one);
   }
 
   /// A trainer may have left whose session has not noticed yet: before a further one is turned away, each is asked.
   /// True while the answer is awaited.
   bool LooksForRoom(Undecided& one) {
     const bool goes_on = one.hello.has_value() && !one.hello->resume.empty();
-    if (goes_on || one.looked_for_room || sessions_present() < seats_.size() || CanMakeRoom()) return false;
-    for (const std::unique_ptr<Seat>& seat : seats_) seat->present()->LookForTrainer();
+    if (goes_on || one.looked_for_room || !seats_.full()) return false;
+    seats_.LookForTrainers();
     return one.looked_for_room = true;
   }
 
@@ -251,6 +187,8 @@ class EnvServerOfEither final : public EnvServer {
       if (text_fits_.ok() && options_.protocol == Protocol::kAuto)
         return waited >= options_.grace_s ? Protocol::kText1 : Protocol::kAuto;
       if (waited < options_.handshake_s) return Protocol::kAuto;
+      if (options_.protocol == Protocol::kProtocol2)
+        return Fault("MALFORMED", "no HELLO came within " + NumberText(options_.handshake_s) + " s");
       // Whoever waits for the engine to speak first speaks text protocol 1.
       DismissText(one);
       return Status{StatusCode::kDeadlineExceeded, one.transport->peer() + " said nothing"};
@@ -319,14 +257,12 @@ class EnvServerOfEither final : public EnvServer {
   /// The seat of the session that HELLO takes up, or one for a new session.
   Result<Seat*> SeatFor(const protocol2::Hello& hello) {
     if (!hello.resume.empty()) {
-      for (const std::unique_ptr<Seat>& seat : seats_) {
-        if (seat->Owns(hello)) return seat.get();
-      }
+      if (Seat* const owned = seats_.Owned(hello); owned != nullptr) return owned;
       return Fault("AUTH_FAILED", "that session is over, or had a larger max_frame; begin a new one");
     }
     if (options_.protocol == Protocol::kText1)
       return Fault("UNSUPPORTED_VERSION", "this engine speaks text protocol 1");
-    Seat* seat = FreeSeat();
+    Seat* seat = seats_.Free();
     if (seat == nullptr)
       return Fault(
           "CAPACITY",
@@ -334,52 +270,11 @@ class EnvServerOfEither final : public EnvServer {
     return seat;
   }
 
-  bool CanMakeRoom() const {
-    return options_.make_env && seats_.size() < static_cast<std::size_t>(std::max(1, options_.max_sessions));
-  }
-
-  /// Nobody's, rather than one more where worlds can be made and memory is there for them, one that a mute trainer must
-  /// give up, or one whose trainer may come back; null when there is none.
-  Seat* FreeSeat() {
-    if (sessions_present() == 0) {
-      for (const std::unique_ptr<Seat>& seat : seats_) {
-        if (!seat->resumable()) seat->RestartCount();
-      }
-    }
-    Seat* left = nullptr;
-    for (const std::unique_ptr<Seat>& seat : seats_) {
-      if (seat->present() != nullptr) continue;
-      if (!seat->resumable()) return seat.get();
-      if (left == nullptr) left = seat.get();
-    }
-    if (CanMakeRoom()) {
-      std::unique_ptr<VectorEnv> env = options_.make_env();
-      const bool afforded = env != nullptr && CheckMemory(SeatBytes(env->spec()), "a further trainer").ok();
-      if (afforded)
-        return seats_.emplace_back(std::make_unique<Seat>(std::move(env), options_, steps_, farewells_)).get();
-    }
-    Seat* mute = MuteSeat();
-    return mute != nullptr ? mute : left;
-  }
-
-  /// The seat, free now, of whoever was served text protocol 1 because it said nothing, and has said nothing since.
-  Seat* MuteSeat() {
-    Seat* longest = seats_.front().get();
-    for (const std::unique_ptr<Seat>& seat : seats_)
-      longest = seat->mute_s() > longest->mute_s() ? seat.get() : longest;
-    const double silence = longest->mute_s();
-    if (silence <= kMutePatience * options_.handshake_s) return nullptr;
-    Log(LogLevel::kWarning, longest->present()->peer() + " has said nothing for " + NumberText(std::round(silence)) +
-                                " s; its place goes to another trainer");
-    (void)longest->End({StatusCode::kDeadlineExceeded, "it said nothing, and another trainer came"});
-    return longest;
-  }
-
   void WelcomeText(Undecided one) {
     if (!text_fits_.ok() || options_.protocol == Protocol::kProtocol2) {
       return DismissText(one);
     }
-    Seat* seat = FreeSeat();
+    Seat* seat = seats_.Free();
     if (seat == nullptr) {
       refusals_.Say("a further trainer, " + one.transport->peer() + ", was turned away");
       return Dismiss(one, kBusyLine);
@@ -399,9 +294,7 @@ class EnvServerOfEither final : public EnvServer {
   Refusals refusals_;
   const EnvServerOptions options_;
   const Status text_fits_;
-  std::atomic<std::int64_t> steps_{0};
-  std::vector<std::unique_ptr<Seat>> seats_;  // at least one; never fewer
-  std::size_t turn_ = 0;
+  Seats seats_;
   std::vector<Undecided> waiting_;
   std::int64_t sessions_ = 0;
   double shut_until_ = 0.0, quiet_until_ = 0.0;  // nobody is let in, and nothing said about it

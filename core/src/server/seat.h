@@ -8,6 +8,7 @@
 #include "consac/protocol/protocol2.h"
 #include "consac/server/env_server.h"
 #include "server/door.h"
+#include "server/peer.h"
 #include "server/session.h"
 
 namespace consac {
@@ -59,7 +60,7 @@ class Seat {
   bool finished() const { return connected2_ && session2_->finished(); }
   std::int64_t steps() const { return steps_.session(); }
   Status End(const Status& why) {
-    const Status status = present()->End(why);
+    const Status status = present()->End(NamingPeer(why, *present()));
     text_.reset();
     connected2_ = false;
     return status;

@@ -63,6 +63,7 @@ Status Session2Server::Connect(Arrival arrival) {
   if (env_.renders()) offer(kRendering);
   const std::vector<std::string>& agreed = welcome.capabilities;
   renders_ = std::find(agreed.begin(), agreed.end(), kRendering) != agreed.end();
+  shares_ = std::find(agreed.begin(), agreed.end(), kSharedMemory) != agreed.end();
   welcome.server = std::string("consac ") + kVersion;
   welcome.session = number_;
   welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
@@ -188,11 +189,11 @@ void Session2Server::LeaveSharedMemory() {
 Status Session2Server::HandleShared() {
   std::byte head[protocol2::kHeaderBytes];
   std::memcpy(head, shared_->request(), sizeof(head));
-  const Result<FrameHeader> header = protocol2::ReadHeader(head, shared_->request_bytes - sizeof(head));
-  if (!header.ok()) return Fatal(header.status(), request_ + 1);
+  const Result<Frame> frame = SharedChannel::FrameAt(shared_->request(), shared_->request_bytes, head);
+  if (!frame.ok()) return Fatal(frame.status(), protocol2::RefusedRequest(head));
   last_heard_ = Now();
   through_memory_ = true;
-  const Status status = Handle({*header, {shared_->request() + sizeof(head), header->length}});
+  const Status status = Handle(*frame);
   if (under_way_ == UnderWay::kNothing) through_memory_ = false;
   return status;
 }

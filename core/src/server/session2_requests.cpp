@@ -67,6 +67,8 @@ Status Session2Server::OnConfigure(const Frame& frame) {
   if (phase_ == Phase::kRun) return Refuse(Fault("BAD_STATE", "CONFIGURE comes before the first RESET"));
   const Result<protocol2::Configure> configure = protocol2::ParseConfigure(frame.payload);
   if (!configure.ok()) return Refuse(configure.status());
+  if (configure->shared_memory && !shares_)
+    return Refuse(Fault("UNSUPPORTED", "transport 'shm' without the capability 'shm' in HELLO; ask for 'tcp' (R30)"));
   if (!configure->expect_json.empty()) {
     std::string path;
     const Status same =

@@ -66,6 +66,16 @@ struct SharedChannel {
     return channel;
   }
 
+  /// The frame that lies at `at` in an area of `bytes`, its payload in place; judged as one that came over TCP. `head`
+  /// is a copy of its header, which might change while it is looked at.
+  static Result<protocol2::Frame> FrameAt(const std::byte* at, std::size_t bytes, const std::byte* head) {
+    const Result<protocol2::FrameHeader> header = protocol2::ReadHeader(head, bytes - protocol2::kHeaderBytes);
+    if (!header.ok()) return header.status();
+    const protocol2::Frame frame{*header, {at + protocol2::kHeaderBytes, header->length}};
+    CONSAC_RETURN_IF_ERROR(protocol2::CheckPayload(frame.header, frame.payload));
+    return frame;
+  }
+
   protocol2::SharedMemorySpec Spec() const {
     return {region->path(), region->size(), request_offset,   request_bytes,
             result_offset,  result_bytes,   kSpinMicroseconds};

@@ -2,10 +2,13 @@
 #include <algorithm>
 #include <cstring>
 
+#include "consac/base/refusals.h"
 #include "consac/base/text.h"
 #include "consac/protocol/text1.h"
 #include "server/clients.h"
 #include "server/limits.h"
+#include "server/peer.h"
+#include "server/writing.h"
 
 namespace consac {
 namespace {
@@ -27,7 +30,51 @@ class TextClient final : public EnvClient {
     (void)framer_.Commit(first.size());
   }
 
-  Status ReadSetup() {
+  Status ReadSetup() { return NamingPeer(AskForSetup(), *transport_); }
+
+  const EnvSpec& spec() const override { return spec_; }
+  const SessionRequest& request() const override { return request_; }
+
+  Status Reset(std::uint64_t, std::span<Batch> batches) override {
+    bool done = true;
+    float reward = 0.0f;
+    // An engine may begin with the end of what it played before; nothing is learned from that.
+    for (int ends = 0; done; ++ends) {
+      CONSAC_RETURN_IF_ERROR(CheckEnds(ends));
+      CONSAC_RETURN_IF_ERROR(ReadObservation(batches[0].next_observations, &reward, &done));
+    }
+    return Status::Ok();
+  }
+
+  Status Step(std::span<Batch> batches, MoreSteps more) override {
+    Batch& batch = batches[0];
+    const BehaviourSpec& behaviour = spec_.behaviours[0];
+    CONSAC_RETURN_IF_ERROR(text1::CheckSendable("action", behaviour.action_layout, batch.actions, 0.0f));
+    const std::size_t length =
+        text1::EncodeAction(behaviour.action_layout, batch.actions, text1::Terminator::kNewline, action_text_);
+    const auto action = std::as_bytes(std::span<const char>(action_text_).first(length));
+    ++steps_;
+    Status status = WriteUnlessStopped(*transport_, action, options_.deadline_s, options_.stop);
+    if (!status.ok()) return AtStep(status, steps_);
+    ended_ = false;
+    bool done = false;
+    status = ReadObservation(batch.next_observations, batch.rewards, &done);
+    if (!status.ok()) return AtStep(status, steps_);
+    batch.terminated[0] = done ? 1 : 0;
+    batch.truncated[0] = 0;
+    if (!done) return Status::Ok();
+    std::memcpy(batch.final_observations, batch.next_observations, behaviour.observation_layout.row_bytes);
+    return more == MoreSteps::kLast ? Status::Ok() : BeginEpisode(batch, action);
+  }
+
+  void Close() override { transport_->Close(); }
+  std::string description() const override { return transport_->peer() + ", text protocol 1"; }
+
+ private:
+  static constexpr const char* kAfterEndHint =
+      "the engine is silent after an episode's end; if it waits for an answer there, use --answer-done";
+
+  Status AskForSetup() {
     framer_.SetExpect(Framer::Expect::kSetup, false);
     const double timeout_s = std::min(options_.setup_timeout_s, options_.deadline_s);
     Result<std::string_view> message = ReadMessage(timeout_s, nullptr);
@@ -55,47 +102,6 @@ class TextClient final : public EnvClient {
     return Status::Ok();
   }
 
-  const EnvSpec& spec() const override { return spec_; }
-  const SessionRequest& request() const override { return request_; }
-
-  Status Reset(std::uint64_t, std::span<Batch> batches) override {
-    bool done = true;
-    float reward = 0.0f;
-    // An engine may begin with the end of what it played before; nothing is learned from that.
-    for (int ends = 0; done; ++ends) {
-      CONSAC_RETURN_IF_ERROR(CheckEnds(ends));
-      CONSAC_RETURN_IF_ERROR(ReadObservation(batches[0].next_observations, &reward, &done, kAfterEndHint));
-    }
-    return Status::Ok();
-  }
-
-  Status Step(std::span<Batch> batches, MoreSteps more) override {
-    Batch& batch = batches[0];
-    const BehaviourSpec& behaviour = spec_.behaviours[0];
-    CONSAC_RETURN_IF_ERROR(text1::CheckSendable("action", behaviour.action_layout, batch.actions, 0.0f));
-    const std::size_t length =
-        text1::EncodeAction(behaviour.action_layout, batch.actions, text1::Terminator::kNewline, action_text_);
-    const auto action = std::as_bytes(std::span<const char>(action_text_).first(length));
-    ++steps_;
-    Status status = transport_->Write(action, options_.deadline_s);
-    if (!status.ok()) return AtStep(status, steps_);
-    bool done = false;
-    status = ReadObservation(batch.next_observations, batch.rewards, &done, nullptr);
-    if (!status.ok()) return AtStep(status, steps_);
-    batch.terminated[0] = done ? 1 : 0;
-    batch.truncated[0] = 0;
-    if (!done) return Status::Ok();
-    std::memcpy(batch.final_observations, batch.next_observations, behaviour.observation_layout.row_bytes);
-    return more == MoreSteps::kLast ? Status::Ok() : BeginEpisode(batch, action);
-  }
-
-  void Close() override { transport_->Close(); }
-  std::string description() const override { return transport_->peer() + ", text protocol 1"; }
-
- private:
-  static constexpr const char* kAfterEndHint =
-      "the engine is silent after an episode's end; if it waits for an answer there, use --answer-done";
-
   /// That it begins with a frame. An engine of protocol 2 may do so to a trainer of text protocol 1, not to another.
   Status SpeaksProtocol2(std::string_view first) const {
     if (options_.protocol == Protocol::kText1) {
@@ -113,30 +119,34 @@ class TextClient final : public EnvClient {
     // An engine may repeat the end before it has reset; nothing is learned from that.
     for (int ends = 0; done; ++ends) {
       Status status = CheckEnds(ends);
-      if (status.ok() && options_.answer_done) status = transport_->Write(action, options_.deadline_s);
+      if (status.ok() && options_.answer_done)
+        status = WriteUnlessStopped(*transport_, action, options_.deadline_s, options_.stop);
       if (!status.ok()) return AtStep(status, steps_);
-      status = ReadObservation(batch.next_observations, &reward, &done, kAfterEndHint);
+      status = ReadObservation(batch.next_observations, &reward, &done);
       if (!status.ok()) return AtStep(status, steps_);
     }
     return Status::Ok();
   }
 
   /// Episodes that end before they have begun: passed over, but not for ever.
-  Status CheckEnds(int in_a_row) const {
+  Status CheckEnds(int in_a_row) {
     constexpr int kWarnAt = 10, kMost = 1000;
     if (in_a_row == kWarnAt)
-      Log(LogLevel::kWarning, transport_->peer() + " has sent 10 ends (done 1) in a row; does it reset after an end?");
+      warnings_.Say(transport_->peer() + " has sent 10 ends (done 1) in a row; does it reset after an end?");
     if (in_a_row < kMost) return Status::Ok();
     return {StatusCode::kProtocol, transport_->peer() + " has sent " + std::to_string(kMost) +
                                        " ends (done 1) in a row; its next message after an end must be a first "
                                        "observation (done 0)"};
   }
 
-  Status ReadObservation(std::byte* row, float* reward, bool* done, const char* hint) {
-    const Result<std::string_view> message = ReadMessage(options_.deadline_s, hint);
-    if (!message.ok()) return message.status();
+  Status ReadObservation(std::byte* row, float* reward, bool* done) {
+    const Result<std::string_view> message = ReadMessage(options_.deadline_s, ended_ ? kAfterEndHint : nullptr);
+    if (!message.ok()) return NamingPeer(message.status(), *transport_);
     const bool act_only = request_.training_length == 0;
-    return text1::ParseObservation(*message, spec_.behaviours[0].observation_layout, act_only, row, reward, done);
+    const Layout& layout = spec_.behaviours[0].observation_layout;
+    const Status read = text1::ParseObservation(*message, layout, act_only, row, reward, done);
+    ended_ = read.ok() && *done;
+    return NamingPeer(read, *transport_);
   }
 
   /// The next message, within `deadline_s`. `hint` is logged once when nothing came for after_end_s.
@@ -168,7 +178,7 @@ class TextClient final : public EnvClient {
         if (!message.empty()) return message;
       }
       if (hint != nullptr && Now() - start >= options_.after_end_s) {
-        Log(LogLevel::kWarning, hint);
+        warnings_.Say(hint);
         hint = nullptr;
       }
     }
@@ -189,7 +199,9 @@ class TextClient final : public EnvClient {
   EnvSpec spec_;
   SessionRequest request_;
   std::vector<char> action_text_;
+  Refusals warnings_;  // an engine may give cause for one at every step
   std::int64_t steps_ = 0;
+  bool ended_ = false;  // the latest message was an episode's end, and no action has been sent since
 };
 
 }  // namespace

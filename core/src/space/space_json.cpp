@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "consac/base/json.h"
 #include "consac/base/text.h"
 
 namespace consac {
@@ -32,36 +33,98 @@ SpaceJson BoundsToJson(const std::vector<double>& bounds) {
   return out;
 }
 
-bool BoundsFromJson(const SpaceJson& json, std::size_t count, double unbounded, std::vector<double>* out) {
-  if (json.is_number()) {
-    out->assign(count, json.get<double>());
-    return true;
-  }
-  if (json.is_null()) {
-    out->assign(count, unbounded);
-    return true;
-  }
-  if (!json.is_array()) return false;
-  for (const SpaceJson& bound : json) {
-    if (!bound.is_number() && !bound.is_null()) return false;
-    out->push_back(bound.is_null() ? unbounded : bound.get<double>());
-  }
-  return true;
-}
-
-bool IntegersFromJson(const SpaceJson& json, std::vector<std::int64_t>* out) {
-  if (!json.is_array()) return false;
-  for (const SpaceJson& value : json) {
-    if (!value.is_number_integer()) return false;
-    out->push_back(value.get<std::int64_t>());
-  }
-  return true;
+/// The member `name` of a space is missing, or is not what it should be.
+Status WrongMember(const SpaceJson& json, const char* name, const std::string& expected) {
+  const auto found = json.find(name);
+  if (found == json.end()) return BadSpace("has no " + std::string(name) + "; it is " + expected);
+  return BadSpace("has " + std::string(name) + " " + Quote(JsonText(*found)) + ", expected " + expected);
 }
 
 const SpaceJson& Field(const SpaceJson& json, const char* name) {
   static const SpaceJson kMissing;
   const auto found = json.find(name);
   return found == json.end() ? kMissing : *found;
+}
+
+bool IsFloat(DType dtype) {
+  return dtype == DType::kF32 || dtype == DType::kF64;
+}
+
+/// A bound as its member may say it: whole, and within what f64 has exactly, in a whole type; null where none is meant.
+bool IsBound(const SpaceJson& json, DType dtype) {
+  constexpr double kLargestWhole = 9007199254740991.0;  // 2^53 - 1
+  if (json.is_null()) return IsFloat(dtype);
+  if (!json.is_number()) return false;
+  const double bound = json.get<double>();
+  return IsFloat(dtype) || (std::fabs(bound) <= kLargestWhole && bound == std::floor(bound));
+}
+
+/// The nearest number of the type; a bound beyond what it holds counts as its end.
+double WithinType(double bound, DType dtype) {
+  constexpr double kLargestFloat = std::numeric_limits<float>::max();
+  if (dtype == DType::kF32) return static_cast<float>(std::clamp(bound, -kLargestFloat, kLargestFloat));
+  if (dtype == DType::kF64) return bound;
+  if (dtype == DType::kBool) return std::clamp(bound, 0.0, 1.0);
+  const bool with_sign = dtype == DType::kI8 || dtype == DType::kI16 || dtype == DType::kI32 || dtype == DType::kI64;
+  const double half = std::ldexp(1.0, static_cast<int>(8 * SizeOf(dtype)) - 1);
+  return with_sign ? std::clamp(bound, -half, half - 1.0) : std::clamp(bound, 0.0, 2.0 * half - 1.0);
+}
+
+/// The member `name` of a box with `count` elements; a side without bound is `unbounded`.
+Status BoundsFromJson(const SpaceJson& json, const char* name, std::size_t count, DType dtype, double unbounded,
+                      std::vector<double>* out) {
+  const SpaceJson& bounds = Field(json, name);
+  const bool one = json.contains(name) && IsBound(bounds, dtype);
+  const bool list = bounds.is_array() && bounds.size() == count &&
+                    std::all_of(bounds.begin(), bounds.end(), [&](const auto& bound) { return IsBound(bound, dtype); });
+  if (!one && !list) {
+    const std::string number = IsFloat(dtype) ? "number or null" : "whole number within 2^53 - 1";
+    return WrongMember(json, name, "a " + number + ", or a list of " + std::to_string(count) + " such");
+  }
+  const auto value = [&](const SpaceJson& bound) {
+    return bound.is_null() ? unbounded : WithinType(bound.get<double>(), dtype);
+  };
+  if (one) out->assign(count, value(bounds));
+  for (std::size_t i = 0; list && i < count; ++i) out->push_back(value(bounds[i]));
+  return Status::Ok();
+}
+
+/// A whole number that every language has: within 2^53 - 1.
+bool IsWhole(const SpaceJson& value) {
+  constexpr std::int64_t kMost = (std::int64_t{1} << 53) - 1;
+  if (value.is_number_unsigned()) return value.get<std::uint64_t>() <= static_cast<std::uint64_t>(kMost);
+  return value.is_number_integer() && value.get<std::int64_t>() >= -kMost;
+}
+
+Status IntegersFromJson(const SpaceJson& json, const char* name, std::vector<std::int64_t>* out) {
+  const SpaceJson& list = Field(json, name);
+  if (!list.is_array() || !std::all_of(list.begin(), list.end(), IsWhole))
+    return WrongMember(json, name, "a list of whole numbers below 2^53");
+  for (const SpaceJson& value : list) out->push_back(value.get<std::int64_t>());
+  return Status::Ok();
+}
+
+/// The whole number `name`; `otherwise` where it may be missing.
+Result<std::int64_t> WholeFromJson(const SpaceJson& json, const char* name, const std::int64_t* otherwise = nullptr) {
+  if (otherwise != nullptr && !json.contains(name)) return *otherwise;
+  const SpaceJson& value = Field(json, name);
+  if (!IsWhole(value)) return WrongMember(json, name, "a whole number below 2^53");
+  return value.get<std::int64_t>();
+}
+
+/// The optional `shape` of what is flat in a row, which must have `count` elements.
+Status CheckShape(const SpaceJson& json, std::int64_t count) {
+  if (!json.contains("shape")) return Status::Ok();
+  std::vector<std::int64_t> shape;
+  CONSAC_RETURN_IF_ERROR(IntegersFromJson(json, "shape", &shape));
+  std::int64_t elements = 1;
+  bool fits = true;
+  for (const std::int64_t size : shape) {
+    fits = fits && size >= 1 && size <= count / elements;
+    if (fits) elements *= size;
+  }
+  if (fits && elements == count) return Status::Ok();
+  return WrongMember(json, "shape", "sizes from 1 that make " + std::to_string(count) + " elements");
 }
 
 Result<Space> FromJson(const SpaceJson& json, int depth, MemoryBudget& budget);
@@ -73,8 +136,8 @@ Result<Space> BoxFromJson(const SpaceJson& json, MemoryBudget& budget) {
   DType dtype = DType::kF32;
   const SpaceJson& type = Field(json, "dtype");
   if (!type.is_string() || !ParseDType(type.get_ref<const std::string&>(), &dtype))
-    return BadSpace("has no known dtype");
-  if (!IntegersFromJson(Field(json, "shape"), &shape)) return BadSpace("is a box without shape");
+    return WrongMember(json, "dtype", "one of BOOL, U8 to U64, I8 to I64, F32 and F64");
+  CONSAC_RETURN_IF_ERROR(IntegersFromJson(json, "shape", &shape));
   std::int64_t elements = 1;
   for (const std::int64_t size : shape) {
     if (size < 1 || size > kMostElements / elements)
@@ -83,10 +146,8 @@ Result<Space> BoxFromJson(const SpaceJson& json, MemoryBudget& budget) {
   }
   CONSAC_RETURN_IF_ERROR(budget.Take("a box", static_cast<std::uint64_t>(elements), kElementBytes));
   const auto count = static_cast<std::size_t>(elements);
-  if (!BoundsFromJson(Field(json, "low"), count, -kInfinity, &low) ||
-      !BoundsFromJson(Field(json, "high"), count, kInfinity, &high)) {
-    return BadSpace("is a box without low or high");
-  }
+  CONSAC_RETURN_IF_ERROR(BoundsFromJson(json, "low", count, dtype, -kInfinity, &low));
+  CONSAC_RETURN_IF_ERROR(BoundsFromJson(json, "high", count, dtype, kInfinity, &high));
   return Space::Box(std::move(low), std::move(high), std::move(shape), dtype);
 }
 
@@ -101,7 +162,7 @@ Result<Space> Within(Result<Space> space, MemoryBudget& budget) {
 
 Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, MemoryBudget& budget) {
   const SpaceJson& children = Field(json, "spaces");
-  if (!children.is_array()) return BadSpace("has no list of children");
+  if (!children.is_array()) return WrongMember(json, "spaces", "a list of children");
   std::vector<std::pair<std::string, Space>> named_children;
   std::vector<Space> ordered;
   for (const SpaceJson& child : children) {
@@ -109,7 +170,10 @@ Result<Space> ChildrenFromJson(const SpaceJson& json, bool named, int depth, Mem
     Result<Space> space = FromJson(Field(child, "space"), depth + 1, budget);
     if (!space.ok()) return space.status();
     const SpaceJson& name = Field(child, "name");
-    if (named && !name.is_string()) return BadSpace("has a child without a name");
+    if (!name.is_string()) return WrongMember(child, "name", "a text");
+    if (!named && name != std::to_string(ordered.size()))
+      return BadSpace("has a child named " + Quote(JsonText(name)) +
+                      "; those of a tuple are \"0\", \"1\", ... in order");
     if (named)
       named_children.emplace_back(name.get<std::string>(), std::move(*space));
     else
@@ -154,23 +218,26 @@ namespace {
 Result<Space> FromJson(const SpaceJson& json, int depth, MemoryBudget& budget) {
   if (depth > kDeepestSpace) return BadSpace("is nested more than 16 deep");
   CONSAC_RETURN_IF_ERROR(budget.Take("a space", 1, kSpaceBytes));
-  if (!json.is_object() || !Field(json, "type").is_string()) return BadSpace("has no type");
+  if (!json.is_object()) return BadSpace("is " + Quote(JsonText(json)) + ", expected an object");
+  if (!Field(json, "type").is_string()) return WrongMember(json, "type", "a text");
   const std::string type = Field(json, "type").get<std::string>();
-  const SpaceJson& n = Field(json, "n");
   if (type == "discrete") {
-    const SpaceJson& start = Field(json, "start");
-    if (!n.is_number_integer()) return BadSpace("is discrete without n");
-    if (json.contains("start") && !start.is_number_integer()) return BadSpace("is discrete with a start that is none");
-    return Within(Space::Discrete(n.get<std::int64_t>(), start.is_number_integer() ? start.get<std::int64_t>() : 0),
-                  budget);
+    constexpr std::int64_t kFromZero = 0;
+    const Result<std::int64_t> n = WholeFromJson(json, "n"), start = WholeFromJson(json, "start", &kFromZero);
+    if (!n.ok() || !start.ok()) return n.ok() ? start.status() : n.status();
+    return Within(Space::Discrete(*n, *start), budget);
   }
   if (type == "multi_binary") {
-    if (!n.is_number_integer()) return BadSpace("is multi_binary without n");
-    return Within(Space::MultiBinary(n.get<std::int64_t>()), budget);
+    const Result<std::int64_t> n = WholeFromJson(json, "n");
+    if (!n.ok()) return n.status();
+    Result<Space> space = Within(Space::MultiBinary(*n), budget);
+    if (space.ok()) CONSAC_RETURN_IF_ERROR(CheckShape(json, *n));
+    return space;
   }
   if (type == "multi_discrete") {
     std::vector<std::int64_t> nvec;
-    if (!IntegersFromJson(Field(json, "nvec"), &nvec)) return BadSpace("is multi_discrete without nvec");
+    CONSAC_RETURN_IF_ERROR(IntegersFromJson(json, "nvec", &nvec));
+    CONSAC_RETURN_IF_ERROR(CheckShape(json, static_cast<std::int64_t>(nvec.size())));
     return Within(Space::MultiDiscrete(std::move(nvec)), budget);
   }
   if (type == "box") return BoxFromJson(json, budget);

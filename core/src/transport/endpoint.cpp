@@ -15,7 +15,9 @@ Result<Endpoint> Endpoint::Parse(std::string_view url) {
                   Quote(url) + " is no endpoint; expected tcp://host:port with a port from 0 to 65535"};
   }
   Endpoint endpoint;
-  endpoint.host = text.substr(0, colon);
+  std::string_view host = text.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);  // of IPv6
+  endpoint.host = host;
   endpoint.port = static_cast<int>(port);
   return endpoint;
 }

@@ -47,11 +47,16 @@ TEST(File, PathsAreUtf8OnEverySystem) {
 #if !defined(_WIN32)
 TEST(File, ADeviceOrFolderIsNotReplaced) {
   for (const char* path : {"/dev/null", "/tmp"}) {
-    EXPECT_EQ(WriteFileAtomically(path, {}).code(), StatusCode::kInvalidArgument) << path;
+    EXPECT_EQ(WriteFileAtomically(path, {}).code(), StatusCode::kDataLoss) << path;
   }
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
 }
 #endif
+
+// Who names a file that is not there has made a mistake; what cannot be written is the disk's.
+TEST(File, AFolderThatIsNotThereIsNoUnknownName) {
+  EXPECT_EQ(WriteFileAtomically("/nonexistent/model.consac", {}).code(), StatusCode::kDataLoss);
+}
 
 TEST(File, MissingFileIsNamed) {
   const auto result = ReadFile("/nonexistent/model.consac");

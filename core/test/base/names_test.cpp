@@ -137,6 +137,9 @@ TEST(Names, AFolderNameIsPlain) {
     EXPECT_TRUE(CheckFolderName("run", AsFolderName(bad)).ok()) << AsFolderName(bad);
   }
   EXPECT_TRUE(CheckFolderName("run", AsFolderName("." + std::string(1000, 'x'))).ok());
+  EXPECT_EQ(AsFolderName("..abcdef", 4), "_..a");
+  const std::string why = CheckFolderName("run", std::string(kLongestFolder + 1, 'x')).message();
+  EXPECT_NE(why.find("has 129 bytes, a folder at most 128; shorten it"), std::string::npos) << why;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -306,6 +307,28 @@ TEST(Polyak, MixesAndCopies) {
     Polyak(1.0f, from, to);
     EXPECT_EQ(to, from);
   }
+}
+
+// The divisor of every image, and others; all mantissas, magnitudes from the smallest to the largest, and what is none.
+TEST(Divide, IsTheNearestFloatOnEveryInstructionSet) {
+  std::vector<float> numbers, shares;
+  for (std::uint32_t bits = 0; bits < 1u << 23; bits += 3) numbers.push_back(std::bit_cast<float>(0x3f800000u | bits));
+  for (std::uint32_t bits = 1; bits != 0 && bits < 0xffff0000u; bits += 0x3fff5u)
+    numbers.push_back(std::bit_cast<float>(bits));
+  for (int byte = 0; byte < 256; ++byte) numbers.push_back(static_cast<float>(byte));
+  numbers.insert(numbers.end(), {-0.0f, 0.0f, std::numeric_limits<float>::infinity(), std::nanf("")});
+  shares.resize(numbers.size());
+  OnEveryInstructionSet([&] {
+    for (const float divisor : {255.0f, 3.0f, 0.1f, 1.9999999f, 7e-30f, 3e38f}) {
+      Divide(divisor, numbers, shares);
+      std::size_t wrong = 0;
+      for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const float want = numbers[i] / divisor;
+        if (std::memcmp(&want, &shares[i], sizeof want) != 0 && !(std::isnan(want) && std::isnan(shares[i]))) ++wrong;
+      }
+      EXPECT_EQ(wrong, 0u) << "divided by " << divisor;
+    }
+  });
 }
 
 }  // namespace

@@ -6,7 +6,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "consac/base/rng.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/space/layout.h"
+#include "space/space_json.h"
 
 namespace consac::protocol2 {
 namespace {
@@ -32,6 +35,29 @@ TEST(SpecCases, EveryOneIsTakenOrRefusedAsItSays) {
     if (status.ok()) continue;
     EXPECT_EQ(FaultName(status), "MALFORMED");
     EXPECT_THAT(status.message(), ::testing::HasSubstr(one["refused"].get<std::string>()));
+  }
+}
+
+TEST(SpecBounds, BeyondTheTypeAreItsEndsAlsoForWhoDraws) {
+  struct {
+    const char *dtype, *low, *high;
+    double drawn;
+  } const cases[] = {{"U8", "300", "400", 255.0},
+                     {"BOOL", "1", "7", 1.0},
+                     {"I8", "-400", "-300", -128.0},
+                     {"F32", "1.00000001", "1", 1.0}};
+  for (const auto& one : cases) {
+    const std::string text = std::string(R"({"type":"box","shape":[2],"dtype":")") + one.dtype + R"(","low":)" +
+                             one.low + R"(,"high":)" + one.high + "}";
+    MemoryBudget budget(1 << 20);
+    const Result<Space> space = SpaceFromJson(CaseJson::parse(text), budget);
+    ASSERT_TRUE(space.ok()) << space.status().message();
+    const Layout layout = Layout::Of(*space);
+    std::vector<std::byte> row(layout.row_bytes);
+    Rng rng(1, 1);
+    SampleRow(layout, rng, row.data());
+    EXPECT_EQ(ReadElement(layout.leaves[0], row.data(), 1), one.drawn) << text;
+    EXPECT_TRUE(CheckRow(layout, row.data()).ok());
   }
 }
 

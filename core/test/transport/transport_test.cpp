@@ -167,6 +167,12 @@ TEST(Endpoint, ParsesUrlsAndQuotesOthers) {
   ASSERT_TRUE(endpoint.ok());
   EXPECT_EQ(endpoint->host, "localhost");
   EXPECT_EQ(endpoint->port, 5005);
+  for (const char* text : {"tcp://[::1]:5005", "tcp://::1:5005"}) {
+    const auto six = Endpoint::Parse(text);
+    ASSERT_TRUE(six.ok()) << text;
+    EXPECT_EQ(six->host, "::1");
+    EXPECT_EQ(six->port, 5005);
+  }
   for (const char* text : {"tcp://localhost", "localhost:99999", "tcp://:5005", "http://a:1/x", "tcp://a:b"}) {
     const auto bad = Endpoint::Parse(text);
     ASSERT_FALSE(bad.ok()) << text;

@@ -401,6 +401,29 @@ TEST(Agents, DemonstrationsAreRecorded) {
   ASSERT_TRUE(bytes.ok()) << bytes.status().message();
   // Two agents' hundred steps of two floats each, at the least.
   EXPECT_GT(bytes->size(), 2U * 100U * 2U * sizeof(float));
+
+  // No further one takes its place, and one in which nothing was done is no file.
+  const auto start = [&] {
+    EConsacResult result = EConsacResult::Failed;
+    FString error;
+    trainer->StartTraining(result, error);
+    EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  };
+  for (const std::string name : {"default-2", "default-3"}) {
+    start();
+    for (int k = 0; k < 5; ++k) game.Tick();
+    Shim::ForgetLog();
+    trainer->StopTraining();
+    EXPECT_NE(Shim::Log().back().find(name + ".safetensors"), std::string::npos) << Shim::Log().back();
+    EXPECT_TRUE(std::filesystem::exists(scratch.path() + "/" + name + ".safetensors"));
+  }
+  start();
+  trainer->StopTraining();
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/default-4.safetensors"));
+  const auto still = ReadFile(scratch.path() + "/default.safetensors");
+  ASSERT_TRUE(still.ok());
+  EXPECT_EQ(*still, *bytes) << "what was shown first is what it was";
+  EXPECT_EQ(errors, std::vector<std::string>());
 }
 
 TEST(Agents, TwoTrainersOneAgentNoneAreSaid) {

@@ -1,5 +1,6 @@
 // What a learner gets of agents that end, die, come back and are reset alone: the rows themselves.
 #include <cstring>
+#include <limits>
 
 #include "ConsacHerd.h"
 #include "ConsacRaySensorComponent.h"
@@ -124,14 +125,17 @@ TEST_F(HerdTest, WhoeverLeavesEndsItsEpisodeAndANewcomerBeginsItsOwn) {
   Ask();
   Settle();
   EXPECT_EQ(batch().truncated[0], 0) << "once";
+  ASSERT_EQ(world().present(0).size(), 2U);
+  EXPECT_EQ(world().present(0)[0], 0) << "a learner is to take nothing from its place";
+  EXPECT_EQ(world().tally().steps, 2 * 2 + 1) << "of those that were there";
   Seer& newcomer = Add();
   Ask();
   ASSERT_TRUE(herd_.Join(*newcomer.agent).ok());
   newcomer.agent->AddReward(50.0f);
   Settle();
-  EXPECT_EQ(batch().truncated[0], 1);
+  EXPECT_EQ(batch().truncated[0], 0);
   EXPECT_EQ(batch().rewards[0], 0.0f);
-  EXPECT_EQ(Final(0), 5.0f);
+  EXPECT_EQ(world().present(0)[0], 1);
   EXPECT_EQ(Next(0), kStart);
   EXPECT_EQ(newcomer.begun, 1);
   Ask();
@@ -210,6 +214,76 @@ TEST_F(HerdTest, AResetOfOneLeavesTheOthersAlone) {
   EXPECT_EQ(second.begun, 1);
   EXPECT_EQ(second.observed, before);
   EXPECT_EQ(At(world().Observation(1), 0), kStart);
+}
+
+TEST_F(HerdTest, NeighboursGetSeedsOfTheirOwnAndNoneIsNegative) {
+  RoadAgent first(game_, 1), second(game_, 2);
+  ASSERT_TRUE(herd_.Gather({first.agent, second.agent}, 0).ok());
+  buffer_.emplace(world().spec().behaviours[0]);
+  for (const std::uint64_t seed : {std::uint64_t{6}, std::uint64_t{0x8000000000000006}}) {
+    world().Reset(seed, std::span(&batch(), 1));
+    ASSERT_TRUE(herd_.Begin().ok());
+    EXPECT_EQ(first.seeds.back(), 6);
+    EXPECT_EQ(second.seeds.back(), 7);
+  }
+}
+
+TEST_F(HerdTest, TheOrderOfEntriesIsNoDifferenceBetweenAgents) {
+  Seer& first = Add();
+  Seer& second = Add();
+  FConsacEntry other;
+  other.Name = TEXT("another");
+  other.Space = UConsacBlueprintLibrary::MakeBoxSpace(2, -1000.0f, 1000.0f);
+  const FConsacEntry number = first.agent->Observations[0];
+  first.agent->Observations.Add(other);
+  second.agent->Observations.Reset();
+  second.agent->Observations.Add(other);
+  second.agent->Observations.Add(number);
+  Gather(0);
+  const Leaf& leaf = world().ObservationLeaf(0, 0);
+  second.value = 3.0f;
+  Ask();
+  Settle();
+  EXPECT_EQ(ReadElement(leaf, world().Observation(1), 0), 3.0) << "by name, not by number";
+  second.agent->Observations[0].Space.Size = 3;
+  EXPECT_FALSE(FConsacHerd().Gather({first.agent, second.agent}, 0).ok());
+}
+
+TEST_F(HerdTest, AChoiceThatDoesNotExistIsRefusedAndNumbersAreKeptWithinTheirBounds) {
+  Seer& seer = Add();
+  FConsacEntry speed, lamp;
+  speed.Name = TEXT("speed");
+  speed.Space = UConsacBlueprintLibrary::MakeBoxSpace(2, -1.0f, 1.0f);
+  lamp.Name = TEXT("lamp");
+  lamp.Space = UConsacBlueprintLibrary::MakeDiscreteSpace(2);
+  seer.agent->Actions.Add(speed);
+  seer.agent->Observations.Add(lamp);
+  Gather(0);
+  buffer_->Advance();
+  world().Step(std::span(&batch(), 1));
+  int asked = 0;
+  seer.agent->OnHeuristic.ShimBind(nullptr, [&](UConsacAgentComponent* which) {
+    ++asked;
+    EXPECT_TRUE(which->SetActionChoice(TEXT("walk"), 1));
+    for (const int32 none : {-1, 3, std::numeric_limits<int32>::max()}) {
+      Shim::ForgetLog();
+      EXPECT_FALSE(which->SetActionChoice(TEXT("walk"), none));
+      ASSERT_EQ(Shim::Log().size(), 1U);
+      EXPECT_NE(Shim::Log()[0].find("no choice " + std::to_string(none)), std::string::npos) << Shim::Log()[0];
+    }
+    EXPECT_EQ(which->GetActionChoice(TEXT("walk")), 1);
+    EXPECT_FALSE(which->SetActionChoice(TEXT("speed"), 0)) << "that is no choice";
+    EXPECT_FALSE(which->SetObservationChoice(TEXT("lamp"), 2));
+    EXPECT_TRUE(which->SetObservationChoice(TEXT("lamp"), 1));
+    EXPECT_FALSE(which->SetObservationChoice(TEXT("number"), 0));
+    EXPECT_TRUE(which->SetActionNumbers(TEXT("speed"), {-7.0f, 0.5f}));
+    const TArray<float> taken = which->GetActionNumbers(TEXT("speed"));
+    ASSERT_EQ(taken.Num(), 2);
+    EXPECT_EQ(taken[0], -1.0f);
+    EXPECT_EQ(taken[1], 0.5f);
+  });
+  herd_.Act(true);
+  EXPECT_EQ(asked, 1);
 }
 
 TEST_F(HerdTest, ASensorThatIsGoneIsNoObservationAnyMore) {

@@ -347,7 +347,8 @@ TEST(Lifetime, FramesWaitForNothingWhileItTrainsAndAllIsPutBack) {
   const Brake brakes[] = {{TEXT("t.MaxFPS"), 72.0f, 100000.0f, IConsoleVariable::kShimConsole},
                           {TEXT("t.IdleWhenNotForeground"), 1.0f, 0.0f, IConsoleVariable::kShimProject},
                           {TEXT("r.VSync"), 1.0f, 0.0f, IConsoleVariable::kShimCode},
-                          {TEXT("r.VSyncEditor"), 1.0f, 0.0f, IConsoleVariable::kShimConstructor}};
+                          {TEXT("r.VSyncEditor"), 1.0f, 0.0f, IConsoleVariable::kShimConstructor},
+                          {TEXT("r.DontLimitOnBattery"), 0.0f, 1.0f, IConsoleVariable::kShimConstructor}};
   const auto variable = [](const Brake& brake) { return IConsoleManager::Get().FindConsoleVariable(brake.name); };
   for (const Brake& brake : brakes)
     variable(brake)->ShimForget(), variable(brake)->ShimSet(brake.value, brake.priority);

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <map>
 
+#include "CollisionQueryParams.h"
 #include "ConsacCameraSensorComponent.h"
 #include "ConsacConvert.h"
 #include "ConsacRaySensorComponent.h"
@@ -195,6 +196,30 @@ TEST_F(SocketNodes, WaitAndAcceptMessage) {
   wait(socket_, 1000.0f)->Activate();  // still waits when play stops
 }
 
+TEST_F(SocketNodes, WhoeverWaitsForAMessageHearsThatItsLevelHasEnded) {
+  Shim::Game game;
+  ASSERT_TRUE(Becomes(EConsacAnswer::Yes, &UConsacSocket::CheckConnection));
+  socket_->AcceptConnection(result_, text_, error_);
+  UWorld* world = &game.world();
+  const auto wait = [&] { return UConsacWaitMessageAction::WaitAndAcceptMessage(world, socket_, 1000.0f); };
+  UConsacWaitMessageAction* first = wait();
+  int failed = 0;
+  first->OnFailed.ShimBind(nullptr, [&](const FString&, const FString& error) {
+    ++failed;
+    EXPECT_NE(Text(error).find("level has ended"), std::string::npos) << Text(error);
+    UConsacWaitMessageAction* again = wait();  // a graph that tries again
+    again->OnFailed.ShimBind(nullptr, [&](const FString&, const FString&) { ++failed; });
+    again->Activate();
+  });
+  first->Activate();
+  for (int k = 0; k < 3; ++k) game.Tick();
+  EXPECT_EQ(failed, 0);
+  game.Travel();
+  EXPECT_EQ(failed, 1);
+  game.Tick();
+  EXPECT_EQ(failed, 1);
+}
+
 TEST(Sensors, RaysTransformAndCameraBecomeObservations) {
   Shim::Game game;
   // A wall at X = 500: the share of a ray before it.
@@ -240,6 +265,64 @@ TEST(Sensors, RaysTransformAndCameraBecomeObservations) {
   EXPECT_EQ(picture[3 * (2 * 4 + 3) + 1], 2.0f);  // green counts rows
   camera->bGray = true;
   EXPECT_NEAR(camera->GetSensorValues()[11], 0.299f * 3.0f + 0.587f * 2.0f, 1e-5f);
+}
+
+TEST(Sensors, RaysEndAtWhatBlocksTheirChannelAndSeeCharacters) {
+  Shim::Game game;
+  game.world().shim_trace_ = [](FHitResult& hit, const FVector&, const FVector&) {
+    hit.Time = 0.25f;
+    return true;
+  };
+  const std::vector<ECollisionChannel> before =
+      std::exchange(Shim::blocked_channels, {ECC_Pawn});  // a character: to Visibility it is not there
+  UConsacRaySensorComponent* rays = game.AddComponent<UConsacRaySensorComponent>(*game.Spawn<AConsacTestActor>());
+  rays->Rays = 1;
+  EXPECT_EQ(rays->GetSensorValues()[0], 0.25f);
+  rays->Channel = ECC_Visibility;
+  EXPECT_EQ(rays->GetSensorValues()[0], 1.0f);
+  Shim::blocked_channels = before;
+}
+
+TEST(Sensors, ACameraThatIsGivenAnotherSizeInPlaySeesAtThatSize) {
+  Shim::Game game;
+  UConsacCameraSensorComponent* camera =
+      game.AddComponent<UConsacCameraSensorComponent>(*game.Spawn<AConsacTestActor>());
+  camera->bGray = false;
+  // As many points each time; then none, as many as no picture has, and a picture again.
+  for (const auto& [width, height] :
+       {std::pair{4, 3}, std::pair{3, 4}, std::pair{2, 6}, std::pair{0, 4}, std::pair{5, 2}}) {
+    camera->Prepare();  // what is drawn at the size of before
+    camera->Width = width;
+    camera->Height = height;
+    const TArray<float> picture = camera->GetSensorValues();
+    ASSERT_EQ(picture.Num(), 3 * width * height);
+    if (width == 0) continue;
+    EXPECT_EQ(picture[picture.Num() - 3], static_cast<float>(width - 1));
+    EXPECT_EQ(picture[picture.Num() - 2], static_cast<float>(height - 1));
+  }
+}
+
+TEST(Sensors, ACameraOfASizeThatCannotBeIsRefused) {
+  for (const auto& [width, height] :
+       {std::pair{-1, 84}, std::pair{0, 84}, std::pair{84, -2000000000}, std::pair{65536, 65536}}) {
+    Shim::Game game;
+    RoadAgent agent(game, 1);
+    UConsacCameraSensorComponent* camera = NewObject<UConsacCameraSensorComponent>(agent.actor);
+    agent.actor->ShimAddSubobject(camera);
+    camera->Width = width;
+    camera->Height = height;
+    camera->RegisterComponent();
+    EXPECT_EQ(camera->GetSensorValues().Num(), 0);
+    EXPECT_EQ(camera->GetSpace().Size, 0);
+    AConsacTrainer* trainer = game.Spawn<AConsacTrainer>();
+    trainer->bAutoStart = false;
+    game.Tick();
+    EConsacResult result = EConsacResult::Success;
+    FString error;
+    trainer->StartTraining(result, error);
+    EXPECT_EQ(result, EConsacResult::Failed);
+    EXPECT_NE(Text(error).find("camera"), std::string::npos) << Text(error);
+  }
 }
 
 TEST(Sensors, OneWithoutAnAgentSaysSo) {
@@ -342,7 +425,7 @@ TEST(Program, WhatListensOnEveryAddressIsReachedAtItsOwn) {
   settings.Program = Text(WriteListener(scratch.path()));
   settings.RunsFolder = Text(scratch.path());
   for (const auto& [host, reached] :
-       {std::pair("0.0.0.0", "127.0.0.1"), std::pair("::", "::1"), std::pair("10.0.0.7", "10.0.0.7")}) {
+       {std::pair("0.0.0.0", "127.0.0.1"), std::pair("::", "[::1]"), std::pair("10.0.0.7", "10.0.0.7")}) {
     settings.Host = Text(host);
     FString error;
     UConsacTrainerProgram* program = NewObject<UConsacTrainerProgram>();

@@ -30,4 +30,8 @@ Result<std::unique_ptr<Learner>> CreateSac(const LearnerOptions& options, const 
 std::span<const Hyperparameter> Td3Table();
 Result<std::unique_ptr<Learner>> CreateTd3(const LearnerOptions& options, const HyperparameterSet& values);
 
+/// ddpg.cpp.
+std::span<const Hyperparameter> DdpgTable();
+Result<std::unique_ptr<Learner>> CreateDdpg(const LearnerOptions& options, const HyperparameterSet& values);
+
 }  // namespace consac::learn

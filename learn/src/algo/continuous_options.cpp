@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "collect/same_network.h"
 #include "consac/base/text.h"
 
 namespace consac::learn {
@@ -71,18 +70,15 @@ Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const
   Result<nn::Network> values = Checked(nn::Critics(behaviour.observation_layout, critics, entry->features));
   if (!values.ok()) return values.status();
   // Parameters and targets, each packed, packed forms to learn by (the critics' twice), the optimiser's two columns,
-  // initialisation in double precision, the snapshot; and gradients, twice those of the critics.
-  const std::int64_t copies = 14 + 2 * Backpropagation::GradientCopies(own.batch_size);
+  // initialisation in double precision, the snapshot; with noise two more, each packed; and gradients, twice those of
+  // the critics.
+  const std::int64_t copies =
+      14 + (wants.parameter_noise ? 4 : 0) + 2 * Backpropagation::GradientCopies(own.batch_size);
   const std::int64_t parameters = acts->parameter_count() + values->parameter_count();
   const std::int64_t activations = Backpropagation::ActivationBytes(*acts, own.batch_size) +
                                    2 * Backpropagation::ActivationBytes(*values, own.batch_size);
   CONSAC_RETURN_IF_ERROR(CheckOffPolicyMemory(options, own, {head->raw_size(), parameters, copies, activations}));
   return ContinuousModel{std::move(*head), std::move(*acts), std::move(*values)};
-}
-
-float ContinuousOptions::LearningRateAt(std::int64_t steps, std::int64_t total_steps) const {
-  const double elapsed = static_cast<double>(steps) / static_cast<double>(std::max<std::int64_t>(total_steps, 1));
-  return static_cast<float>(learning_rate.At(std::max(0.0, 1.0 - elapsed)));
 }
 
 // Source: Stable Baselines 2.10.2, sac/sac.py and td3/td3.py, and Stable Baselines3, off_policy_algorithm.py.
@@ -102,30 +98,6 @@ void BeginMetrics(const ContinuousOptions& own, const EpisodeWindow& episodes, c
 
 Metric LossMetric(std::string_view tag, double value) {
   return {tag.substr(std::string_view("loss/").size()), tag, value};
-}
-
-PolicyData ActorSnapshot(const BehaviourSpec& behaviour, const ReplayCollector& collector, const LearnedNetwork& actor,
-                         std::string training_json) {
-  PolicyData data;
-  data.behaviour = behaviour.name;
-  data.observation_space = behaviour.observation_space;
-  data.action_space = behaviour.action_space;
-  data.network = actor.network().spec();
-  data.heads = collector.action_head().specs();
-  data.parameters.assign(actor.parameters().begin(), actor.parameters().end());
-  if (collector.normaliser().active()) data.normaliser = collector.normaliser();
-  data.training_json = std::move(training_json);
-  return data;
-}
-
-Status StartActorFrom(const PolicyData& model, LearnedNetwork* actor) {
-  if (!SameNetwork(model.network, actor->network().spec()) || model.parameters.size() != actor->parameters().size()) {
-    return {StatusCode::kInvalidArgument,
-            "its actor is another than this run's; give the policy, net_arch, activation_fn and layer_norm that it was "
-            "trained with"};
-  }
-  actor->StartFrom(model.parameters);
-  return Status::Ok();
 }
 
 }  // namespace consac::learn

@@ -2,6 +2,7 @@
 // What algorithms that learn continuous actions by their value share besides off_policy.h: how they explore, and the
 // networks of actor and critics for Box actions with finite bounds. Private to learn.
 
+#include <array>
 #include <optional>
 
 #include "algo/off_policy.h"
@@ -19,9 +20,6 @@ struct ContinuousOptions : OffPolicyOptions {
   std::optional<nn::NetArch> net_arch;       ///< shared widths alone: both have them; or pi and qf
   nn::TowerOptions tower;                    ///< the rest of the layers
   AdamOptions adam;                          ///< of all optimisers; its form too
-
-  /// The step size after `steps` of `total_steps` steps.
-  float LearningRateAt(std::int64_t steps, std::int64_t total_steps) const;
 };
 
 /// The rows of ContinuousOptions.
@@ -33,11 +31,19 @@ using T = nn::TowerOptions;
 using enum ParameterSource;
 using Row = ParameterRow<ContinuousOptions>;
 
-/// What both generations' SAC and TD3 have alike.
-inline constexpr off_policy_rows::Row kCollecting[] = {
-    off_policy_rows::kGamma,      off_policy_rows::kReplay[0], off_policy_rows::kReplay[1].WithDefaults("100", "100"),
-    off_policy_rows::kReplay[3],  off_policy_rows::kRounds[0], off_policy_rows::kTau.WithDefaults("0.005", "0.005"),
-    off_policy_rows::kTruncation, off_policy_rows::kLogKeys};
+/// What both generations have alike but for these defaults of 2.10.2's.
+constexpr std::array<off_policy_rows::Row, 8> CollectingRows(const char* learning_starts, const char* tau) {
+  using namespace off_policy_rows;
+  return {kGamma,
+          kReplay[0],
+          kReplay[1].WithDefaults(learning_starts, "100"),
+          kReplay[3],
+          kRounds[0],
+          kTruncation,
+          kTau.WithDefaults(tau, "0.005"),
+          kLogKeys};
+}
+inline constexpr auto kCollecting = CollectingRows("100", "0.005");
 inline constexpr Row kExploration[] = {
     {"action_noise", "action_noise", Into<O, &O::exploration, &E::noise, &A::kind>, "none", "none", 0, 0,
      "none|normal|ornstein_uhlenbeck", "noise that is added to actions while learning", kBoth},
@@ -66,6 +72,10 @@ inline constexpr Row kNetwork[] = {
     {"init", "init", Into<O, &O::tower, &T::init>, "xavier", "pytorch", 0, 0, "orthogonal|xavier|pytorch",
      "how weights start", kConsac},
 };
+/// The same with other widths.
+constexpr std::array<Row, 5> NetworkRows(const char* sb2_layers, const char* sb3_layers) {
+  return {kNetwork[0], kNetwork[1].WithDefaults(sb2_layers, sb3_layers), kNetwork[2], kNetwork[3], kNetwork[4]};
+}
 inline constexpr Row kOptimiser[] = {
     {"optimizer", "optimizer", Into<O, &O::adam, &AdamOptions::form>, "tensorflow", "pytorch", 0, 0,
      "tensorflow|pytorch", "whose form of Adam", kConsac},
@@ -88,6 +98,7 @@ struct ContinuousWants {
   std::int64_t action_layer = 0;       ///< hidden layers of a critic that read the observation alone
   bool state_value = false;            ///< also a network of the state's value
   double output_bound = 0.0;           ///< of initial outputs; 0: as the rest
+  bool parameter_noise = false;        ///< the actor has disturbed copies
 };
 /// The model for what `own` asks for; the error says what of it, or of the actions, does not fit, or that there is not
 /// memory enough.
@@ -104,11 +115,5 @@ void BeginMetrics(const ContinuousOptions& own, const EpisodeWindow& episodes, c
                   std::vector<Metric>* metrics);
 /// A loss as Stable Baselines 2 names it: "loss/qf1_loss" in TensorBoard files, "qf1_loss" in its table.
 Metric LossMetric(std::string_view tag, double value);
-
-/// A complete acting model: the actor alone; `training_json` is told to people.
-PolicyData ActorSnapshot(const BehaviourSpec& behaviour, const ReplayCollector& collector, const LearnedNetwork& actor,
-                         std::string training_json);
-/// Takes over the parameters of a model of the same actor; the error says that it is another.
-Status StartActorFrom(const PolicyData& model, LearnedNetwork* actor);
 
 }  // namespace consac::learn

@@ -8,12 +8,11 @@
 #include <optional>
 
 #include "algo/algorithms.h"
+#include "algo/off_policy_learner.h"
 #include "algo/q_options.h"
 #include "collect/parameter_noise.h"
-#include "collect/q_network.h"
 #include "collect/replay_minibatch.h"
 #include "collect/sums.h"
-#include "optim/gradient_step.h"
 
 namespace consac::learn {
 namespace {
@@ -53,50 +52,44 @@ constexpr ParameterRow<D> kDqnOwn[] = {
     {"param_noise", "param_noise", Into<D, &D::param_noise>, "false", "false", 0, 0, "",
      "explore by noise in the parameters, as strong as epsilon would be", kSb2},
 };
-constexpr auto kDqnRows =
-    std::tie(kDqnSteps, q_rows::kExploration, off_policy_rows::kReplay, kDqnRounds, off_policy_rows::kRounds,
-             off_policy_rows::kPrioritized, kDqnOwn, q_rows::kNetwork, off_policy_rows::kNormalise);
+constexpr auto kDqnRows = std::tie(kDqnSteps, q_rows::kExploration, off_policy_rows::kReplay, kDqnRounds,
+                                   off_policy_rows::kRounds, off_policy_rows::kPrioritized, kDqnOwn, q_rows::kNetwork,
+                                   off_policy_rows::kHer, off_policy_rows::kNormalise);
 
 constexpr const char* kDqnTerms[] = {"td_error", "loss", "reward", "weight"};
 enum DqnTerm { kDqnError, kDqnLoss, kDqnReward, kDqnWeight };
 using DqnSums = Sums<kDqnTerms>;
 
 /// See learner.h. An update is one gradient step.
-class Dqn final : public Learner, private BlockLoss {
+class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
  public:
   Dqn(const LearnerOptions& options, const DqnOptions& dqn, QModel model, std::string hyperparameters)
-      : behaviour_(options.behaviour),
+      : OffPolicyLearner(options, std::move(hyperparameters),
+                         dqn.log_keys == Generation::kStableBaselines2 ? 100 : 4,  // Stable Baselines' log_interval
+                         std::move(model.head), dqn.collect, options.seed, options.ranks),
         dqn_(dqn),
-        hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
-        choices_(model.head.size()),
-        total_steps_(options.total_steps),
-        collector_(behaviour_, std::move(model.head), dqn.collect, options.seed, options.ranks),
-        q_(std::move(model.network), options.seed, std::max<std::int64_t>(behaviour_.slots, dqn.batch_size),
+        choices_(head().size()),
+        q_(std::move(model.network), Rng(options.seed, StreamId("network_initialisation")),
+           {.run_rows = std::max<std::int64_t>(behaviour_.slots, dqn.batch_size),
+            .batch_rows = dqn.batch_size,
+            .adam = dqn.adam,
+            .max_grad_norm = dqn.max_grad_norm,
+            .clip_each = dqn.clip == GradientClip::kVariable},
            options.ranks),
         explorer_(choices_, options.seed),
-        backpropagation_(q_.network(), 0, dqn.batch_size),
-        step_(Optimiser(Adam(q_.network().parameter_count(), dqn.adam)), dqn.max_grad_norm, options.ranks),
         minibatch_(behaviour_, dqn.batch_size, dqn.n_steps, options.ranks),
         targets_(static_cast<std::size_t>(dqn.batch_size)),
         losses_(dqn.batch_size, options.ranks) {
-    if (dqn.clip == GradientClip::kVariable) step_.ClipEach(q_.network().parameters());
-    if (dqn.param_noise) {
-      noise_.emplace(q_.network(), options.seed, behaviour_.slots);
-      noise_->Perturb(q_.parameters());
-    }
-    metrics_.reserve(16);
+    if (!dqn.param_noise) return;
+    noise_.emplace(q_.network(), options.seed, behaviour_.slots);
+    noise_->Perturb(q_.parameters());
   }
-
-  // Collecting: collect/replay_collector.h.
-  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
-  void Begin(const Batch& batch) override { collector_.Begin(batch); }
 
   void Act(Batch& batch) override {
     const ReplayCollector::Acting acting = collector_.BeginAct(batch);
     const std::int64_t rows = batch.rows();
     const bool random = collector_.warming_up() && dqn_.warm_up == WarmUp::kRandom;
-    const float* values = q_.Values(acting.features, rows);
+    const float* values = q_.Output(acting.features, rows);
     if (noise_) {
       noise_->Adapt(q_.parameters(), acting.features, values, rows, Epsilon());
       values = noise_->Values(acting.features, rows);
@@ -107,81 +100,45 @@ class Dqn final : public Learner, private BlockLoss {
 
   // The target network follows the steps of all agents; noise lasts as long as an episode of each.
   void Record(const Batch& batch) override {
-    const std::int64_t targets = collector_.steps() / dqn_.target_update_interval;
-    const std::int64_t reports = ReportsOf(collector_.episodes().count());
-    const std::int64_t noises = collector_.episodes().count() / behaviour_.slots;
-    collector_.Record(batch);
-    if (collector_.steps() / dqn_.target_update_interval != targets) q_.UpdateTarget(dqn_.tau);
-    if (noise_ && collector_.episodes().count() / behaviour_.slots != noises) noise_->Perturb(q_.parameters());
-    if (ReportsOf(collector_.episodes().count()) != reports) WriteMetrics();
+    const std::int64_t targets = steps() / dqn_.target_update_interval, noises = episodes_each();
+    OffPolicyLearner::Record(batch);
+    if (steps() / dqn_.target_update_interval != targets) q_.UpdateTarget(dqn_.tau);
+    if (noise_ && episodes_each() != noises) noise_->Perturb(q_.parameters());
   }
 
   // Learning: one minibatch after another, as many as the collector says.
-  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
-    for (std::int64_t i = 0; i < budget.gradient_steps && LearningDue(); ++i) {
-      if (round_ == 0) {
-        round_ = collector_.due();
-        collector_.BeginRound();
-        losses_.BeginUpdate();
-        step_.Begin();
-      }
-      GradientStepOnDraws();
-      collector_.StepDone();
-      if (--round_ == 0) step_.Finish(updates_, losses_.minibatches());
-    }
-    return LearningDue();
+    return collector_.Learn(
+        budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); }, [this] { q_.FinishRound(updates_); });
   }
 
-  std::int64_t steps() const override { return collector_.steps(); }
-  std::int64_t updates() const override { return updates_; }
-  std::int64_t reports() const override { return ReportsOf(collector_.episodes().count()); }
-  std::int64_t steps_per_update() const override { return 0; }
-  std::int64_t memory_bytes() const override {
-    return Replay::Bytes(behaviour_, collector_.action_head().raw_size(), dqn_.collect.replay);
-  }
   Status StartFrom(const PolicyData& model) override {
-    CONSAC_RETURN_IF_ERROR(collector_.StartFrom(model.normaliser));
-    CONSAC_RETURN_IF_ERROR(q_.StartFrom(model));
+    CONSAC_RETURN_IF_ERROR(StartActingFrom(model, &collector_, &q_));
     if (noise_) noise_->Perturb(q_.parameters());
     return Status::Ok();
   }
-  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
-  std::span<const Metric> metrics() const override { return metrics_; }
-  Status health() const override { return step_.health(); }
-  PolicyData Snapshot() const override {
-    PolicyData data =
-        q_.Snapshot(behaviour_, collector_.normaliser(), TrainingJson(hyperparameters_, steps(), updates_));
-    data.heads = collector_.action_head().specs();
-    return data;
-  }
+  Status health() const override { return q_.health(); }
+  PolicyData Snapshot() const override { return SnapshotOf(q_); }
   void Visit(Archive& archive) override {
+    OffPolicyLearner::Visit(archive);
     q_.Visit(archive);
-    step_.Visit(archive);
-    collector_.Visit(archive);
     explorer_.Visit(archive);
     if (noise_) archive("parameter_noise", *noise_);
     losses_.Visit(archive);
-    archive("round", round_);
-    archive.Check("round", round_ >= 0 && round_ <= collector_.due());
-    archive("learning_rate", learning_rate_);
-    archive("updates", updates_);
   }
 
  private:
-  double Elapsed() const {
-    return static_cast<double>(steps()) / static_cast<double>(std::max(total_steps_, std::int64_t{1}));
+  double Epsilon() const {
+    return dqn_.exploration.At(static_cast<double>(steps()) /
+                               static_cast<double>(std::max(total_steps_, std::int64_t{1})));
   }
-  double Epsilon() const { return dqn_.exploration.At(Elapsed()); }
 
   void GradientStepOnDraws() {
     minibatch_.Draw(collector_, dqn_.BetaAt(steps(), total_steps_));
     SetTargets();
-    learning_rate_ = static_cast<float>(dqn_.learning_rate.At(std::max(0.0, 1.0 - Elapsed())));
-    backpropagation_.Run(q_.parameters(), minibatch_.size(), executor_, *this);
+    learning_rate_ = dqn_.LearningRateAt(steps(), total_steps_);
+    q_.Step(q_.Gradient(minibatch_.size(), executor_, *this), learning_rate_);
     losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
-    step_.Apply(q_.parameters(), backpropagation_.gradient(), learning_rate_);
-    q_.Publish();
     minibatch_.SetPriorities();
     ++updates_;
   }
@@ -189,8 +146,8 @@ class Dqn final : public Learner, private BlockLoss {
   // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n Q'(s_n, a*), with a* = argmax Q' or, double, argmax Q: the best of
   // what is legal there. Nothing follows a terminal state.
   void SetTargets() {
-    const float* judges = q_.TargetValues(minibatch_.next_features.data(), minibatch_.size());
-    const float* chooses = dqn_.double_q ? q_.Values(minibatch_.next_features.data(), minibatch_.size()) : judges;
+    const float* judges = q_.TargetOutput(minibatch_.next_features.data(), minibatch_.size());
+    const float* chooses = dqn_.double_q ? q_.Output(minibatch_.next_features.data(), minibatch_.size()) : judges;
     for (std::size_t i = 0; i < targets_.size(); ++i) {
       const std::size_t row = i * static_cast<std::size_t>(choices_);
       const auto best = static_cast<std::size_t>(explorer_.BestOf(chooses + row, minibatch_.next_masks[i]));
@@ -219,13 +176,8 @@ class Dqn final : public Learner, private BlockLoss {
     }
   }
 
-  // Stable Baselines' log_interval counts episodes here.
-  std::int64_t ReportsOf(std::int64_t episodes) const {
-    return episodes / (dqn_.log_keys == Generation::kStableBaselines2 ? 100 : 4);
-  }
-
   // Source: Stable Baselines 2.10.2, deepq/dqn.py, and Stable Baselines3, off_policy_algorithm.py and dqn.py.
-  void WriteMetrics() {
+  void WriteMetrics() override {
     const auto episodes = static_cast<double>(collector_.episodes().count());
     metrics_.clear();
     const bool learned = losses_.minibatches() > 0;
@@ -251,25 +203,14 @@ class Dqn final : public Learner, private BlockLoss {
     put("train/n_updates", static_cast<double>(updates_));
   }
 
-  const BehaviourSpec behaviour_;
   const DqnOptions dqn_;
-  const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
   const std::int64_t choices_;
-  std::int64_t total_steps_;
-  ReplayCollector collector_;
-  QNetwork q_;
+  LearnedNetwork q_;
   EpsilonGreedy explorer_;
   std::optional<ParameterNoise> noise_;
-  Backpropagation backpropagation_;
-  GradientStep step_;
   ReplayMinibatch minibatch_;
   std::vector<float> targets_;  // [B] y
   LossLog<kDqnTerms> losses_;   // of the round under way, or the latest
-  std::int64_t round_ = 0;      // gradient steps that are left of the round under way
-  float learning_rate_ = 0;     // of the latest update
-  std::int64_t updates_ = 0;
-  std::vector<Metric> metrics_;
 };
 
 }  // namespace
@@ -282,7 +223,7 @@ std::span<const Hyperparameter> DqnTable() {
 
 Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const HyperparameterSet& values) {
   DqnOptions dqn{};
-  CONSAC_RETURN_IF_ERROR(ReadRows(kDqnRows, values, &dqn));
+  CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kDqnRows, values, options, &dqn));
   Result<QModel> model = MakeQModel(options, dqn, "dqn");
   if (!model.ok()) return model.status();
   // Two networks' parameters, each packed, a packed form to learn, the optimiser's two columns, initialisation in

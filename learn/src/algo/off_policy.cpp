@@ -4,12 +4,35 @@
 
 namespace consac::learn {
 
+float RateAt(const Schedule& rate, std::int64_t steps, std::int64_t total_steps) {
+  const double elapsed = static_cast<double>(steps) / static_cast<double>(std::max<std::int64_t>(total_steps, 1));
+  return static_cast<float>(rate.At(std::max(0.0, 1.0 - elapsed)));
+}
+
 // Source: Stable Baselines 2.10.2, LinearSchedule.
 double OffPolicyOptions::BetaAt(std::int64_t steps, std::int64_t total_steps) const {
   const std::int64_t whole =
       prioritized_beta_steps > 0 ? prioritized_beta_steps : std::max<std::int64_t>(total_steps, 1);
   const double over = std::min(1.0, static_cast<double>(steps) / static_cast<double>(whole));
   return prioritized_beta0 + over * (1.0 - prioritized_beta0);
+}
+
+Status TakeHindsight(const LearnerOptions& options, OffPolicyOptions* own) {
+  HindsightOptions& hindsight = own->collect.hindsight;
+  if (hindsight.buffer == ReplayBufferClass::kReplay) return Status::Ok();
+  const auto refuse = [](const std::string& why) {
+    return Status{StatusCode::kInvalidArgument, "HerReplayBuffer " + why};
+  };
+  if (own->collect.replay.prioritised) return refuse("does not draw by priority; leave out prioritized_replay");
+  if (own->n_steps != 1)
+    return refuse("looks one step ahead, and n_steps is " + std::to_string(own->n_steps) + "; leave it at 1");
+  CONSAC_RETURN_IF_ERROR(Hindsight::GoalsFit(options.behaviour));
+  if (!options.price_goals)
+    return refuse("needs a world that can say what other goals would have paid; choose ReplayBuffer");
+  own->collect.replay.episodes = true;
+  hindsight.rows = own->batch_size;
+  hindsight.price = options.price_goals;
+  return Status::Ok();
 }
 
 Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOptions& own, const OffPolicySizes& sizes) {
@@ -22,6 +45,7 @@ Status CheckOffPolicyMemory(const LearnerOptions& options, const OffPolicyOption
                                                 " transitions take more memory than is allowed here; lower batch_size"};
   }
   left -= own.batch_size * row + sizes.activations;
+  if (own.collect.replay.episodes) left -= Hindsight::Bytes(behaviour, own.batch_size);
   const std::int64_t columns = sizes.copies * static_cast<std::int64_t>(sizeof(float));
   if (left >= 0 && sizes.parameters <= left / columns) return Status::Ok();
   return {StatusCode::kResourceExhausted,

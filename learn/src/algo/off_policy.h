@@ -10,6 +10,9 @@
 
 namespace consac::learn {
 
+/// A step size after `steps` of `total_steps` steps.
+float RateAt(const Schedule& rate, std::int64_t steps, std::int64_t total_steps);
+
 /// Options of every algorithm that learns from a replay.
 struct OffPolicyOptions {
   ReplayCollectorOptions collect;           ///< how it collects
@@ -22,6 +25,10 @@ struct OffPolicyOptions {
   std::int64_t prioritized_beta_steps = 0;  ///< agent steps until it is 1; 0: the whole training
   Generation log_keys = Generation::kStableBaselines3;  ///< whose names the metrics have
 
+  /// The step size after `steps` of `total_steps` steps.
+  float LearningRateAt(std::int64_t steps, std::int64_t total_steps) const {
+    return RateAt(learning_rate, steps, total_steps);
+  }
   /// The exponent after `steps` of `total_steps` steps.
   double BetaAt(std::int64_t steps, std::int64_t total_steps) const;
 };
@@ -93,8 +100,31 @@ inline constexpr Row kPrioritized[] = {
 };
 inline constexpr Row kLogKeys = {"log_keys", "log_keys", Into<O, &O::log_keys>,       "sb2",  "sb3", 0,
                                  0,          "sb2|sb3",  "whose names the logs have", kConsac};
+inline constexpr Row kHer[] = {
+    {"replay_buffer_class", "replay_buffer_class", Into<O, &O::collect, &C::hindsight, &HindsightOptions::buffer>,
+     "ReplayBuffer", "ReplayBuffer", 0, 0, "ReplayBuffer|HerReplayBuffer",
+     "draw what is remembered as it was, or also as if other goals had been meant (HER)", kSb3},
+    {"n_sampled_goal", "n_sampled_goal", Into<O, &O::collect, &C::hindsight, &HindsightOptions::n_sampled_goal>, "4",
+     "4", 0, 1e6, "", "HER: transitions drawn with another goal for each with its own", kBoth},
+    {"goal_selection_strategy", "goal_selection_strategy",
+     Into<O, &O::collect, &C::hindsight, &HindsightOptions::strategy>, "future", "future", 0, 0,
+     "future|final|episode|random", "HER: whose goal, of later in the episode, its end, any of it, any episode", kBoth},
+    {"her_form", "her_form", Into<O, &O::collect, &C::hindsight, &HindsightOptions::form>, "sb2", "sb3", 0, 0,
+     "sb2|sb3", "HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3)",
+     kConsac},
+};
 inline constexpr auto& kNormalise = kNormaliseRows<O, &O::collect, &C::normalise>;
 }  // namespace off_policy_rows
+
+/// Makes what HerReplayBuffer needs ready where `own` asks for it; the error says what it cannot be had with.
+Status TakeHindsight(const LearnerOptions& options, OffPolicyOptions* own);
+/// Fills what the rows of `groups` name, with that; the error names the parameter.
+template <class Groups, class Options>
+Status ReadOffPolicyRows(const Groups& groups, const HyperparameterSet& values, const LearnerOptions& options,
+                         Options* own) {
+  CONSAC_RETURN_IF_ERROR(ReadRows(groups, values, own));
+  return TakeHindsight(options, own);
+}
 
 /// What a learner's memory depends on besides its options.
 struct OffPolicySizes {

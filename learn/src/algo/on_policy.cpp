@@ -12,8 +12,6 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
   const BehaviourSpec& behaviour = options.behaviour;
   Result<ActionHead> head = ActionHead::Create(behaviour.action_layout);
   if (!head.ok()) return head.status();
-  Result<HeadGradient> gradient = HeadGradient::Create(*head, behaviour.action_layout.mask_bytes);
-  if (!gradient.ok()) return gradient.status();
   const std::int64_t rows = own.rollout.n_steps * behaviour.slots;
   if (rows > (std::int64_t{1} << 30)) {
     return Status{StatusCode::kInvalidArgument, "n_steps " + std::to_string(own.rollout.n_steps) + " times " +
@@ -26,6 +24,13 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
                   "a rollout of " + std::to_string(rows) + " steps (n_steps times agents) takes " +
                       std::to_string(bytes >> 20) + " MiB, more than the " + std::to_string(options.max_bytes >> 20) +
                       " that are allowed here; lower n_steps"};
+  }
+  const std::int64_t state = rows * RolloutCollector::StateBytesOfTransition(behaviour, own.rollout, head->raw_size());
+  if (state > options.max_state_bytes) {
+    return Status{StatusCode::kInvalidArgument,
+                  "a checkpoint would have " + std::to_string(state >> 20) + " MiB for a rollout of " +
+                      std::to_string(rows) + " steps (n_steps times agents), of which at most " +
+                      std::to_string(options.max_state_bytes >> 20) + " are read again; lower n_steps or --envs"};
   }
   nn::ActorCriticOptions layers = own.network;
   layers.action_size = head->size();
@@ -47,12 +52,16 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
   constexpr std::int64_t kBesides = 9;
   const std::int64_t copies = kBesides + Backpropagation::GradientCopies(minibatch_rows);
   const std::int64_t learning = network->parameter_count() * copies * static_cast<std::int64_t>(sizeof(float)) +
-                                Backpropagation::ActivationBytes(*network, minibatch_rows);
+                                Backpropagation::ActivationBytes(*network, minibatch_rows) +
+                                HeadGradient::Bytes(*head) * Backpropagation::GradientCopies(minibatch_rows);
   if (learning > options.max_bytes - bytes) {
     return Status{StatusCode::kResourceExhausted,
                   "net_arch makes " + std::to_string(network->parameter_count()) +
                       " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
   }
+  // Last: its work space is as wide as the head, which the engine chooses; what is too wide has been refused by now.
+  Result<HeadGradient> gradient = HeadGradient::Create(*head, behaviour.action_layout.mask_bytes);
+  if (!gradient.ok()) return gradient.status();
   return OnPolicyModel{std::move(*network), std::move(*head), std::move(*gradient)};
 }
 

@@ -51,6 +51,12 @@ struct ParameterRow {
     row.sb3_default = sb3;
     return row;
   }
+  /// The same where Stable Baselines 2 calls it otherwise.
+  constexpr ParameterRow WithSb2Name(const char* name) const {
+    ParameterRow row = *this;
+    row.sb2_name = name;
+    return row;
+  }
 };
 
 /// What the two generations call the algorithm: "Stable Baselines3, PPO".

@@ -34,6 +34,9 @@ std::vector<Algorithm>& AlgorithmTable() {
          "twin delayed deterministic policy gradient for Box actions, as in Stable Baselines3 or, with the preset sb2, "
          "2.10.2",
          LogStyle::kStableBaselines3, Td3Table(), CreateTd3},
+        {"ddpg",
+         "deep deterministic policy gradient for Box actions, as in Stable Baselines3 or, with the preset sb2, 2.10.2",
+         LogStyle::kStableBaselines3, DdpgTable(), CreateDdpg},
     };
     own.reserve(own.size() + kMostAdded);  // rows stay where they are
     return own;
@@ -63,6 +66,13 @@ LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values)
     return values.Text(row.name) == "sb2" ? LogStyle::kStableBaselines2 : LogStyle::kStableBaselines3;
   }
   return algorithm.log_style;
+}
+
+bool RelabelsGoals(const Algorithm& algorithm, const HyperparameterSet& values) {
+  for (const Hyperparameter& row : values.table()) {
+    if (std::string_view(row.name) == "replay_buffer_class" && values.Text(row.name) == "HerReplayBuffer") return true;
+  }
+  return algorithm.relabels_goals;
 }
 
 Result<const Algorithm*> FindAlgorithm(std::string_view name) {

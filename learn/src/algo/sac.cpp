@@ -8,8 +8,8 @@
 #include "algo/algorithms.h"
 #include "algo/continuous_options.h"
 #include "algo/entropy_coefficient.h"
+#include "algo/off_policy_learner.h"
 #include "collect/action_minibatch.h"
-#include "collect/learned_network.h"
 #include "collect/sums.h"
 #include "grad/action_gradient.h"
 #include "grad/squashed_samples.h"
@@ -40,7 +40,8 @@ constexpr ParameterRow<S> kSacOwn[] = {
      "targets from a network of the state's value (SB2), or from target critics (SB3)", kConsac},
 };
 constexpr auto kSacRows = std::tie(kSacRounds, continuous_rows::kCollecting, kSacOwn, continuous_rows::kExploration,
-                                   continuous_rows::kOptimiser, continuous_rows::kNetwork, off_policy_rows::kNormalise);
+                                   continuous_rows::kOptimiser, continuous_rows::kNetwork, off_policy_rows::kHer,
+                                   off_policy_rows::kNormalise);
 
 constexpr const char* kSacTerms[] = {"loss/policy_loss", "loss/qf1_loss",      "loss/qf2_loss", "loss/value_loss",
                                      "loss/entropy",     "loss/ent_coef_loss", "loss/ent_coef"};
@@ -49,17 +50,14 @@ constexpr std::size_t kValueOutput = 2;   // of the critics' network, behind Q_1
 constexpr std::int64_t kReportEvery = 4;  // episodes: Stable Baselines' log_interval
 
 /// See learner.h. An update is one gradient step of everything.
-class Sac final : public Learner {
+class Sac final : public OffPolicyLearner<ContinuousCollector> {
  public:
   Sac(const LearnerOptions& options, const SacOptions& sac, ContinuousModel model, std::string hyperparameters)
-      : behaviour_(options.behaviour),
+      : OffPolicyLearner(options, std::move(hyperparameters), kReportEvery, std::move(model.head), sac.collect,
+                         sac.exploration, options.seed, options.ranks),
         sac_(sac),
-        hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
-        total_steps_(options.total_steps),
-        target_entropy_(sac.target_entropy.Of(model.head.raw_size())),  // auto: minus the action's elements
+        target_entropy_(sac.target_entropy.Of(head().raw_size())),  // auto: minus the action's elements
         ent_coef_(sac.ent_coef, sac.adam, options.ranks),
-        collector_(behaviour_, std::move(model.head), sac.collect, sac.exploration, options.seed, options.ranks),
         acting_rng_(options.seed, StreamId("action_sampling")),
         learning_rng_(options.seed, StreamId("sac_samples")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
@@ -72,28 +70,17 @@ class Sac final : public Learner {
         next_(head(), sac.batch_size),
         targets_(static_cast<std::size_t>(sac.batch_size)),
         value_targets_(targets_.size()),
-        losses_(sac.batch_size, options.ranks) {
-    metrics_.reserve(16);
-  }
+        losses_(sac.batch_size, options.ranks) {}
 
-  // Collecting: collect/continuous_collector.h.
-  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
-  void Begin(const Batch& batch) override { collector_.Begin(batch); }
+  // What the policy draws, with noise: collect/continuous_collector.h.
   void Act(Batch& batch) override {
     collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
-      actor_.Online().Forward({&acting.features, 1}, batch.rows());
-      head().Select(actor_.Online().output(0), nullptr, nullptr, batch.rows(), ActionMode::kSample, acting_rng_,
-                    acting.raw);
+      head().Select(actor_.Output(acting.features, batch.rows()), nullptr, nullptr, batch.rows(), ActionMode::kSample,
+                    acting_rng_, acting.raw);
     });
-  }
-  void Record(const Batch& batch) override {
-    const std::int64_t before = reports();
-    collector_.Record(batch);
-    if (reports() != before) WriteMetrics();
   }
 
   // Learning: one minibatch after another, as many as the collector says.
-  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
         budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
@@ -104,41 +91,23 @@ class Sac final : public Learner {
         });
   }
 
-  std::int64_t steps() const override { return collector_.steps(); }
-  std::int64_t updates() const override { return updates_; }
-  std::int64_t reports() const override { return collector_.episodes().count() / kReportEvery; }
-  std::int64_t steps_per_update() const override { return 0; }
-  std::int64_t memory_bytes() const override {
-    return Replay::Bytes(behaviour_, head().raw_size(), sac_.collect.replay);
-  }
-  Status StartFrom(const PolicyData& model) override {
-    CONSAC_RETURN_IF_ERROR(collector_.StartFrom(model.normaliser));
-    return StartActorFrom(model, &actor_);
-  }
-  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
-  std::span<const Metric> metrics() const override { return metrics_; }
+  Status StartFrom(const PolicyData& model) override { return StartActingFrom(model, &collector_, &actor_); }
   Status health() const override {
     CONSAC_RETURN_IF_ERROR(critics_.health());
     return actor_.health().ok() ? ent_coef_.health() : actor_.health();
   }
-  PolicyData Snapshot() const override {
-    return ActorSnapshot(behaviour_, collector_, actor_, TrainingJson(hyperparameters_, steps(), updates_));
-  }
+  PolicyData Snapshot() const override { return SnapshotOf(actor_); }
   void Visit(Archive& archive) override {
+    OffPolicyLearner::Visit(archive);
     archive("actor", actor_);
     archive("critics", critics_);
     archive("ent_coef", ent_coef_);
-    collector_.Visit(archive);
     archive("acting_rng", acting_rng_);
     archive("learning_rng", learning_rng_);
     losses_.Visit(archive);
-    archive("learning_rate", learning_rate_);
-    archive("updates", updates_);
   }
 
  private:
-  const ActionHead& head() const { return collector_.action_head(); }
-
   // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
   void GradientStepOnDraws() {
     minibatch_.Draw(collector_);
@@ -155,9 +124,7 @@ class Sac final : public Learner {
   }
 
   void Sample(std::span<const float> features, SquashedSamples& samples) {
-    const float* input = features.data();
-    actor_.Online().Forward({&input, 1}, minibatch_.size());
-    samples.Draw(actor_.Online().output(0), minibatch_.size(), learning_rng_);
+    samples.Draw(actor_.Output(features.data(), minibatch_.size()), minibatch_.size(), learning_rng_);
   }
 
   // L = -log ent_coef mean (log pi(a~ | s) + target entropy); returns the coefficient of before the step.
@@ -244,7 +211,7 @@ class Sac final : public Learner {
   }
 
   // Source: Stable Baselines 2.10.2, sac/sac.py, and Stable Baselines3, off_policy_algorithm.py and sac.py.
-  void WriteMetrics() {
+  void WriteMetrics() override {
     BeginMetrics(sac_, collector_.episodes(), {learning_rate_, updates_}, &metrics_);
     if (updates_ == 0) return;
     const Sums<kSacTerms> means = losses_.UpdateMeans();
@@ -260,14 +227,9 @@ class Sac final : public Learner {
     if (ent_coef_.learned()) put("train/ent_coef_loss", means[kSacEntCoefLoss]);
   }
 
-  const BehaviourSpec behaviour_;
   const SacOptions sac_;
-  const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
-  std::int64_t total_steps_;
   const double target_entropy_;
   EntropyCoefficient ent_coef_;
-  ContinuousCollector collector_;
   Rng acting_rng_, learning_rng_;
   LearnedNetwork actor_, critics_;
   ActionGradient action_gradient_;  // dL/da~
@@ -275,9 +237,6 @@ class Sac final : public Learner {
   SquashedSamples now_, next_;                  // a~ and a'
   std::vector<float> targets_, value_targets_;  // [B] of Q and of V
   LossLog<kSacTerms> losses_;                   // of the round under way, or the latest
-  float learning_rate_ = 0;                     // of the latest update
-  std::int64_t updates_ = 0;
-  std::vector<Metric> metrics_;
 };
 
 }  // namespace
@@ -290,7 +249,7 @@ std::span<const Hyperparameter> SacTable() {
 
 Result<std::unique_ptr<Learner>> CreateSac(const LearnerOptions& options, const HyperparameterSet& values) {
   SacOptions sac{};
-  CONSAC_RETURN_IF_ERROR(ReadRows(kSacRows, values, &sac));
+  CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kSacRows, values, options, &sac));
   Result<ContinuousModel> model = MakeContinuousModel(
       options, sac, {.algorithm = "sac", .head = "squashed_gaussian", .state_value = sac.value_network});
   if (!model.ok()) return model.status();

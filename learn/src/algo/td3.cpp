@@ -6,8 +6,8 @@
 
 #include "algo/algorithms.h"
 #include "algo/continuous_options.h"
+#include "algo/off_policy_learner.h"
 #include "collect/action_minibatch.h"
-#include "collect/learned_network.h"
 #include "collect/sums.h"
 #include "grad/action_gradient.h"
 
@@ -33,11 +33,10 @@ constexpr ParameterRow<W> kTd3Own[] = {
     {"target_noise_clip", "target_noise_clip", Into<W, &W::target_noise_clip>, "0.5", "0.5", 0, 1e6, "",
      "that noise is clipped to this", kBoth},
 };
-constexpr continuous_rows::Row kTd3Network[] = {
-    continuous_rows::kNetwork[0], continuous_rows::kNetwork[1].WithDefaults("[64, 64]", "[400, 300]"),
-    continuous_rows::kNetwork[2], continuous_rows::kNetwork[3], continuous_rows::kNetwork[4]};
-constexpr auto kTd3Rows = std::tie(kTd3Rounds, continuous_rows::kCollecting, kTd3Own, continuous_rows::kExploration,
-                                   continuous_rows::kOptimiser, kTd3Network, off_policy_rows::kNormalise);
+constexpr auto kTd3Network = continuous_rows::NetworkRows("[64, 64]", "[400, 300]");
+constexpr auto kTd3Rows =
+    std::tie(kTd3Rounds, continuous_rows::kCollecting, kTd3Own, continuous_rows::kExploration,
+             continuous_rows::kOptimiser, kTd3Network, off_policy_rows::kHer, off_policy_rows::kNormalise);
 
 constexpr const char* kTd3Terms[] = {"loss/qf1_loss", "loss/qf2_loss"};
 constexpr const char* kTd3ActorTerms[] = {"loss/policy_loss"};
@@ -45,16 +44,13 @@ enum Td3Term { kTd3Q1, kTd3Q2 };
 constexpr std::int64_t kTd3ReportEvery = 4;  // episodes: Stable Baselines' log_interval
 
 /// See learner.h. An update is one gradient step of the critics.
-class Td3 final : public Learner {
+class Td3 final : public OffPolicyLearner<ContinuousCollector> {
  public:
   Td3(const LearnerOptions& options, const Td3Options& td3, ContinuousModel model, std::string hyperparameters)
-      : behaviour_(options.behaviour),
+      : OffPolicyLearner(options, std::move(hyperparameters), kTd3ReportEvery, std::move(model.head), td3.collect,
+                         td3.exploration, options.seed, options.ranks),
         td3_(td3),
-        hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
-        total_steps_(options.total_steps),
-        actions_(model.head.raw_size()),
-        collector_(behaviour_, std::move(model.head), td3.collect, td3.exploration, options.seed, options.ranks),
+        actions_(head().raw_size()),
         learning_rng_(options.seed, StreamId("target_policy_noise")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
                {std::max<std::int64_t>(behaviour_.slots, td3.batch_size), td3.batch_size, td3.adam}, options.ranks),
@@ -65,27 +61,16 @@ class Td3 final : public Learner {
         next_actions_(static_cast<std::size_t>(td3.batch_size * actions_)),
         targets_(static_cast<std::size_t>(td3.batch_size)),
         losses_(td3.batch_size, options.ranks),
-        actor_losses_(td3.batch_size, options.ranks) {
-    metrics_.reserve(16);
-  }
+        actor_losses_(td3.batch_size, options.ranks) {}
 
-  // Collecting: collect/continuous_collector.h. The actor's own actions, with noise.
-  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
-  void Begin(const Batch& batch) override { collector_.Begin(batch); }
+  // The actor's own actions, with noise: collect/continuous_collector.h.
   void Act(Batch& batch) override {
     collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
-      actor_.Online().Forward({&acting.features, 1}, batch.rows());
-      std::copy_n(actor_.Online().output(0), batch.rows() * actions_, acting.raw);
+      std::copy_n(actor_.Output(acting.features, batch.rows()), batch.rows() * actions_, acting.raw);
     });
-  }
-  void Record(const Batch& batch) override {
-    const std::int64_t before = reports();
-    collector_.Record(batch);
-    if (reports() != before) WriteMetrics();
   }
 
   // Learning: one minibatch after another, as many as the collector says.
-  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
         budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
@@ -95,30 +80,16 @@ class Td3 final : public Learner {
         });
   }
 
-  std::int64_t steps() const override { return collector_.steps(); }
-  std::int64_t updates() const override { return updates_; }
-  std::int64_t reports() const override { return collector_.episodes().count() / kTd3ReportEvery; }
-  std::int64_t steps_per_update() const override { return 0; }
-  std::int64_t memory_bytes() const override { return Replay::Bytes(behaviour_, actions_, td3_.collect.replay); }
-  Status StartFrom(const PolicyData& model) override {
-    CONSAC_RETURN_IF_ERROR(collector_.StartFrom(model.normaliser));
-    return StartActorFrom(model, &actor_);
-  }
-  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
-  std::span<const Metric> metrics() const override { return metrics_; }
+  Status StartFrom(const PolicyData& model) override { return StartActingFrom(model, &collector_, &actor_); }
   Status health() const override { return critics_.health().ok() ? actor_.health() : critics_.health(); }
-  PolicyData Snapshot() const override {
-    return ActorSnapshot(behaviour_, collector_, actor_, TrainingJson(hyperparameters_, steps(), updates_));
-  }
+  PolicyData Snapshot() const override { return SnapshotOf(actor_); }
   void Visit(Archive& archive) override {
+    OffPolicyLearner::Visit(archive);
     archive("actor", actor_);
     archive("critics", critics_);
-    collector_.Visit(archive);
     archive("learning_rng", learning_rng_);
     archive("losses", losses_);
     archive("actor_losses", actor_losses_);
-    archive("learning_rate", learning_rate_);
-    archive("updates", updates_);
   }
 
  private:
@@ -139,12 +110,12 @@ class Td3 final : public Learner {
   // clipped noise, within -1 and 1. Nothing follows a terminal state.
   void SetTargets() {
     const float* inputs[] = {minibatch_.next_features().data(), next_actions_.data()};
-    actor_.Target().Forward({inputs, 1}, minibatch_.size());
+    const float* chosen = actor_.TargetOutput(inputs[0], minibatch_.size());
     const auto clip = static_cast<float>(td3_.target_noise_clip),
                deviation = static_cast<float>(td3_.target_policy_noise);
     for (std::size_t i = 0; i < next_actions_.size(); ++i) {
       const float noise = deviation > 0.0f ? std::clamp(deviation * learning_rng_.Normal(), -clip, clip) : 0.0f;
-      next_actions_[i] = std::clamp(actor_.Target().output(0)[i] + noise, -1.0f, 1.0f);
+      next_actions_[i] = std::clamp(chosen[i] + noise, -1.0f, 1.0f);
     }
     critics_.Target().Forward(inputs, minibatch_.size());
     const float *q1 = critics_.Target().output(0), *q2 = critics_.Target().output(1);
@@ -172,9 +143,8 @@ class Td3 final : public Learner {
   // L = -mean Q_1(s, mu(s)): first dL/da through the critic, held fast, then through the actor.
   void StepActor() {
     const float inverse = 1.0f / static_cast<float>(minibatch_.total());
-    const float* seen = minibatch_.features().data();
-    actor_.Online().Forward({&seen, 1}, minibatch_.size());
-    const std::span<const float> chosen(actor_.Online().output(0), next_actions_.size());
+    const std::span<const float> chosen(actor_.Output(minibatch_.features().data(), minibatch_.size()),
+                                        next_actions_.size());
     if (losses_.minibatches() < td3_.policy_delay) actor_losses_.BeginUpdate();  // the first of the round
     action_gradient_.Run(
         critics_.parameters(), minibatch_.size(), executor_,
@@ -193,7 +163,7 @@ class Td3 final : public Learner {
   }
 
   // Source: Stable Baselines 2.10.2, td3/td3.py, and Stable Baselines3, td3.py.
-  void WriteMetrics() {
+  void WriteMetrics() override {
     BeginMetrics(td3_, collector_.episodes(), {learning_rate_, updates_}, &metrics_);
     if (updates_ == 0) return;
     const Sums<kTd3Terms> means = losses_.UpdateMeans();
@@ -209,13 +179,8 @@ class Td3 final : public Learner {
                            : Metric{"train/actor_loss", "train/actor_loss", actor_loss});
   }
 
-  const BehaviourSpec behaviour_;
   const Td3Options td3_;
-  const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
-  std::int64_t total_steps_;
   const std::int64_t actions_;  // numbers of one
-  ContinuousCollector collector_;
   Rng learning_rng_;
   LearnedNetwork actor_, critics_;
   ActionGradient action_gradient_;  // dL/da by the first critic
@@ -224,9 +189,6 @@ class Td3 final : public Learner {
   std::vector<float> targets_;            // [B] y
   LossLog<kTd3Terms> losses_;             // of the round under way, or the latest
   LossLog<kTd3ActorTerms> actor_losses_;  // of the latest round in which the actor learned
-  float learning_rate_ = 0;               // of the latest update
-  std::int64_t updates_ = 0;
-  std::vector<Metric> metrics_;
 };
 
 }  // namespace
@@ -239,7 +201,7 @@ std::span<const Hyperparameter> Td3Table() {
 
 Result<std::unique_ptr<Learner>> CreateTd3(const LearnerOptions& options, const HyperparameterSet& values) {
   Td3Options td3{};
-  CONSAC_RETURN_IF_ERROR(ReadRows(kTd3Rows, values, &td3));
+  CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kTd3Rows, values, options, &td3));
   Result<ContinuousModel> model = MakeContinuousModel(options, td3, {.algorithm = "td3"});
   if (!model.ok()) return model.status();
   return std::unique_ptr<Learner>(std::make_unique<Td3>(options, td3, std::move(*model), HyperparametersJson(values)));

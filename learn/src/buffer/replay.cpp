@@ -36,6 +36,7 @@ std::int64_t Replay::Bytes(const BehaviourSpec& behaviour, std::int64_t raw_size
     const auto leaves = static_cast<std::int64_t>(std::bit_ceil(static_cast<std::uint64_t>(ring)));
     bytes += 2 * leaves * static_cast<std::int64_t>(sizeof(double) + sizeof(float));
   }
+  if (options.episodes) bytes += EpisodeIndex::Bytes(ring);
   return bytes;
 }
 
@@ -74,6 +75,9 @@ Replay::Replay(const BehaviourSpec& behaviour, std::int64_t raw_size, const Repl
       scratch_(behaviour) {
   staged_.reserve(newest_.size());
   if (options.prioritised) priorities_.emplace(ring_, options.priority);
+  if (!options.episodes) return;
+  oldest_.assign(newest_.size(), -1);
+  episodes_.emplace(ring_);
 }
 
 Batch Replay::Stage(std::span<const std::int32_t> slots) {
@@ -116,6 +120,11 @@ void Replay::DropOldest() {
     std::int64_t& newest = newest_[static_cast<std::size_t>(slot(place))];
     if (newest == first_) newest = -1;
     if (priorities_) priorities_->Remove(place);
+    if (episodes_) {
+      episodes_->Remove(place);
+      std::int64_t& oldest = oldest_[static_cast<std::size_t>(slot(place))];
+      if (oldest == place) oldest = newest < 0 ? -1 : next_[static_cast<std::size_t>(place)];
+    }
     --size_;
   }
   ++first_;
@@ -137,6 +146,8 @@ std::int64_t Replay::Append(std::int32_t slot, Kind kind) {
   slots_[at] = slot;
   kinds_[at] = static_cast<std::uint8_t>(kind);
   next_[at] = kHead;
+  if (episodes_ && kind == Kind::kTail) FinishEpisode(slot);
+  if (episodes_ && kind != Kind::kTail && newest < 0) oldest_[static_cast<std::size_t>(slot)] = place;
   newest = kind == Kind::kTail ? -1 : end_;
   if (kind != Kind::kTail) {
     ++size_;
@@ -144,6 +155,15 @@ std::int64_t Replay::Append(std::int32_t slot, Kind kind) {
   }
   ++end_;
   return place;
+}
+
+// What is held of the slot's episode, to the tail that was appended.
+void Replay::FinishEpisode(std::int32_t slot) {
+  std::int64_t& oldest = oldest_[static_cast<std::size_t>(slot)];
+  for (std::int64_t place = oldest; place >= 0 && IsTransition(place); place = next_[static_cast<std::size_t>(place)])
+    episodes_->Add(place);
+  episodes_->Close();
+  oldest = -1;
 }
 
 void Replay::AppendTail(std::int32_t slot, const std::byte* observation) {
@@ -220,6 +240,8 @@ bool Replay::BeginRows(std::int64_t first, std::int64_t end) {
   if (end - first > ring_) return false;
   if (priorities_) priorities_.emplace(ring_, options_.priority);
   std::fill(newest_.begin(), newest_.end(), -1);
+  std::fill(oldest_.begin(), oldest_.end(), -1);
+  if (episodes_) episodes_->Clear();
   first_ = end_ = first;
   size_ = 0;
   return true;

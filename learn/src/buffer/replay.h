@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "buffer/episode_index.h"
 #include "buffer/priorities.h"
 #include "consac/base/archive.h"
 #include "consac/base/rng.h"
@@ -25,6 +26,7 @@ struct ReplayOptions {
   std::int64_t capacity = 1000000;  ///< transitions of all slots together
   bool prioritised = false;         ///< Sample by priority
   PriorityOptions priority;         ///< of those
+  bool episodes = false;            ///< know which transitions are of one finished episode
 };
 
 /// Zeroed memory that the system hands out as it is first written: a large ring costs what is in it.
@@ -80,6 +82,8 @@ class Replay final : public StateRows {
   std::int64_t Sample(Rng& rng) const;
   /// The priorities; null without them.
   Priorities* priorities() { return priorities_ ? &*priorities_ : nullptr; }
+  /// The episodes that have ended; null without them.
+  const EpisodeIndex* episodes() const { return episodes_ ? &*episodes_ : nullptr; }
 
   /// Where the transition starts, [row_bytes].
   const std::byte* observation(std::int64_t place) const { return At(observations_, place, observation_bytes_); }
@@ -131,6 +135,7 @@ class Replay final : public StateRows {
   }
   std::int64_t Append(std::int32_t slot, Kind kind);
   void AppendTail(std::int32_t slot, const std::byte* observation);
+  void FinishEpisode(std::int32_t slot);
   void DropOldest();
   void SetHead(const Batch& batch, std::size_t row);
 
@@ -148,6 +153,8 @@ class Replay final : public StateRows {
   BatchBuffer scratch_;                                     // everything else of a staged batch
   std::vector<std::int32_t> staged_;                        // its slots
   std::optional<Priorities> priorities_;
+  std::vector<std::int64_t> oldest_;  // [N] the oldest row of each slot's episode that goes on, or -1; for the index
+  std::optional<EpisodeIndex> episodes_;
 };
 
 template <class Reward>

@@ -1,6 +1,6 @@
 #pragma once
-// A ReplayCollector of continuous actions, with the exploration that belongs to it (before learning_starts all actions
-// are uniform, afterwards what the policy chose, with noise) and the rounds in which is learned. Private to learn.
+// A ReplayCollector of continuous actions, with the exploration that belongs to it: before learning_starts all actions
+// are uniform, afterwards what the policy chose, with noise. Private to learn.
 
 #include <utility>
 
@@ -37,34 +37,14 @@ class ContinuousCollector final : public ReplayCollector {
     exploration_.Record(batch);
   }
 
-  /// As Learner::Learn with a budget of `gradient_steps`: `step`() is a gradient step, `finish`() comes after the last
-  /// of a round, whose losses `log` sums.
-  template <class Log, class Step, class Finish>
-  bool Learn(std::int64_t gradient_steps, Log& log, Step&& step, Finish&& finish) {
-    for (std::int64_t i = 0; i < gradient_steps && due() > 0; ++i) {
-      if (round_ == 0) {
-        round_ = due();
-        BeginRound();
-        log.BeginUpdate();
-      }
-      step();
-      StepDone();
-      if (--round_ == 0) finish();
-    }
-    return due() > 0;
-  }
-
   /// Everything.
   void Visit(Archive& archive) {
     ReplayCollector::Visit(archive);
     exploration_.Visit(archive);
-    archive("round", round_);
-    archive.Check("round", round_ >= 0 && round_ <= due());
   }
 
  private:
   ContinuousExploration exploration_;
-  std::int64_t round_ = 0;  // gradient steps that are left of the round under way
 };
 
 }  // namespace consac::learn

@@ -2,6 +2,7 @@
 // A network with what belongs to learning it: parameters, the target network, which follows, what runs either,
 // gradients and an optimiser. Private to learn.
 
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -19,9 +20,11 @@ struct LearnedNetworkOptions {
   std::int64_t run_rows = 1;    ///< most that are run at once
   std::int64_t batch_rows = 1;  ///< most of a minibatch
   AdamOptions adam;             ///< its optimiser
+  double max_grad_norm = 0.0;   ///< gradients are clipped to this norm; 0: never
+  bool clip_each = false;       ///< each tensor's gradient by itself, as Stable Baselines 2 does, instead of the whole
 };
 
-/// Parameters are packed when they are first run after a change.
+/// Stays where it was made. Parameters are packed when they are first run after a change.
 class LearnedNetwork {
  public:
   /// Fresh parameters from the first rank's `rng`, the target's alike.
@@ -31,11 +34,14 @@ class LearnedNetwork {
         evaluator_(network_, options.run_rows),
         target_evaluator_(network_, options.run_rows),
         backpropagation_(network_, 0, options.batch_rows),
-        step_(Optimiser(Adam(network_.parameter_count(), options.adam)), 0.0, ranks) {
+        step_(Optimiser(Adam(network_.parameter_count(), options.adam)), options.max_grad_norm, ranks) {
+    if (options.clip_each) step_.ClipEach(network_.parameters());
     network_.Initialise(rng, parameters_);
     ranks.Broadcast(parameters_);
     target_ = parameters_;
   }
+  LearnedNetwork(const LearnedNetwork&) = delete;
+  LearnedNetwork& operator=(const LearnedNetwork&) = delete;
 
   /// The network.
   const nn::Network& network() const { return network_; }
@@ -46,6 +52,20 @@ class LearnedNetwork {
     parameters_.assign(parameters.begin(), parameters.end());
     packed_ = false;
     UpdateTarget(1.0);
+  }
+  /// The layer `block`, "qf0/head", says `scale` times what it said and `shift` more, the target's too.
+  void MoveOutput(std::string_view block, double scale, double shift) {
+    for (const nn::Parameter& tensor : network_.parameters()) {
+      const std::string_view name = tensor.name;
+      if (!name.starts_with(block)) continue;
+      const double more = name.substr(block.size()) == "/b" ? shift : 0.0;
+      for (std::vector<float>* of : {&parameters_, &target_}) {
+        for (float& number :
+             std::span(*of).subspan(static_cast<std::size_t>(tensor.offset), static_cast<std::size_t>(tensor.count)))
+          number = static_cast<float>(scale * static_cast<double>(number) + more);
+      }
+    }
+    packed_ = target_packed_ = false;
   }
   /// target = tau parameters + (1 - tau) target.
   void UpdateTarget(double tau) {
@@ -63,11 +83,25 @@ class LearnedNetwork {
     if (!std::exchange(target_packed_, true)) target_evaluator_.Load(target_);
     return target_evaluator_;
   }
+  /// The first output for features [rows, F]; until the same runs again.
+  const float* Output(const float* features, std::int64_t rows) { return OutputOf(Online(), features, rows); }
+  /// The target's.
+  const float* TargetOutput(const float* features, std::int64_t rows) { return OutputOf(Target(), features, rows); }
 
   /// d loss / d parameters of a minibatch of `rows`.
   std::span<float> Gradient(std::int64_t rows, const Executor& executor, BlockLoss& loss) {
     backpropagation_.Run(parameters_, rows, executor, loss);
     return backpropagation_.gradient();
+  }
+  /// Adds the gradient of `weight` / 2 sum w^2 over all weights but biases and those of the layer `but`.
+  void AddPenalty(double weight, std::string_view but, std::span<float> gradient) const {
+    if (weight == 0.0) return;
+    for (const nn::Parameter& tensor : network_.parameters()) {
+      if (tensor.shape.size() < 2 || std::string_view(tensor.name).starts_with(but)) continue;
+      const auto begin = static_cast<std::size_t>(tensor.offset);
+      for (std::size_t i = begin; i < begin + static_cast<std::size_t>(tensor.count); ++i)
+        gradient[i] += static_cast<float>(weight) * parameters_[i];
+    }
   }
   /// One step along it.
   void Step(std::span<float> gradient, float learning_rate) {
@@ -94,6 +128,11 @@ class LearnedNetwork {
   }
 
  private:
+  static const float* OutputOf(nn::Evaluator& evaluator, const float* features, std::int64_t rows) {
+    evaluator.Forward({&features, 1}, rows);
+    return evaluator.output(0);
+  }
+
   nn::Network network_;
   std::vector<float> parameters_, target_;  // [parameters]
   nn::Evaluator evaluator_, target_evaluator_;

@@ -28,14 +28,15 @@ double SoftmaxDivergence(const float* p, const float* q, std::int64_t count) {
 
 }  // namespace
 
-ParameterNoise::ParameterNoise(const nn::Network& network, std::uint64_t seed, std::int64_t max_rows)
+ParameterNoise::ParameterNoise(const nn::Network& network, std::uint64_t seed, std::int64_t max_rows, double deviation)
     : disturbed_(static_cast<std::size_t>(network.parameter_count())),
       acting_(disturbed_.size()),
       trial_(disturbed_.size()),
       acting_evaluator_(network, max_rows),
       trial_evaluator_(network, max_rows),
-      choices_(network.output_size(0)),
-      rng_(seed, StreamId("parameter_noise")) {
+      outputs_(network.output_size(0)),
+      rng_(seed, StreamId("parameter_noise")),
+      deviation_(deviation) {
   for (const nn::PlacedBlock& block : network.blocks()) {
     if (block.op != "dense") continue;
     std::fill_n(disturbed_.begin() + block.parameter_offset, block.parameter_count, std::uint8_t{1});
@@ -58,18 +59,35 @@ const float* ParameterNoise::Values(const float* features, std::int64_t rows) {
   return acting_evaluator_.output(0);
 }
 
-void ParameterNoise::Adapt(std::span<const float> parameters, const float* features, const float* values,
-                           std::int64_t rows, double epsilon) {
+const float* ParameterNoise::Try(std::span<const float> parameters, const float* features, std::int64_t rows) {
   Draw(parameters, &trial_);
   trial_evaluator_.Load(trial_);
   trial_evaluator_.Forward({&features, 1}, rows);
+  return trial_evaluator_.output(0);
+}
+
+void ParameterNoise::Adapt(std::span<const float> parameters, const float* features, const float* values,
+                           std::int64_t rows, double epsilon) {
+  const float* tried = Try(parameters, features, rows);
   double divergence = 0.0;
   for (std::int64_t row = 0; row < rows; ++row) {
-    divergence += SoftmaxDivergence(values + row * choices_, trial_evaluator_.output(0) + row * choices_, choices_) /
-                  static_cast<double>(rows);
+    divergence +=
+        SoftmaxDivergence(values + row * outputs_, tried + row * outputs_, outputs_) / static_cast<double>(rows);
   }
-  const double threshold = -std::log(1.0 - epsilon + epsilon / static_cast<double>(choices_));
+  const double threshold = -std::log(1.0 - epsilon + epsilon / static_cast<double>(outputs_));
   deviation_ = divergence < threshold ? deviation_ * kAdaption : deviation_ / kAdaption;
+}
+
+double ParameterNoise::Distance(std::span<const float> parameters, const float* features, const float* outputs,
+                                std::int64_t rows) {
+  const float* tried = Try(parameters, features, rows);
+  const std::int64_t numbers = rows * outputs_;
+  double squares = 0.0;
+  for (std::int64_t i = 0; i < numbers; ++i) {
+    const double moved = static_cast<double>(outputs[i] - tried[i]);
+    squares += moved * moved;
+  }
+  return std::sqrt(squares / static_cast<double>(numbers));
 }
 
 void ParameterNoise::Visit(Archive& archive) {

@@ -26,7 +26,9 @@ ReplayCollector::ReplayCollector(const BehaviourSpec& behaviour, ActionHead head
       features_(static_cast<std::size_t>(behaviour.slots * behaviour.observation_layout.feature_count)),
       raw_(static_cast<std::size_t>(behaviour.slots) * raw_size_),
       kept_raw_(raw_.size()),
-      terminated_(static_cast<std::size_t>(behaviour.slots)) {}
+      terminated_(static_cast<std::size_t>(behaviour.slots)) {
+  if (options_.hindsight.buffer == ReplayBufferClass::kHindsight) hindsight_.emplace(behaviour_, options_.hindsight);
+}
 
 void ReplayCollector::Begin(const Batch& batch) {
   for (const std::int32_t slot : batch.slots) {
@@ -84,6 +86,8 @@ void ReplayCollector::Visit(Archive& archive) {
   archive("steps", steps_);
   archive("due", due_);
   archive.Check("due", due_ >= 0 && (due_ == 0 || replay_.size() > 0));
+  archive("round", round_);
+  archive.Check("round", round_ >= 0 && round_ <= due_);
   archive("round_steps", round_steps_);
   archive("round_episodes", round_episodes_);
   archive("round_slot_steps", std::span<std::int64_t>(round_slot_steps_));

@@ -1,12 +1,14 @@
 #pragma once
-// The acting half of every off-policy algorithm: it remembers what came of each step, normalises, says when how much
-// learning is due, and lets agents come and go. How actions are chosen and what is learned is the algorithm's. Private
-// to learn.
+// What every off-policy algorithm does around its networks: it remembers what came of each step, normalises, says when
+// how much learning is due, runs the rounds of it, and lets agents come and go. How actions are chosen and what a
+// gradient step is are the algorithm's. Private to learn.
 
+#include <optional>
 #include <vector>
 
 #include "buffer/replay.h"
 #include "collect/episode_window.h"
+#include "collect/hindsight.h"
 #include "collect/rollout_collector.h"
 #include "collect/vec_normalise.h"
 #include "consac/policy/head.h"
@@ -26,6 +28,7 @@ struct ReplayCollectorOptions {
   double gamma = 0.99;                           ///< discount per step
   Truncation truncation = Truncation::kBootstrap;  ///< of episodes that were cut
   VecNormaliseOptions normalise;                   ///< its gamma is this one's
+  HindsightOptions hindsight;                      ///< of what is drawn; replay.episodes with it
 };
 
 /// Steps go in, rows to learn from come out. `Stage`, `Begin` and `Record` are a Learner's.
@@ -60,27 +63,53 @@ class ReplayCollector {
 
   /// Gradient steps that are due.
   std::int64_t due() const { return due_; }
-  /// One of them is done.
-  void StepDone() { --due_; }
-  /// A round of learning begins: takes in what the other ranks know of observations and rewards.
-  void BeginRound() { normalise_.Share(); }
+  /// As Learner::Learn with a budget of `gradient_steps`: `step`() is a gradient step, `finish`() comes after the last
+  /// of a round, whose losses `log` sums. A round begins with what the other ranks know of observations and rewards.
+  template <class Log, class Step, class Finish>
+  bool Learn(std::int64_t gradient_steps, Log& log, Step&& step, Finish&& finish) {
+    for (std::int64_t i = 0; i < gradient_steps && due_ > 0; ++i) {
+      if (round_ == 0) {
+        round_ = due_;
+        normalise_.Share();
+        log.BeginUpdate();
+      }
+      step();
+      --due_;
+      if (--round_ == 0) finish();
+    }
+    return due_ > 0;
+  }
   /// Agent steps recorded so far.
   std::int64_t steps() const { return steps_; }
   /// Whether actions are still to be drawn at random.
   bool warming_up() const { return steps_ < options_.learning_starts; }
   /// Episodes and their returns.
   const EpisodeWindow& episodes() const { return episodes_; }
+  /// Bytes of what is remembered, once full.
+  std::int64_t memory_bytes() const { return Replay::Bytes(behaviour_, action_head_.raw_size(), options_.replay); }
   /// The normaliser that acts.
   const ObservationNormaliser& normaliser() const { return normalise_.frozen(); }
 
   /// What is remembered.
   Replay& replay() { return replay_; }
   /// A transition of the memory.
-  std::int64_t Sample() { return replay_.Sample(sampling_rng_); }
+  std::int64_t Sample() {
+    return hindsight_ ? hindsight_->Sample(replay_, sampling_rng_) : replay_.Sample(sampling_rng_);
+  }
+  /// What gives transitions other goals; null where they keep their own.
+  Hindsight* hindsight() { return hindsight_ ? &*hindsight_ : nullptr; }
+  /// Transitions with other goals, as many as there shall be of `places`; returns how many there are.
+  std::int64_t DrawWithOtherGoals(std::span<std::int64_t> places) {
+    return hindsight_ ? hindsight_->Draw(replay_, sampling_rng_, places) : 0;
+  }
+  /// Discount per step.
+  double gamma() const { return options_.gamma; }
   /// `n` steps from `place` on as one, rewards as they are learned from.
   Lookahead Look(std::int64_t place, std::int64_t n) const {
     return replay_.Look(place, n, options_.gamma, [this](float reward) { return normalise_.Reward(reward); });
   }
+  /// A reward as it is learned from.
+  float Reward(float reward) const { return normalise_.Reward(reward); }
   /// One observation as network inputs, [F]. For any thread.
   void Encode(const std::byte* observation, float* features) const { normalise_.Encode(observation, 1, features); }
 
@@ -94,9 +123,11 @@ class ReplayCollector {
   const std::size_t raw_size_;
   VecNormalise normalise_;
   Replay replay_;
+  std::optional<Hindsight> hindsight_;
   EpisodeWindow episodes_;
   Rng sampling_rng_;
   std::int64_t steps_ = 0, due_ = 0;
+  std::int64_t round_ = 0;                             // gradient steps that are left of the round under way
   std::int64_t round_steps_ = 0, round_episodes_ = 0;  // since learning was due last
   std::vector<std::int64_t> round_slot_steps_;         // [N] of each slot since then
   std::vector<float> features_;                        // [N, F] of a batch

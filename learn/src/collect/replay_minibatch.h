@@ -17,6 +17,7 @@ class ReplayMinibatch {
                   const Communicator& ranks = {});
 
   /// Draws anew and fills the columns below; `beta` is the exponent of the weights where the replay is prioritised.
+  /// Where the collector says so, the first rows have another goal than was meant.
   void Draw(ReplayCollector& collector, double beta);
   /// Copies the observations that the block's rows were acted upon into its first input.
   void Gather(const LossBlock& block) const;
@@ -40,11 +41,14 @@ class ReplayMinibatch {
   std::vector<float> errors;                    // [B] how wrong the values were, for SetPriorities: the loss's to fill
 
  private:
+  void GiveOtherGoals(std::int64_t rows);
+
   ReplayCollector* collector_ = nullptr;
   std::int64_t ranks_;
   std::size_t features_;
   std::int64_t n_steps_;
-  std::vector<std::int64_t> places_;  // [B]
+  std::vector<std::int64_t> places_;            // [B]
+  std::vector<const std::byte*> observations_;  // [B] what they were acted upon
 };
 
 }  // namespace consac::learn

@@ -51,6 +51,16 @@ std::int64_t RolloutCollector::BytesOfTransition(const BehaviourSpec& behaviour,
          (features + raw_size + kNumbers) * static_cast<std::int64_t>(sizeof(float));
 }
 
+std::int64_t RolloutCollector::StateBytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options,
+                                                      std::int64_t raw_size) {
+  const Layout &seen = behaviour.observation_layout, &done = behaviour.action_layout;
+  constexpr std::int64_t kNumbers = 5, kEnded = 1;  // rewards, values, neglogp, advantages, returns
+  const std::int64_t features = KeepsFeatures(behaviour, options) ? seen.feature_count : 0;
+  const std::int64_t masks = behaviour.masks_actions ? done.mask_bytes : 0;
+  return static_cast<std::int64_t>(seen.row_bytes) + masks + kEnded +
+         (features + raw_size + kNumbers) * static_cast<std::int64_t>(sizeof(float));
+}
+
 Status RolloutCollector::StartFrom(const PolicyData& model) {
   CONSAC_RETURN_IF_ERROR(normalise_.StartFrom(model.normaliser));
   return model_.StartFrom(model);

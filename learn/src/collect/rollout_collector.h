@@ -73,6 +73,9 @@ class RolloutCollector {
   /// Bytes that one transition of one agent takes, with raw actions of `raw_size` elements.
   static std::int64_t BytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options,
                                         std::int64_t raw_size);
+  /// Those of them that Visit saves.
+  static std::int64_t StateBytesOfTransition(const BehaviourSpec& behaviour, const RolloutOptions& options,
+                                             std::int64_t raw_size);
 
  private:
   float ValueOf(const std::byte* observation);

@@ -58,6 +58,12 @@ HeadGradient::HeadGradient(const ActionHead& head, std::int64_t mask_bytes) {
   entropies_.resize(segments_.size() * kBlockRows);
 }
 
+std::int64_t HeadGradient::Bytes(const ActionHead& head) {
+  constexpr auto kOfRow = static_cast<std::int64_t>(2 * kBlockRows * sizeof(float));
+  return kOfRow * (1 + head.size() + head.raw_size()) +
+         static_cast<std::int64_t>(sizeof(HeadSegment)) * head.raw_size();
+}
+
 HeadWork HeadGradient::WorkOf(const HeadSegment& segment) {
   const auto index = static_cast<std::size_t>(&segment - segments_.data());
   return {values_.data() + segment.head_offset * kBlockRows,

@@ -18,6 +18,9 @@ class HeadGradient {
   /// a leaf whose distribution has no likelihood to learn by (values of choices, actions that are not drawn).
   static Result<HeadGradient> Create(const ActionHead& head, std::int64_t mask_bytes);
 
+  /// Bytes that one for `head` takes.
+  static std::int64_t Bytes(const ActionHead& head);
+
   /// Computes -log p of `raw` and the entropy of every row. head [rows, ActionHead::size], log_std, masks
   /// [rows, mask_bytes] or null, raw [rows, raw_size]; all must stay until Backward.
   void Forward(std::int64_t rows, const float* head, const float* log_std, const std::uint8_t* masks, const float* raw);

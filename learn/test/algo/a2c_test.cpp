@@ -217,32 +217,7 @@ TEST(Tables, A2cHasBothGenerationsNamesAndDefaults) {
 }
 
 TEST(A2c, SlotsMayStepAloneAndBeginAgain) {
-  IdentityEnv env(*Space::Discrete(3), 4);
-  const std::unique_ptr<Learner> learner = Make(env, {"a2c", {}, 1000});
-  BatchBuffer first(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  Rng rng(1, 1);
-  for (int i = 0; i < 400; ++i) {
-    std::vector<std::int32_t> slots;
-    for (std::int32_t slot = 0; slot < 4; ++slot) {
-      if (rng.Below(2) == 0) slots.push_back(slot);
-    }
-    if (slots.empty()) continue;
-    Batch batch = learner->Stage(slots);
-    learner->Act(batch);
-    for (std::size_t r = 0; r < slots.size(); ++r) {
-      batch.rewards[r] = 1.0f;
-      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
-      batch.truncated[r] = 0;
-      reinterpret_cast<std::int32_t*>(batch.next_observations)[r] = static_cast<std::int32_t>(rng.Below(3));
-    }
-    learner->Record(batch);
-    while (learner->Learn({})) {
-    }
-    if (i % 50 == 0) learner->Begin(first.batch());
-  }
-  EXPECT_GT(learner->updates(), 20);
-  for (const float parameter : learner->Snapshot().parameters) ASSERT_TRUE(std::isfinite(parameter));
+  ExpectSlotsMayStepAloneAndBeginAgain({"a2c", {}, 1000}, *Space::Discrete(3));
 }
 
 }  // namespace

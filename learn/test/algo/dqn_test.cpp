@@ -6,8 +6,8 @@
 #include <string>
 
 #include "collect/epsilon_greedy.h"
+#include "collect/learned_network.h"
 #include "collect/parameter_noise.h"
-#include "collect/q_network.h"
 #include "consac/nn/net_arch.h"
 #include "learn/test/algo/off_policy_harness.h"
 #include "learn/test/algo/training_harness.h"
@@ -256,33 +256,7 @@ TEST(Dqn, ARestoredLearnerGoesOnToTheSameBits) {
 }
 
 TEST(Dqn, SavedInTheMiddleOfARoundItGoesOnToTheSameBits) {
-  const Setting setting{"dqn", Everything(), 4096, 3};
-  IdentityEnv env(*Space::Discrete(3), 4), other_env(*Space::Discrete(3), 4);
-  const std::unique_ptr<Learner> learner = Make(env, setting), other = Make(other_env, setting);
-  BatchBuffer first(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  for (int i = 0; i < 31; ++i) Step(env, *learner, first.batch().slots);
-  Batch batch = learner->Stage(first.batch().slots);
-  learner->Act(batch);
-  env.Step({&batch, 1});
-  learner->Record(batch);
-  ASSERT_TRUE(learner->Learn({1})) << "two of three gradient steps are left";
-  StateWriter writer;
-  writer("learner", *learner);
-  writer("env", env);
-  StateReader reader(writer.fields());
-  reader("learner", *other);
-  reader("env", other_env);
-  ASSERT_TRUE(reader.status().ok()) << reader.status().message();
-  while (learner->Learn({})) {
-  }
-  while (other->Learn({1})) {
-  }
-  for (int i = 0; i < 60; ++i) {
-    Step(env, *learner, first.batch().slots);
-    Step(other_env, *other, first.batch().slots, 1);
-  }
-  EXPECT_EQ(HashState(*learner), HashState(*other));
+  ExpectARoundCutInTwoGoesOnToTheSameBits({"dqn", Everything(), 4096, 3}, *Space::Discrete(3));
 }
 
 /// Updates after each of the first `steps` steps of `copies` worlds.
@@ -373,11 +347,11 @@ TEST(ParameterNoise, ItsStrengthFollowsEpsilon) {
   options.observation_size = 3;
   options.action_count = 4;
   nn::Network network = *nn::Network::Create(nn::QNetwork(options));
-  QNetwork q(network, 1, 1);
+  LearnedNetwork q(network, Rng(1, StreamId("network_initialisation")), {});
   ParameterNoise noise(network, 1, 1);
   const float features[] = {0.5f, -0.2f, 0.9f};
   noise.Perturb(q.parameters());
-  const std::vector<float> undisturbed(q.Values(features, 1), q.Values(features, 1) + 4);
+  const std::vector<float> undisturbed(q.Output(features, 1), q.Output(features, 1) + 4);
   const std::vector<float> disturbed(noise.Values(features, 1), noise.Values(features, 1) + 4);
   EXPECT_NE(undisturbed, disturbed);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(undisturbed[i], disturbed[i], 0.2);
@@ -434,34 +408,8 @@ TEST(Dqn, WhatItCannotLearnIsOneLine) {
 }
 
 TEST(Dqn, SlotsMayStepAloneAndBeginAgain) {
-  IdentityEnv env(*Space::Discrete(3), 4);
-  const std::unique_ptr<Learner> learner =
-      Make(env, {"dqn", {{"learning_starts", "10"}, {"buffer_size", "200"}, {"n_steps", "4"}}, 1000});
-  BatchBuffer first(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  Rng rng(1, 1);
-  for (int i = 0; i < 400; ++i) {
-    std::vector<std::int32_t> slots;
-    for (std::int32_t slot = 0; slot < 4; ++slot) {
-      if (rng.Below(2) == 0) slots.push_back(slot);
-    }
-    if (slots.empty()) continue;
-    Batch batch = learner->Stage(slots);
-    learner->Act(batch);
-    for (std::size_t r = 0; r < slots.size(); ++r) {
-      batch.rewards[r] = 1.0f;
-      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
-      batch.truncated[r] = 0;
-      reinterpret_cast<std::int32_t*>(batch.next_observations)[r] = static_cast<std::int32_t>(rng.Below(3));
-    }
-    std::memcpy(batch.final_observations, batch.next_observations, slots.size() * sizeof(std::int32_t));
-    learner->Record(batch);
-    while (learner->Learn({})) {
-    }
-    if (i % 50 == 0) learner->Begin(first.batch());
-  }
-  EXPECT_GT(learner->updates(), 20);
-  for (const float parameter : learner->Snapshot().parameters) ASSERT_TRUE(std::isfinite(parameter));
+  ExpectSlotsMayStepAloneAndBeginAgain(
+      {"dqn", {{"learning_starts", "10"}, {"buffer_size", "200"}, {"n_steps", "4"}}, 1000}, *Space::Discrete(3));
 }
 
 }  // namespace

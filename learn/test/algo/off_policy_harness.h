@@ -1,9 +1,8 @@
 #pragma once
-// Drives learners that learn from a replay: cut rounds, agents that come and go, what cannot be learned.
+// Drives learners that learn from a replay: cut rounds, reports, what cannot be learned.
 
-#include <cmath>
-#include <cstring>
 #include <string>
+#include <vector>
 
 #include "learn/test/algo/training_harness.h"
 
@@ -41,36 +40,17 @@ inline void ExpectARoundCutInTwoGoesOnToTheSameBits(const Setting& setting,
   EXPECT_EQ(HashState(*learner), HashState(*other));
 }
 
-/// Any of the slots may step, and all begin again now and then.
-inline void ExpectSlotsMayStepAloneAndBeginAgain(const Setting& setting, const Space& space = *Space::Box(-1, 1, {2})) {
-  IdentityEnv env(space, 4);
+/// Reports after four episodes of a hundred steps, in the table under `keys`, in their order. Two agents.
+inline void ExpectReportsEveryFourthEpisode(const Setting& setting, const std::vector<std::string>& keys) {
+  IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
   const std::unique_ptr<Learner> learner = Make(env, setting);
-  const Layout& seen = env.spec().behaviours[0].observation_layout;
   BatchBuffer first(env.spec().behaviours[0]);
   Begin(env, *learner, first);
-  Rng rng(1, 1);
-  for (int i = 0; i < 400; ++i) {
-    std::vector<std::int32_t> slots;
-    for (std::int32_t slot = 0; slot < 4; ++slot) {
-      if (rng.Below(2) == 0) slots.push_back(slot);
-    }
-    if (slots.empty()) continue;
-    Batch batch = learner->Stage(slots);
-    learner->Act(batch);
-    for (std::size_t r = 0; r < slots.size(); ++r) {
-      batch.rewards[r] = 1.0f;
-      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
-      batch.truncated[r] = 0;
-      SampleRow(seen, rng, batch.next_observations + r * seen.row_bytes);
-    }
-    std::memcpy(batch.final_observations, batch.next_observations, slots.size() * seen.row_bytes);
-    learner->Record(batch);
-    while (learner->Learn({})) {
-    }
-    if (i % 50 == 0) learner->Begin(first.batch());
-  }
-  EXPECT_GT(learner->updates(), 20);
-  for (const float parameter : learner->Snapshot().parameters) ASSERT_TRUE(std::isfinite(parameter));
+  while (learner->reports() == 0) Step(env, *learner, first.batch().slots);
+  EXPECT_EQ(learner->steps(), 400) << "four episodes of a hundred steps";
+  std::vector<std::string> found;
+  for (const Metric& metric : learner->metrics()) found.emplace_back(metric.table_key);
+  EXPECT_EQ(found, keys);
 }
 
 /// Why no learner can be made; "" where one can.

@@ -2,6 +2,10 @@
 // wherever it is saved, and part of the slots may step alone.
 #include <gtest/gtest.h>
 
+#if defined(__linux__)
+#include <sys/resource.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -259,6 +263,31 @@ TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
   ASSERT_TRUE(values.Set("net_arch", "[64, dict(pi=[x])]").ok());
   EXPECT_NE(algorithm->create(options, values).status().message().find("net_arch"), std::string::npos);
 }
+
+#if defined(__linux__)
+/// The most memory that this process has had so far [MiB].
+std::int64_t MostMemory() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss >> 10;
+}
+
+TEST(OnPolicy, AHeadTooWideToActIsRefusedBeforeAnythingOfItsWidthIsMade) {
+  const Space wide[] = {*Space::Discrete(1 << 24), *Space::Box(-1, 1, {1 << 22})};
+  for (const char* name : {"ppo2", "ppo", "a2c"}) {
+    for (const Space& action : wide) {
+      const std::int64_t before = MostMemory();
+      LearnerOptions options;
+      options.behaviour = BehaviourSpec::Of("default", *Space::Box(-1, 1, {2}), action, 1);
+      const Algorithm* algorithm = *FindAlgorithm(name);
+      const Status status = algorithm->create(options, HyperparameterSet(algorithm->hyperparameters)).status();
+      EXPECT_FALSE(status.ok());
+      EXPECT_NE(status.message().find("widths go from 1 to 1048576"), std::string::npos) << status.message();
+      EXPECT_LT(MostMemory() - before, 256) << name << ": 64 rows of such a head are 8 GiB";
+    }
+  }
+}
+#endif
 
 TEST(Ppo2, ReportsEveryKeyOfStableBaselines) {
   IdentityEnv env(*Space::Discrete(3), 2);

@@ -259,30 +259,14 @@ TEST(Sac, SavedInTheMiddleOfARoundItGoesOnToTheSameBits) {
 }
 
 TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
-  for (const bool sb2 : {true, false}) {
-    IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
-    const std::unique_ptr<Learner> learner = Make(env, {"sac",
-                                                        {{"log_keys", sb2 ? "sb2" : "sb3"},
-                                                         {"net_arch", "[8]"},
-                                                         {"batch_size", "8"},
-                                                         {"value_network", sb2 ? "true" : "false"}},
-                                                        10000});
-    BatchBuffer first(env.spec().behaviours[0]);
-    Begin(env, *learner, first);
-    while (learner->reports() == 0) Step(env, *learner, first.batch().slots);
-    EXPECT_EQ(learner->steps(), 400) << "four episodes of a hundred steps";
-    std::vector<std::string> found;
-    for (const Metric& metric : learner->metrics()) found.emplace_back(metric.table_key);
-    const std::vector<std::string> of2 = {"episodes",      "mean 100 episode reward",
-                                          "current_lr",    "policy_loss",
-                                          "qf1_loss",      "qf2_loss",
-                                          "value_loss",    "entropy",
-                                          "ent_coef_loss", "ent_coef"},
-                                   of3 = {"time/episodes",      "train/learning_rate", "train/n_updates",
-                                          "train/actor_loss",   "train/critic_loss",   "train/ent_coef",
-                                          "train/ent_coef_loss"};
-    EXPECT_EQ(found, sb2 ? of2 : of3);
-  }
+  ExpectReportsEveryFourthEpisode(
+      {"sac", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"value_network", "true"}}, 10000},
+      {"episodes", "mean 100 episode reward", "current_lr", "policy_loss", "qf1_loss", "qf2_loss", "value_loss",
+       "entropy", "ent_coef_loss", "ent_coef"});
+  ExpectReportsEveryFourthEpisode(
+      {"sac", {{"log_keys", "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"value_network", "false"}}, 10000},
+      {"time/episodes", "train/learning_rate", "train/n_updates", "train/actor_loss", "train/critic_loss",
+       "train/ent_coef", "train/ent_coef_loss"});
 }
 
 TEST(Sac, ItsEntropyIsWrittenAsInStableBaselines) {
@@ -314,41 +298,36 @@ TEST(Sac, TheCoefficientFollowsTheTargetEntropy) {
 
 // Stable Baselines3, SAC.__init__, and Stable Baselines 2.10.2's.
 TEST(Tables, SacHasBothGenerationsNamesAndDefaults) {
-  HyperparameterSet values((*FindAlgorithm("sac"))->hyperparameters);
-  const auto expect = [&](std::initializer_list<std::pair<const char*, const char*>> defaults) {
-    for (const auto& [name, text] : defaults) EXPECT_EQ(values.Text(name), text) << name;
-  };
-  expect({{"gamma", "0.99"},
-          {"learning_rate", "3e-4"},
-          {"buffer_size", "1000000"},
-          {"learning_starts", "100"},
-          {"batch_size", "256"},
-          {"tau", "0.005"},
-          {"train_freq", "1"},
-          {"gradient_steps", "1"},
-          {"n_steps", "1"},
-          {"ent_coef", "auto"},
-          {"target_entropy", "auto"},
-          {"target_update_interval", "1"},
-          {"action_noise", "none"},
-          {"net_arch", "[256, 256]"},
-          {"value_network", "false"}});
-  values.UseDefaultsOf(Generation::kStableBaselines2);
-  expect({{"gamma", "0.99"},
-          {"learning_rate", "3e-4"},
-          {"buffer_size", "50000"},
-          {"learning_starts", "100"},
-          {"batch_size", "64"},
-          {"tau", "0.005"},
-          {"train_freq", "1"},
-          {"gradient_steps", "1"},
-          {"ent_coef", "auto"},
-          {"random_exploration", "0"},
-          {"layers", "[64, 64]"},
-          {"value_network", "true"},
-          {"optimizer", "tensorflow"},
-          {"init", "xavier"}});
-  EXPECT_EQ(LogStyleOf(**FindAlgorithm("sac"), values), LogStyle::kStableBaselines2);
+  ExpectDefaults("sac",
+                 {{"gamma", "0.99"},
+                  {"learning_rate", "3e-4"},
+                  {"buffer_size", "1000000"},
+                  {"learning_starts", "100"},
+                  {"batch_size", "256"},
+                  {"tau", "0.005"},
+                  {"train_freq", "1"},
+                  {"gradient_steps", "1"},
+                  {"n_steps", "1"},
+                  {"ent_coef", "auto"},
+                  {"target_entropy", "auto"},
+                  {"target_update_interval", "1"},
+                  {"action_noise", "none"},
+                  {"net_arch", "[256, 256]"},
+                  {"value_network", "false"}},
+                 {{"gamma", "0.99"},
+                  {"learning_rate", "3e-4"},
+                  {"buffer_size", "50000"},
+                  {"learning_starts", "100"},
+                  {"batch_size", "64"},
+                  {"tau", "0.005"},
+                  {"train_freq", "1"},
+                  {"gradient_steps", "1"},
+                  {"ent_coef", "auto"},
+                  {"random_exploration", "0"},
+                  {"layers", "[64, 64]"},
+                  {"value_network", "true"},
+                  {"optimizer", "tensorflow"},
+                  {"init", "xavier"}});
 }
 
 TEST(Sac, WhatItCannotLearnIsOneLine) {

@@ -143,53 +143,38 @@ TEST(Td3, SlotsMayStepAloneAndBeginAgain) {
 }
 
 TEST(Td3, ReportsUnderTheKeysThatWereAskedFor) {
-  for (const bool sb2 : {true, false}) {
-    IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
-    const std::unique_ptr<Learner> learner =
-        Make(env, {"td3", {{"log_keys", sb2 ? "sb2" : "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}}, 10000});
-    BatchBuffer first(env.spec().behaviours[0]);
-    Begin(env, *learner, first);
-    while (learner->reports() == 0) Step(env, *learner, first.batch().slots);
-    EXPECT_EQ(learner->steps(), 400) << "four episodes of a hundred steps";
-    std::vector<std::string> found;
-    for (const Metric& metric : learner->metrics()) found.emplace_back(metric.table_key);
-    const std::vector<std::string> of2 = {"episodes", "mean 100 episode reward", "current_lr", "qf1_loss", "qf2_loss",
-                                          ""},
-                                   of3 = {"time/episodes", "train/learning_rate", "train/n_updates",
-                                          "train/critic_loss", "train/actor_loss"};
-    EXPECT_EQ(found, sb2 ? of2 : of3);
-  }
+  ExpectReportsEveryFourthEpisode({"td3", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}}, 10000},
+                                  {"episodes", "mean 100 episode reward", "current_lr", "qf1_loss", "qf2_loss", ""});
+  ExpectReportsEveryFourthEpisode(
+      {"td3", {{"log_keys", "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}}, 10000},
+      {"time/episodes", "train/learning_rate", "train/n_updates", "train/critic_loss", "train/actor_loss"});
 }
 
 // Stable Baselines3, TD3.__init__, and Stable Baselines 2.10.2's.
 TEST(Tables, Td3HasBothGenerationsNamesAndDefaults) {
-  HyperparameterSet values((*FindAlgorithm("td3"))->hyperparameters);
-  const auto expect = [&](std::initializer_list<std::pair<const char*, const char*>> defaults) {
-    for (const auto& [name, text] : defaults) EXPECT_EQ(values.Text(name), text) << name;
-  };
-  expect({{"gamma", "0.99"},
-          {"learning_rate", "1e-3"},
-          {"buffer_size", "1000000"},
-          {"learning_starts", "100"},
-          {"batch_size", "256"},
-          {"tau", "0.005"},
-          {"train_freq", "1"},
-          {"gradient_steps", "1"},
-          {"policy_delay", "2"},
-          {"target_policy_noise", "0.2"},
-          {"target_noise_clip", "0.5"},
-          {"net_arch", "[400, 300]"}});
-  values.UseDefaultsOf(Generation::kStableBaselines2);
-  expect({{"learning_rate", "3e-4"},
-          {"buffer_size", "50000"},
-          {"batch_size", "128"},
-          {"tau", "0.005"},
-          {"train_freq", "100"},
-          {"gradient_steps", "100"},
-          {"policy_delay", "2"},
-          {"random_exploration", "0"},
-          {"layers", "[64, 64]"},
-          {"action_noise", "none"}});
+  ExpectDefaults("td3",
+                 {{"gamma", "0.99"},
+                  {"learning_rate", "1e-3"},
+                  {"buffer_size", "1000000"},
+                  {"learning_starts", "100"},
+                  {"batch_size", "256"},
+                  {"tau", "0.005"},
+                  {"train_freq", "1"},
+                  {"gradient_steps", "1"},
+                  {"policy_delay", "2"},
+                  {"target_policy_noise", "0.2"},
+                  {"target_noise_clip", "0.5"},
+                  {"net_arch", "[400, 300]"}},
+                 {{"learning_rate", "3e-4"},
+                  {"buffer_size", "50000"},
+                  {"batch_size", "128"},
+                  {"tau", "0.005"},
+                  {"train_freq", "100"},
+                  {"gradient_steps", "100"},
+                  {"policy_delay", "2"},
+                  {"random_exploration", "0"},
+                  {"layers", "[64, 64]"},
+                  {"action_noise", "none"}});
 }
 
 TEST(Td3, WhatItCannotLearnIsOneLine) {

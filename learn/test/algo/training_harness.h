@@ -1,10 +1,16 @@
 #pragma once
-// Drives learners in tests: makes one for an identity task, trains it, judges its model, saves and restores it.
+// Drives learners in tests: makes one for an identity task, trains it, judges its model, saves and restores it, lets
+// its agents come and go; and looks into an algorithm's table.
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <initializer_list>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
@@ -33,6 +39,11 @@ inline std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& settin
   options.total_steps = setting.steps;
   options.executor = setting.executor;
   options.ranks = setting.ranks;
+  if (env.prices_goals()) {
+    options.price_goals = [&env](const std::byte* observations, std::int64_t rows, float* rewards) {
+      env.PriceGoals(0, observations, rows, rewards);
+    };
+  }
   auto learner = algorithm->create(options, values);
   EXPECT_TRUE(learner.ok()) << learner.status().message();
   return learner.ok() ? std::move(*learner) : nullptr;
@@ -130,6 +141,50 @@ inline void ExpectARestoredLearnerGoesOnToTheSameBits(const Setting& setting, st
     EXPECT_EQ(HashState(*learner), HashState(*other)) << cut;
     EXPECT_GE(learner->updates(), 3);
   }
+}
+
+/// Any of the slots may step, and all begin again now and then.
+inline void ExpectSlotsMayStepAloneAndBeginAgain(const Setting& setting, const Space& space = *Space::Box(-1, 1, {2})) {
+  IdentityEnv env(space, 4);
+  const std::unique_ptr<Learner> learner = Make(env, setting);
+  const Layout& seen = env.spec().behaviours[0].observation_layout;
+  BatchBuffer first(env.spec().behaviours[0]);
+  Begin(env, *learner, first);
+  Rng rng(1, 1);
+  for (int i = 0; i < 400; ++i) {
+    std::vector<std::int32_t> slots;
+    for (std::int32_t slot = 0; slot < 4; ++slot) {
+      if (rng.Below(2) == 0) slots.push_back(slot);
+    }
+    if (slots.empty()) continue;
+    Batch batch = learner->Stage(slots);
+    learner->Act(batch);
+    for (std::size_t r = 0; r < slots.size(); ++r) {
+      batch.rewards[r] = 1.0f;
+      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
+      batch.truncated[r] = 0;
+      SampleRow(seen, rng, batch.next_observations + r * seen.row_bytes);
+    }
+    std::memcpy(batch.final_observations, batch.next_observations, slots.size() * seen.row_bytes);
+    learner->Record(batch);
+    while (learner->Learn({})) {
+    }
+    if (i % 50 == 0) learner->Begin(first.batch());
+  }
+  EXPECT_GT(learner->updates(), 20);
+  for (const float parameter : learner->Snapshot().parameters) ASSERT_TRUE(std::isfinite(parameter));
+}
+
+/// The algorithm's defaults: Stable Baselines3's at first, 2.10.2's where they are asked for, each under its names, and
+/// logs in the same generation's style.
+inline void ExpectDefaults(const char* algorithm, const Settings& sb3, const Settings& sb2) {
+  const Algorithm& row = **FindAlgorithm(algorithm);
+  HyperparameterSet values(row.hyperparameters);
+  for (const auto& [name, text] : sb3) EXPECT_EQ(values.Text(name), text) << name;
+  EXPECT_EQ(LogStyleOf(row, values), LogStyle::kStableBaselines3);
+  values.UseDefaultsOf(Generation::kStableBaselines2);
+  for (const auto& [name, text] : sb2) EXPECT_EQ(values.Text(name), text) << name;
+  EXPECT_EQ(LogStyleOf(row, values), LogStyle::kStableBaselines2);
 }
 
 }  // namespace consac::learn

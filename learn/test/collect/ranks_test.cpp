@@ -198,7 +198,17 @@ TEST(Ranks, EveryRankEndsWithTheSameModel) {
       {"a2c", {{"n_steps", "5"}, {"norm_obs", "true"}, {"normalize_advantage", "true"}}},
       {"dqn", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"grad_clip", "variable"}}},
       {"sac", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
-      {"td3", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}}};
+      {"td3", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
+      {"ddpg",
+       {{"learning_starts", "8"},
+        {"norm_obs", "true"},
+        {"net_arch", "[8]"},
+        {"batch_size", "16"},
+        {"critic_l2_reg", "0.1"},
+        {"normalize_returns", "true"},
+        {"enable_popart", "true"},
+        {"param_noise", "true"},
+        {"param_noise_adaption_interval", "3"}}}};
   for (const auto& [algorithm, values] : trainings) {
     const auto parameters = Trained(
         algorithm, values, std::string_view(algorithm) == "dqn" ? *Space::Discrete(5) : *Space::Box(-1, 1, {2}));

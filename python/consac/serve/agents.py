@@ -4,6 +4,7 @@ from __future__ import annotations
 from consac.wire import ACTIVE, FINAL, FIRST, TERMINATED, TRUNCATED
 
 from .batch import Batch
+from .refusal import Refusals
 from .rows import Rows
 from .world import World
 
@@ -11,8 +12,8 @@ from .world import World
 class AgentBatch(Batch):
     """Environments with several agents, in PettingZoo's parallel form."""
 
-    def __init__(self, world: World, envs: list, first_seed: int | None, warn):
-        super().__init__(world, envs, first_seed, warn)
+    def __init__(self, world: World, envs: list, first_seed: int | None, warn, failures: Refusals):
+        super().__init__(world, envs, first_seed, warn, failures)
         self.place, self.first_slot, total = {}, [], 0
         for rows in self.parts:
             self.first_slot.append(total)

@@ -9,7 +9,7 @@ from consac import wire
 from consac.layout import align
 from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
 
-from .refusal import FAILURES, Refused, describe, tell
+from .refusal import FAILURES, Refusals, Refused, describe
 from .rows import Rows
 from .world import World
 
@@ -21,8 +21,8 @@ _TWO_U32 = struct.Struct("<II")
 class Batch:
     """The environments of one session and the buffer that holds what is known of them."""
 
-    def __init__(self, world: World, envs: list, first_seed: int | None, warn):
-        self.world, self.envs, self.first_seed, self.warn = world, envs, first_seed, warn
+    def __init__(self, world: World, envs: list, first_seed: int | None, warn, failures: Refusals):
+        self.world, self.envs, self.first_seed, self.warn, self.failures = world, envs, first_seed, warn, failures
         self.autoreset, count = "same_step", len(envs)
         offset = HEADER.size + 8
         for behaviour in world.behaviours:
@@ -138,7 +138,7 @@ class Batch:
         try:
             image = np.asarray(self.envs[env].render())
         except FAILURES as error:
-            tell(self.warn, error)
+            self.failures.tell(error)
             raise Refused("UNSUPPORTED", f"the environment cannot draw: {describe(error)}", env=env) from error
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise Refused("UNSUPPORTED", f"the environment draws {image.dtype} of shape {image.shape}; wanted are bytes of height x width x 3", env=env)
@@ -184,7 +184,7 @@ class Batch:
 
     def _failed(self, env: int, error: BaseException) -> Refused:
         self.broken[env] = True
-        tell(self.warn, error)
+        self.failures.tell(error)
         return Refused("ENV_FAILED", f"environment {env} failed: {describe(error)}; reset it and those stepped with it", env=env)
 
     # -- one environment with one agent

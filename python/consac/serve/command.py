@@ -9,7 +9,7 @@ import sys
 from consac.names import printable_line
 
 from .limits import Limits
-from .refusal import FAILURES, describe, place_of, tell
+from .refusal import FAILURES, describe, place_of, traceback_of
 from .server import Server
 from .world import GROUPS, environment_maker, pettingzoo_maker
 
@@ -26,7 +26,7 @@ def main(arguments=None) -> int:
     parser.add_argument("--steps", type=int, default=0, metavar="N", help="training length that is asked for")
     parser.add_argument("--model", default="", metavar="NAME", help="model that the trainer saves or finds")
     parser.add_argument("--seed", type=int, help="of the first reset, where the client gives none")
-    parser.add_argument("--sessions", type=int, default=0, metavar="N", help="end after so many sessions; 0: never")
+    parser.add_argument("--sessions", type=int, default=0, metavar="N", help="end after so many sessions in which a trainer has stepped; 0: never")
     parser.add_argument("--max-sessions", type=int, default=8, metavar="N", help="at once")
     parser.add_argument("--protocol", choices=["auto", "text1", "2"], default="auto")
     parser.add_argument("--no-render", action="store_true", help="make environments that do not draw")
@@ -42,7 +42,8 @@ def main(arguments=None) -> int:
                         limits=Limits(max_sessions=options.max_sessions), group=options.group, log=log)
     except FAILURES as error:
         if place_of(error):
-            tell(lambda line: log(printable_line(line)), error)
+            for line in traceback_of(error):
+                log(printable_line(line))
         log(f"consac.serve: {describe(error)}")
         return 2
     for name in (signal.SIGINT, signal.SIGTERM):

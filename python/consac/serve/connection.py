@@ -6,7 +6,8 @@ import threading
 import time
 
 from consac import shared_memory, wire
-from consac.address import ready
+from consac.address import peer_of, ready
+from consac.errors import said
 from consac.wire import HEADER, WireError
 
 from .limits import TICK, Limits
@@ -23,6 +24,8 @@ class Connection:
         self.start = self.end = 0
         self.since = self.heard = time.monotonic()
         self.has_spoken = self.given_up = False
+        self.stepped = False  # an action of text protocol 1 was carried out
+        self.peer = peer_of(sock)
         self.pings = 0
         self.closing = threading.Event()
         self.crc = False
@@ -104,7 +107,7 @@ class Connection:
                 if self.spins and time.monotonic() - began < self.limits.spin_s:
                     continue
             except OSError as error:
-                raise Gone(f"the connection broke: {error}") from None
+                raise Gone(f"the connection broke: {said(error)}") from None
             self.spins = False
             if not self.wait(TICK):
                 look()
@@ -120,7 +123,7 @@ class Connection:
         try:
             return ready(self.sock, seconds, write)
         except (OSError, ValueError) as error:
-            raise Gone(f"the connection broke: {error}") from None
+            raise Gone(f"the connection broke: {said(error)}") from None
 
     def write(self, data) -> None:
         """All of `data`, or Gone when the peer does not take it in time."""
@@ -139,7 +142,7 @@ class Connection:
             except BlockingIOError:
                 pass
             except OSError as error:
-                raise Gone(f"the connection broke: {error}") from None
+                raise Gone(f"the connection broke: {said(error)}") from None
             deadline = deadline or time.monotonic() + self.limits.write_s
             if time.monotonic() > deadline:
                 raise Gone(f"the peer takes no bytes for {self.limits.write_s:g} s")

@@ -11,6 +11,7 @@ import gymnasium
 
 import consac
 from consac import wire
+from consac.errors import said
 from consac.names import printable_line
 
 CONNECTION_ERRORS = {"BAD_MAGIC", "MALFORMED", "FRAME_TOO_LARGE", "CRC_MISMATCH", "UNSUPPORTED_VERSION", "AUTH_FAILED", "CAPACITY", "SHUTTING_DOWN"}
@@ -32,7 +33,7 @@ class Gone(Exception):
 
 
 class Refusals:
-    """Lines about connections that are not served: the first few in full, then one every few seconds, so that a flood of them fills no disk."""
+    """Lines about connections that are not served, or environments that fail: the first few in full, then one every few seconds, so that a flood of them fills no disk."""
 
     IN_FULL, EVERY_S = 5, 5.0
 
@@ -41,15 +42,21 @@ class Refusals:
         self._in_full = self._counted = 0
         self._latest, self._tell_at = "", 0.0
 
-    def say(self, line: str) -> None:
-        """Logs `line`, or counts it where there have been many."""
+    def say(self, line: str, before: tuple[str, ...] = ()) -> None:
+        """Logs `line`, with the lines `before` it, or counts it where there have been many."""
         self.look()
         with self._lock:
             if self._in_full == self.IN_FULL:
                 self._latest, self._counted = line, self._counted + 1
                 return
             self._in_full, self._tell_at = self._in_full + 1, time.monotonic() + self.EVERY_S
-        self._log(line)
+        for one in (*before, line):
+            self._log(one)
+
+    def tell(self, error: BaseException) -> None:
+        """The whole traceback of what an environment raised."""
+        lines = traceback_of(error)
+        self.say(lines[-1], tuple(lines[:-1]))
 
     def look(self, last: bool = False) -> None:
         """Tells of those that were counted, once it is time or this is the `last` call; to be called now and then."""
@@ -64,21 +71,26 @@ class Refusals:
 
 
 def describe(error: BaseException) -> str:
-    """An environment's error in one line, with the place in its code where it was raised."""
-    return printable_line(f"{type(error).__name__}: {error}", 1000).replace("\\x0a", " ") + printable_line(place_of(error), 400)
+    """An error in one line; of an environment's, its class and the place in its code where it was raised."""
+    place = place_of(error)
+    text = f"{type(error).__name__}: {error}" if place else said(error)
+    return printable_line(text, 1000).replace("\\x0a", " ") + printable_line(place, 400)
 
 
 def place_of(error: BaseException) -> str:
     """Where in an environment's code it was raised, at best in what is not installed; nothing where only ours or Python's is to blame."""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_NOT_THEIRS)]
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_NOT_THEIRS) and not _of_python(frame.filename)]
     own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
     return f" ({os.path.basename(own[-1].filename)}, line {own[-1].lineno}, in {own[-1].name})" if own else ""
 
 
-def tell(log, error: BaseException) -> None:
-    """The whole traceback, to `log`, which takes lines."""
-    for line in "".join(traceback.format_exception(error)).splitlines():
-        log(line)
+def _of_python(file: str) -> bool:
+    return file.startswith(os.path.dirname(os.__file__) + os.sep) and "-packages" not in file
+
+
+def traceback_of(error: BaseException) -> list[str]:
+    """The lines of the whole traceback."""
+    return "".join(traceback.format_exception(error)).splitlines()
 
 
 _NOT_THEIRS = (os.path.dirname(consac.__file__) + os.sep, gymnasium.envs.registration.__file__, importlib.__file__, "<frozen ")

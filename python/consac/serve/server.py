@@ -6,6 +6,7 @@ import hmac
 import socket
 import threading
 import time
+from dataclasses import replace
 
 from consac import shared_memory, wire
 from consac.address import is_here, is_loopback
@@ -16,7 +17,7 @@ from . import text1
 from .batch import Batch
 from .connection import Connection
 from .limits import TICK, Limits
-from .refusal import FAILURES, Gone, Refusals, Refused, error_json, tell
+from .refusal import FAILURES, Gone, Refusals, Refused, error_json
 from .session import Offer, Session
 from .world import World, environment_maker
 
@@ -51,13 +52,15 @@ class Server:
         self.make_env = environment_maker(make_env) if isinstance(make_env, str) else make_env
         self.token, self.protocol, self.limits, self.sessions_wanted = token, protocol, limits, sessions
         self._log = (lambda line: log(printable_line(line))) if log else lambda line: None
-        self._refusals = Refusals(self._log)
+        self._refusals, self._failures = Refusals(self._log), Refusals(self._log)
         self.world = World.probe(self.make_env, envs, name, group)
-        self._offer = Offer(self.world, self.make_env, seed, training_length, model_name, self._log)
+        self._offer = Offer(self.world, self.make_env, seed, training_length, model_name, self._log, self._failures)
         self.text_misfit = text1.misfit(self._offer) if not token else "it has no access token"
         if protocol == "text1" and self.text_misfit:
             raise ValueError(f"text protocol 1 cannot carry this: {self.text_misfit}")
         largest = max(Batch.largest_result(self.world), Batch.step_bytes(self.world))
+        if limits.max_frame < wire.LARGEST_BEFORE_WELCOME:  # as a client's counts (R22)
+            self.limits = limits = replace(limits, max_frame=wire.LARGEST_BEFORE_WELCOME)
         if largest > limits.max_frame:
             raise ValueError(f"{envs} environments make frames of {largest} bytes, over {limits.max_frame}; use fewer of them")
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -88,6 +91,7 @@ class Server:
             except (TimeoutError, socket.timeout):
                 self._forget_lost()
                 self._refusals.look()
+                self._failures.look()
                 for connection in list(self._connections):
                     connection.reassure()
                 if self.sessions_wanted and self._finished >= self.sessions_wanted:
@@ -131,12 +135,12 @@ class Server:
         silent = min((connection for connection in staying if connection.is_silent()), key=lambda connection: connection.since, default=None)
         if silent is not None:
             silent.give_up(self._busy(silent, "others wait, and this connection says nothing"))
-            self._refusals.say("closed a connection that had said nothing: others wait")
+            self._refusals.say(f"{silent.peer} was turned away: it had said nothing, and others wait")
         return silent is not None
 
     def _turn_away(self, connection: Connection) -> None:
         """Its peer may have begun to speak, and hears why all the same; in a flood there is not the time for it."""
-        self._refusals.say("no connection can be taken now: all places are taken")
+        self._refusals.say(f"{connection.peer} was turned away: all places are taken")
         if not self._turning_away.acquire(blocking=False):
             connection.sock.close()
             return
@@ -195,6 +199,7 @@ class Server:
             if session.batch and session.lock.acquire(timeout=0.1):
                 session.batch.close()
         self._refusals.look(last=True)
+        self._failures.look(last=True)
 
     def _forget_lost(self) -> None:
         now = time.monotonic()
@@ -208,10 +213,10 @@ class Server:
     def _end(self, session: Session, why: str) -> None:
         with self._lock:
             self._sessions.pop(session.number, None)
-            self._finished += 1
+            self._finished += session.stepped
         if session.batch:
             session.batch.close()
-        self._log(f"session {session.number} {why}")
+        (self._log if session.stepped else self._refusals.say)(f"session {session.number} {why}")
 
     # -- one connection
 
@@ -229,7 +234,7 @@ class Server:
             refused = getattr(error, "request", None)  # of a header; else of what was being carried out
             connection.last_word(connection.pack(wire.ERROR, error_json(error.code, error.message, **getattr(error, "extra", {})),
                                                         connection.request if refused is None else refused, session=session.number if session else 0))
-            self._refusals.say(f"closed a connection: {error}")
+            self._refusals.say(f"{connection.peer} was turned away: {error}" if session is None else f"session {session.number}: {connection.peer} was turned away: {error}")
             if session is not None and session.started and error.code != "CRC_MISMATCH":  # which is a loss (R24)
                 self._end(session, "was refused")
         except Gone as error:
@@ -237,7 +242,7 @@ class Server:
                 connection.last_word(connection.pack(wire.GOAWAY, wire.dump_json({"reason": "the server shuts down"}),
                                                             session=session.number if session else 0))
             elif session and session.started:
-                self._log(f"session {session.number}: {error}; it can be resumed for {self.limits.resume_s:g} s")
+                self._refusals.say(f"session {session.number}: {connection.peer}: {error}; it can be resumed for {self.limits.resume_s:g} s")
         finally:
             connection.finish()
             if session is not None:
@@ -261,20 +266,20 @@ class Server:
             env = self.make_env()
             text1.play(connection, self._offer, self.limits, env)
         except Gone as error:
-            self._refusals.say(f"text protocol 1: {error}")
+            self._refusals.say(f"text protocol 1, {connection.peer}: {error}")
         except text1.BadAction as error:
             connection.last_word(f"error: {printable_line(error)}\n".encode())
-            self._refusals.say(f"text protocol 1: {error}")
+            self._refusals.say(f"text protocol 1, {connection.peer}: {error}")
         except FAILURES as error:
             connection.last_word(f"error: {printable_line(error)}\n".encode())
-            tell(self._log, error)
+            self._failures.tell(error)
         finally:
             self._text_holder = None
             self._text_lock.release()
             if env is not None:
                 env.close()
             with self._lock:
-                self._finished += 1
+                self._finished += connection.stepped
 
     def _detach(self, connection: Connection, session: Session) -> None:
         """A session that has not answered a first RESET cannot be gone on with (R24): its place is free at once."""
@@ -293,7 +298,7 @@ class Server:
         if connection.wait(self.limits.grace_s):
             return False
         if self.text_misfit:
-            self._refusals.say(f"a silent trainer; text protocol 1 is not served: {self.text_misfit}")
+            self._refusals.say(f"{connection.peer} says nothing; text protocol 1 is not served: {self.text_misfit}")
         return not self.text_misfit
 
     def _look(self, connection: Connection, deadline: float | None) -> None:
@@ -328,7 +333,7 @@ class Server:
     def _welcome(self, connection: Connection, hello: dict) -> Session:
         versions = hello.get("protocol")
         if not (isinstance(versions, list) and len(versions) == 2 and all(type(version) is int and abs(version) <= wire.LARGEST_WHOLE for version in versions)):
-            raise WireError("MALFORMED", f"HELLO has protocol {versions!r}; it is [lowest, highest]")
+            raise WireError("MALFORMED", f"HELLO has protocol {wire.shown(versions)}; it is [lowest, highest]")
         if not versions[0] <= wire.VERSION <= versions[1]:
             raise Refused("UNSUPPORTED_VERSION", f"the client speaks protocols {versions[0]} to {versions[1]}, this server {wire.VERSION}; update one of them",
                           protocol=[wire.VERSION, wire.VERSION])

@@ -10,13 +10,13 @@ from typing import Callable
 
 from consac import shared_memory, wire
 from consac.layout import align, first_difference
-from consac.names import check_expected_names
+from consac.names import check_expected_names, quote
 from consac.wire import HEADER, WireError
 
 from .agents import AgentBatch
 from .batch import AUTORESETS, Batch
 from .connection import Connection
-from .refusal import CONNECTION_ERRORS, FAILURES, Gone, Refused, describe, error_json, tell
+from .refusal import CONNECTION_ERRORS, FAILURES, Gone, Refusals, Refused, describe, error_json
 from .world import World
 
 
@@ -33,6 +33,7 @@ class Offer:
     training_length: int
     model_name: str
     log: Callable
+    failures: Refusals  # of environments
 
 
 class Session:
@@ -48,6 +49,7 @@ class Session:
         self.answer: bytes | memoryview = b""
         self.batch: Batch | None = None
         self.configured = False
+        self.stepped = False  # by now
         self.renders = False
         self.limit = 0  # max_frame of its WELCOME
         self.deadline: float | None = None  # for CONFIGURE
@@ -105,6 +107,7 @@ class Session:
                 raise Refused("BAD_STATE", "STEP before a first RESET; reset first")
             else:
                 batch.step(payload)
+                self.stepped = True
             answer = batch.result(request, self.number, connection.crc)
             if len(answer) - HEADER.size > connection.limit:
                 batch.drop_infos("make the RESULT larger than the client takes")
@@ -133,9 +136,9 @@ class Session:
         except ValueError as error:
             raise WireError("MALFORMED", f"CONFIGURE: {error}") from None
         if autoreset not in AUTORESETS:
-            raise Refused("UNSUPPORTED", f"autoreset {autoreset!r}; there are {', '.join(AUTORESETS)}", path="autoreset")
+            raise Refused("UNSUPPORTED", f"autoreset {quote(autoreset)}; there are {', '.join(AUTORESETS)}", path="autoreset")
         if transport != "tcp" and not (transport == "shm" and connection.shares):
-            raise Refused("UNSUPPORTED", f"transport {transport!r}; this connection has tcp{' and shm' * connection.shares}", path="transport")
+            raise Refused("UNSUPPORTED", f"transport {quote(transport)}; this connection has tcp{' and shm' * connection.shares}", path="transport")
         spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name)
         if "expect" in wanted:
             difference = first_difference(expect, spec["behaviours"], "behaviours")
@@ -179,6 +182,6 @@ class Session:
         except FAILURES as error:
             for env in envs:
                 env.close()
-            tell(self.offer.log, error)
+            self.offer.failures.tell(error)
             raise Refused("ENV_FAILED", f"environment {len(envs)} cannot be made: {describe(error)}", env=len(envs)) from error
-        return (AgentBatch if self.offer.world.multi_agent else Batch)(self.offer.world, envs, self.offer.seed, self.offer.log)
+        return (AgentBatch if self.offer.world.multi_agent else Batch)(self.offer.world, envs, self.offer.seed, self.offer.log, self.offer.failures)

@@ -6,6 +6,7 @@ import time
 import numpy as np
 from gymnasium import spaces
 
+from ..errors import said
 from ..text1 import read_number
 from .connection import Connection
 from .limits import TICK, Limits
@@ -52,6 +53,7 @@ def play(connection: Connection, offer: Offer, limits: Limits, env) -> None:
             return
         observation, reward, terminated, truncated, _ = env.step(action)
         done += 1
+        connection.stepped = True
         over = bool(terminated or truncated)
         say(f"{_text_row(observation)}#{_text_number(reward)}#{int(over)}")
         if over:
@@ -90,7 +92,7 @@ class TextReader:
             try:
                 more = connection.sock.recv(65536)
             except OSError as error:
-                raise Gone(f"the connection broke: {error}") from None
+                raise Gone(f"the connection broke: {said(error)}") from None
             if not more:
                 raise Gone("the trainer closed")
             self.data += more

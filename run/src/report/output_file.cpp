@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstring>
 #include <span>
+#include <string_view>
+#include <vector>
 
 #include "consac/base/file.h"
 #include "system/system.h"
@@ -12,7 +14,6 @@ namespace consac::run {
 namespace {
 
 StatusCode CodeOf(int error) {
-  if (error == ENOENT) return StatusCode::kNotFound;
   bool full = error == ENOSPC || error == EFBIG || error == EMFILE || error == ENFILE || error == ENOMEM;
 #if defined(EDQUOT)
   full = full || error == EDQUOT;
@@ -101,8 +102,15 @@ void OutputFile::CutToLine(std::uint64_t bytes) {
   Flush();
   if (descriptor_ < 0) return;
   std::uint64_t end = std::min(bytes, size_);
-  char last = '\n';
-  while (end > 0 && ReadByte(descriptor_, end - 1, &last) && last != '\n') --end;
+  // Back from the end by blocks: what a power cut leaves there may be long.
+  std::vector<char> block(std::min<std::uint64_t>(end, std::size_t{64} << 10));
+  while (end > 0) {
+    const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(end, block.size()));
+    if (!ReadAt(descriptor_, end - count, block.data(), count)) break;
+    const std::size_t line = std::string_view(block.data(), count).rfind('\n');
+    end -= line == std::string_view::npos ? count : count - line - 1;
+    if (line != std::string_view::npos) break;
+  }
   if (end < size_ && CutTo(descriptor_, end)) size_ = end;
 }
 

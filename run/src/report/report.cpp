@@ -91,7 +91,7 @@ class AllSinks final : public Report {
 
   // Of this session.
   double session_start_ = 0.0, looked_ = 0.0, flushed_ = 0.0;
-  bool stepped_ = false;
+  bool stepped_ = false, over_ = false;
   int calls_per_look_ = 1, calls_left_ = 1;
   Budget budget_;
   double told_budget_ = 0.0;
@@ -171,7 +171,8 @@ void AllSinks::SayFailures() {
   const auto say = [this](std::size_t i, const Status& found) {
     if (found.ok() || !said_[i].ok()) return;
     said_[i] = found;
-    console_.Alarm(said_[i].message() + "; training goes on, but this log has a gap");
+    console_.Alarm(said_[i].message() +
+                   (over_ ? "; this log has a gap" : "; training goes on, but this log has a gap"));
   };
   said_.resize(3 + logs_.size());
   if (progress_csv_ != nullptr) say(0, progress_csv_->status());
@@ -251,6 +252,7 @@ void AllSinks::TellBudget() {
 }
 
 Status AllSinks::Finish() {
+  over_ = true;
   if (Held()) ShowTable(Now());
   if (options_.progress && stepped_) {
     progress_.Finish(Now(), View());

@@ -144,12 +144,20 @@ Result<std::unique_ptr<EventWriter>> EventWriter::Open(const std::string& folder
   return std::unique_ptr<EventWriter>(new EventWriter(std::move(*file)));
 }
 
+EventWriter::~EventWriter() {
+  const std::string path = file_->path();
+  file_.reset();
+  std::error_code ignored;
+  if (empty_) std::filesystem::remove(ToPath(path), ignored);
+}
+
 void EventWriter::Restart(double wall_time, std::int64_t first_step) {
   file_->Append(FrameRecord(RestartEvent(wall_time, first_step)));
 }
 
 void EventWriter::Scalar(double wall_time, std::int64_t step, std::string_view tag, double value) {
   static_assert(kLongestTag + kFrameBytes + 64 < fmt::inline_buffer_size, "a record must fit without allocation");
+  empty_ = false;
   ProtoText scalar, summary, event, head;
   scalar.BytesField(1, tag.substr(0, kLongestTag));
   scalar.FloatField(2, static_cast<float>(value));

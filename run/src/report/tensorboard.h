@@ -32,6 +32,11 @@ class EventWriter {
   /// Starts a file in `folder`. `wall_time` in seconds since 1970.
   static Result<std::unique_ptr<EventWriter>> Open(const std::string& folder, double wall_time);
 
+  /// Closes the file; one that no number was added to goes, as of a run that could not begin or be gone on with.
+  ~EventWriter();
+  EventWriter(const EventWriter&) = delete;
+  EventWriter& operator=(const EventWriter&) = delete;
+
   /// Says that steps from `first_step` on are written again.
   void Restart(double wall_time, std::int64_t first_step);
   /// Adds a number under `tag` (at most 200 characters count) at `step`. Never allocates.
@@ -46,6 +51,7 @@ class EventWriter {
  private:
   explicit EventWriter(std::unique_ptr<OutputFile> file) : file_(std::move(file)) {}
   std::unique_ptr<OutputFile> file_;
+  bool empty_ = true;
 };
 
 }  // namespace consac::run

@@ -35,19 +35,21 @@ class StandardErrorAside {
 int OpenToAppend(const std::string& path, bool truncate);
 /// Writes some of `bytes` at the end; how many, or -1 and errno.
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count);
-/// Reads the one byte at `position`.
-bool ReadByte(int descriptor, std::uint64_t position, char* byte);
+/// Reads the `count` bytes from `position` on; false where it gets less.
+bool ReadAt(int descriptor, std::uint64_t position, char* bytes, std::size_t count);
 /// Whether it is a pipe, which keeps nothing and stops whoever fills it.
 bool IsPipe(int descriptor);
 /// Bytes in the file, or -1 and errno.
 std::int64_t SizeOf(int descriptor);
 /// Cuts the file to `bytes`.
 bool CutTo(int descriptor, std::uint64_t bytes);
+/// Whether nothing can be removed from the folder, or renamed out of it, though something may be put there: Linux's
+/// append-only attribute.
+bool LetsNothingGo(const std::string& folder);
+/// What was renamed in the folder survives a power cut from now on; nothing where it cannot be done.
+void SyncFolder(const std::string& folder);
 /// Gives the file, or the lock, back.
 void Close(int descriptor);
-
-/// Whether nobody may replace or remove the file at `path` (chattr +i); false where the system does not say.
-bool IsImmutable(const std::string& path);
 
 /// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced.
 bool IsStillAt(int descriptor, const std::string& path);

@@ -62,8 +62,8 @@ std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
   return ::write(descriptor, bytes, count);
 }
 
-bool ReadByte(int descriptor, std::uint64_t position, char* byte) {
-  return ::pread(descriptor, byte, 1, static_cast<off_t>(position)) == 1;
+bool ReadAt(int descriptor, std::uint64_t position, char* bytes, std::size_t count) {
+  return ::pread(descriptor, bytes, count, static_cast<off_t>(position)) == static_cast<ssize_t>(count);
 }
 
 bool IsPipe(int descriptor) {
@@ -80,15 +80,25 @@ bool CutTo(int descriptor, std::uint64_t bytes) {
   return ::ftruncate(descriptor, static_cast<off_t>(bytes)) == 0;
 }
 
-void Close(int descriptor) {
+bool LetsNothingGo(const std::string& folder) {
+#if defined(STATX_ATTR_APPEND)
+  struct statx found {};
+  return statx(AT_FDCWD, folder.c_str(), 0, 0, &found) == 0 && (found.stx_attributes & STATX_ATTR_APPEND) != 0;
+#else
+  (void)folder;
+  return false;
+#endif
+}
+
+void SyncFolder(const std::string& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  (void)fsync(descriptor);
   ::close(descriptor);
 }
 
-bool IsImmutable(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC);
-  if (descriptor < 0) return errno == EPERM;
+void Close(int descriptor) {
   ::close(descriptor);
-  return false;
 }
 
 bool IsStillAt(int descriptor, const std::string& path) {

@@ -64,8 +64,9 @@ std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
   return _write(descriptor, bytes, static_cast<unsigned>(std::min<std::size_t>(count, INT_MAX)));
 }
 
-bool ReadByte(int descriptor, std::uint64_t position, char* byte) {
-  return _lseeki64(descriptor, static_cast<std::int64_t>(position), SEEK_SET) >= 0 && _read(descriptor, byte, 1) == 1;
+bool ReadAt(int descriptor, std::uint64_t position, char* bytes, std::size_t count) {
+  return _lseeki64(descriptor, static_cast<std::int64_t>(position), SEEK_SET) >= 0 &&
+         _read(descriptor, bytes, static_cast<unsigned>(count)) == static_cast<int>(count);
 }
 
 bool IsPipe(int) {
@@ -80,15 +81,17 @@ bool CutTo(int descriptor, std::uint64_t bytes) {
   return _chsize_s(descriptor, static_cast<std::int64_t>(bytes)) == 0;
 }
 
+bool LetsNothingGo(const std::string&) {
+  return false;
+}
+
+void SyncFolder(const std::string&) {}  // NTFS keeps the order of renames
+
 void Close(int descriptor) {
   _close(descriptor);
 }
 
 // A file that is open cannot be deleted there, nor can its folder.
-bool IsImmutable(const std::string&) {
-  return false;
-}
-
 bool IsStillAt(int, const std::string&) {
   return true;
 }

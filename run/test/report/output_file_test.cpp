@@ -21,10 +21,28 @@ TEST(OutputFile, TruncatesOrGoesOn) {
   EXPECT_EQ(Contents(folder.File("a")), "only\n");
 }
 
+// A power cut leaves zeros, of any number; byte by byte these would be minutes.
+TEST(OutputFile, IsCutToItsLastLineHoweverFarBackThatIs) {
+  const TestFolder folder;
+  const std::string text(200000, 'x');
+  Put(folder.File("a"), "first\n" + text + "\n" + text);
+  const auto file = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
+  file->CutToLine(file->size());
+  EXPECT_EQ(Contents(folder.File("a")), "first\n" + text + "\n");
+  file->CutToLine(file->size() - 1);
+  EXPECT_EQ(Contents(folder.File("a")), "first\n");
+  std::filesystem::resize_file(folder.File("a"), std::uint64_t{1} << 30);
+  const auto zeros = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
+  zeros->CutToLine(zeros->size());
+  EXPECT_EQ(Contents(folder.File("a")), "first\n");
+  zeros->CutToLine(5);
+  EXPECT_EQ(Contents(folder.File("a")), "");
+}
+
 TEST(OutputFile, AnErrorNamesTheFile) {
   const auto file = OutputFile::Open("/nowhere/a.csv", OpenMode::kTruncate);
   ASSERT_FALSE(file.ok());
-  EXPECT_EQ(file.status().code(), StatusCode::kNotFound);
+  EXPECT_EQ(file.status().code(), StatusCode::kDataLoss) << "a file that cannot be written, not a name that is unknown";
   EXPECT_NE(file.status().message().find("'/nowhere/a.csv'"), std::string::npos);
 }
 

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "run/test/report/files.h"
 
 namespace consac::run {
@@ -80,9 +82,22 @@ TEST(Tensorboard, AFolderThatCannotBeMadeIsNamed) {
 
 TEST(Tensorboard, AFileOfAResumeComesAfterTheOthers) {
   const TestFolder folder;
-  const std::string first = (*EventWriter::Open(folder.path(), 1700000000.0))->path();
-  const std::string second = (*EventWriter::Open(folder.path(), 1700000000.0))->path();
-  EXPECT_LT(first, second);
+  const auto first = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
+  const auto second = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
+  EXPECT_LT(first->path(), second->path());
+}
+
+TEST(Tensorboard, AFileWithoutANumberGoesAgain) {
+  const TestFolder folder;
+  auto empty = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
+  auto told = std::move(*EventWriter::Open(folder.path(), 1700000001.0));
+  const std::string none = empty->path(), one = told->path();
+  empty->Restart(1700000000.0, 7);
+  told->Scalar(1700000001.0, 8, "a", 1.0);
+  empty.reset();
+  told.reset();
+  EXPECT_FALSE(std::filesystem::exists(none)) << "of a run that could not go on";
+  EXPECT_TRUE(std::filesystem::exists(one));
 }
 
 }  // namespace

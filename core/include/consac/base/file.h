@@ -16,10 +16,11 @@ namespace consac {
 
 /// The file's bytes; kNotFound, kDataLoss (unreadable) or kResourceExhausted (larger than `limit_bytes`).
 Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes = std::size_t{1} << 31);
-/// The same, but what is no regular file is refused: a pipe in a file's place would be waited for.
+/// The same, but what is no regular file is refused (kInvalidArgument): a pipe would be waited for, a device may never
+/// end.
 Result<std::vector<std::byte>> ReadRegularFile(const std::string& path, std::size_t limit_bytes = std::size_t{1} << 31);
 /// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full,
-/// kInvalidArgument when `path` is no regular file.
+/// kDataLoss when it cannot be written, or `path` is no regular file.
 Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes);
 /// A file that is written piece by piece in the same way: what has not been committed leaves nothing behind.
 class AtomicFile {

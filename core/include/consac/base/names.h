@@ -14,6 +14,8 @@ namespace consac {
 
 /// Bytes of the longest name.
 inline constexpr std::size_t kLongestName = 255;
+/// Bytes of the longest folder's name.
+inline constexpr std::size_t kLongestFolder = 128;
 
 /// Ok for a name: 1 to 255 bytes of UTF-8 that PrintableLine leaves as they are. `what` begins the error, "behaviour".
 Status CheckName(std::string_view what, std::string_view name);
@@ -28,8 +30,9 @@ Status CheckNamesTogether(std::string_view what, std::span<const std::string_vie
 /// Ok for what becomes a folder as it is, on every system: at most 128 letters, digits, '_', '-' and '.' without a dot
 /// at either end, and no device of Windows.
 Status CheckFolderName(std::string_view what, std::string_view name);
-/// Some text as a folder's name: every byte that CheckFolderName refuses becomes '_'. Not injective; "" becomes "_".
-std::string AsFolderName(std::string_view text);
+/// Some text as a folder's name: every byte that CheckFolderName refuses becomes '_', and what goes beyond `most` bytes
+/// (1 at least) is left out. Not injective; "" becomes "_".
+std::string AsFolderName(std::string_view text, std::size_t most = kLongestFolder);
 /// The file for a checked name: letters, digits, '_', '-', '.' and blanks inside stand for themselves, every other byte
 /// is %XX, and so is the first of what Windows takes for a device. Different names have different files; where capitals
 /// do not count, see CheckNamesTogether. Never a path. `extension` is ours: ".consac".

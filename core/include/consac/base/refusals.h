@@ -3,8 +3,10 @@
 // flood of them fills no disk. Used by servers and by who tells of their sessions.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "consac/base/hooks.h"
 
@@ -14,9 +16,9 @@ namespace consac {
 class Refusals {
  public:
   /// Takes a line.
-  using Sayer = void (*)(std::string_view line);
+  using Sayer = std::function<void(std::string_view line)>;
   /// Lines go to `say`; by default they are warnings in the log.
-  explicit Refusals(Sayer say = [](std::string_view line) { Log(LogLevel::kWarning, line); }) : say_(say) {}
+  explicit Refusals(Sayer say = [](std::string_view line) { Log(LogLevel::kWarning, line); }) : say_(std::move(say)) {}
   /// Tells of those that were counted.
   ~Refusals() { Tell(); }
   Refusals(const Refusals&) = delete;

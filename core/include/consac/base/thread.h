@@ -18,8 +18,8 @@ class Thread {
   Thread(const Thread&) = delete;
   Thread& operator=(const Thread&) = delete;
 
-  /// Runs `body`, which must be callable, on a thread of its own; one at a time. kResourceExhausted where processes,
-  /// threads or memory are short: nothing was started, nothing has changed.
+  /// Runs `body`, which must be callable, on a thread of its own with a stack of 8 MiB; one at a time.
+  /// kResourceExhausted where processes, threads or memory are short: nothing was started, nothing has changed.
   Status Start(std::function<void()> body);
   /// Whether a thread was started that nobody has waited for.
   bool started() const { return started_; }

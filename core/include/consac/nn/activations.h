@@ -66,7 +66,20 @@ class Activations {
   struct Room {
     AlignedFloats data;
     std::int64_t stride = 0;
+    bool of_group = false;  // holds the rows of the group at work, not all of the call's
   };
+  /// A step's work, ready for the call's first row.
+  struct ReadyStep {
+    const PlanStep* step = nullptr;
+    BlockCall call;
+    bool images = false;  // run for a few rows at a time
+  };
+  /// Which of the steps' inputs is which of the call's.
+  struct Given {
+    std::size_t at = 0;     // in inputs_
+    std::size_t input = 0;  // of the network
+  };
+  void MakeReady(std::size_t step, const Needs& needs);
   void LoadState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count);
   void StoreState(const RecurrentRows& recurrent, std::int64_t first, std::int64_t count) const;
   /// Rows of one group, from `first` on in the call.
@@ -78,13 +91,17 @@ class Activations {
   /// `part` is rows of `group`, counted from its first.
   void RunStep(std::size_t s, const PackedNetwork& packed, const ForwardRows& call, const Group& group,
                const Group& part);
+  /// The same work for rows further on: those of `part`, which begins at row `first` of the call.
+  BlockCall MovedOn(const ReadyStep& ready, const Group& part, std::int64_t first);
 
   const Plan& plan_;
   ActivationsOptions options_;
-  std::vector<Room> values_;  // [plan.values]
-  std::vector<Room> saved_;   // [plan.steps]
-  std::vector<bool> images_;  // [plan.steps] which are run for a few rows at a time
-  std::vector<ConstRows> inputs_;
+  std::vector<Room> values_;       // [plan.values]
+  std::vector<Room> saved_;        // [plan.steps]
+  std::vector<ReadyStep> ready_;   // [plan.steps]
+  std::vector<ConstRows> inputs_;  // of all steps, at the call's first row
+  std::vector<Given> given_;
+  std::vector<ConstRows> moved_inputs_;  // of the step at work
   AlignedFloats scratch_;
   AlignedFloats state_;  // [group_rows, plan.state_size] of the group at work
 };

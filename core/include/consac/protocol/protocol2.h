@@ -57,6 +57,10 @@ struct FrameHeader {
 void WriteHeader(const FrameHeader& header, std::byte* out);
 /// Reads 32 bytes; `limit` bounds the payload. Errors begin with their name in the specification, "BAD_MAGIC: ...".
 Result<FrameHeader> ReadHeader(const std::byte* bytes, std::size_t limit);
+/// The number in a header of 32 bytes that is refused; 0 where it has no magic.
+std::uint64_t RefusedRequest(const std::byte* bytes);
+/// CRC_MISMATCH where the header has a CRC and `payload` another; over TCP and in shared memory alike.
+Status CheckPayload(const FrameHeader& header, std::span<const std::byte> payload);
 
 /// A failure under a name of the specification, as kProtocol "NAME: text".
 Status Fault(std::string_view name, const std::string& text);

@@ -78,7 +78,7 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 @export_range(0, 65536) var room_for_agents: int = 0
 ## Of everything random in the episodes.
 @export var world_seed: int = 1
-## Sessions after which it stops; 0 for never.
+## Sessions in which the world has stepped, after which it stops; 0 for never.
 @export var sessions: int = 0
 ## Quits the program when it stops, as a program without a window wants; exit code 1 when a session
 ## failed.
@@ -108,7 +108,7 @@ var _was_paused := false
 var _paused := false  # by somebody else
 var _met := {}  # instance ids of agents that need no welcome: they are there, or were turned away
 var _newcomers := {}  # agents that have not been offered yet
-var _over := 0  # sessions that are over
+var _over := 0  # sessions that are over, of those that have stepped
 var _exit_code := 0
 var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
 var _began_usec := 0
@@ -357,7 +357,9 @@ func _offer(fault: String) -> void:
 func _end_session(fault: String) -> void:
 	_in_session = false
 	_waiting = true
-	_over += 1
+	var counts := steps > 0 or mode != Mode.SERVE  # a trainer that looks in and leaves does not
+	if counts:
+		_over += 1
 	_speed.restore()
 	var seconds := maxf(1e-6, (Time.get_ticks_usec() - _began_usec) / 1e6)
 	var kept := mini(steps, _step_rewards.size())
@@ -369,7 +371,8 @@ func _end_session(fault: String) -> void:
 			", of the last %d episodes %.2f" % [episode_rewards.size(), mean_episode_reward()])
 	if not fault.is_empty():
 		printerr("consac: ", fault)
-		_exit_code = 1
+		if counts:
+			_exit_code = 1
 	session_ended.emit(fault)
 	if mode == Mode.BY_HAND or (sessions > 0 and _over >= sessions):
 		_finish("")

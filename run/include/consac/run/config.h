@@ -63,7 +63,7 @@ struct RunConfig {
 /// beside the fields. An unknown key is an error that names the nearest known one, with its line. A failure leaves
 /// `config` as it was. Where a flag names the algorithm, set config->algorithm before this call and after it.
 Status ReadYaml(std::string_view text, std::string_view origin, RunConfig* config);
-/// Reads a YAML file over `config`.
+/// Reads a YAML file over `config`: a regular one, of at most 1 MiB.
 Status ReadYamlFile(const std::string& path, RunConfig* config);
 /// Applies "key=value": a field of the configuration or a hyperparameter of its algorithm. Another algorithm begins
 /// with its own defaults: hyperparameters set before are forgotten.

@@ -16,17 +16,17 @@ class RowSegments;
 /// What to do with a run's name that exists.
 enum class ExistingRun : std::uint8_t { kRefuse, kResume, kOverwrite };
 
-/// What Open would say of the name and of what is there already, before anything is made or an engine is disturbed.
+/// What Open would say of the name and of what is there already, before anything is made or an engine is disturbed. A
+/// run whose overwriting was killed is put back first.
 Status CheckRunName(const std::string& directory, const std::string& name, ExistingRun existing);
 
 /// An opened run folder, locked against a second writer until destroyed.
 class RunDirectory {
  public:
-  /// Makes or opens directory/name. Of a run that is overwritten the models stay until this one has its own
-  /// (RemoveOldModels), and all of it where the new one could not be written (kDataLoss, kResourceExhausted: a file or
-  /// folder that cannot be replaced, a full disk, too few descriptors). kAlreadyExists names --resume and --force, or
-  /// says that the folder is no run's and is left alone; kNotFound when there is nothing to resume; kFailedPrecondition
-  /// when another process trains it.
+  /// Makes or opens directory/name. A run that is overwritten is set aside: RemoveReplaced removes it, and without that
+  /// it is put back. kAlreadyExists names --resume and --force, or says that the folder is no run's and is left alone;
+  /// kNotFound when there is nothing to resume; kFailedPrecondition when another process trains it; kDataLoss and
+  /// kResourceExhausted where a file cannot be set aside, which leaves all of them as they were.
   static Result<std::unique_ptr<RunDirectory>> Open(const std::string& directory, const std::string& name,
                                                     ExistingRun existing);
   ~RunDirectory();
@@ -43,12 +43,15 @@ class RunDirectory {
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
   Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
                         std::int64_t keep) const;
-  /// Tells that the file at `path` is this run's model now.
-  void KeepModel(const std::string& path);
-  /// Deletes the models of the run that was overwritten, but for those that KeepModel named.
-  void RemoveOldModels();
-  /// Whether there are any of those.
-  bool has_old_models() const { return !old_models_.empty(); }
+  /// Whether an overwritten run is set aside.
+  bool replaces() const { return replaces_; }
+  /// Leaves the overwritten run's model of that file name where it was, until this run's next one is saved.
+  void KeepReplacedModel(const std::string& name) const;
+  /// This run is saved: the overwritten one goes. An error where that cannot be said on disk.
+  Status RemoveReplaced();
+  /// This run cannot be: its files go and the overwritten one's are put back. No file of it may be open. An error says
+  /// where they are; the next Open tries again.
+  Status PutBack();
   /// The segments that checkpoints name; what was written there belongs to the next SaveCheckpoint.
   RowSegments& segments() const { return *segments_; }
   /// The newest checkpoint that is whole, with its segments; damaged ones are passed over with a warning. kNotFound
@@ -63,7 +66,7 @@ class RunDirectory {
   std::string path_;
   int lock_;
   std::unique_ptr<RowSegments> segments_;
-  std::vector<std::string> old_models_;  // paths, of the run that was overwritten
+  bool replaces_ = false;
 };
 
 }  // namespace consac::run

@@ -5,10 +5,13 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "consac/base/status.h"
+#include "consac/env/batch.h"
 #include "consac/policy/policy.h"
 #include "consac/run/actors.h"
 #include "consac/run/config.h"
@@ -78,6 +81,9 @@ struct EvaluateSummary {
 /// Mean return over episodes for each behaviour of the world, in its order; of fewer than asked for once `stop` is set.
 /// Behaviours act together, each by its own model. Source: Stable Baselines, evaluate_policy.
 Result<std::vector<EvaluateSummary>> Evaluate(const EvaluateOptions& options, const std::atomic<bool>& stop);
+
+/// Ok when the rewards of the slots `acting` in a batch of all slots are numbers; kNonFinite names one that is none.
+Status CheckRewards(std::string_view behaviour, const Batch& batch, std::span<const std::int32_t> acting);
 
 /// The world that a model says it was trained on; "" when it does not.
 std::string TrainedWorld(const Policy& policy);

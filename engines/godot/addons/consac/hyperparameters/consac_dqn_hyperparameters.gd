@@ -117,6 +117,21 @@ extends ConsacHyperparameters
 ## How weights start. (CONSAC; the two generations differ here)
 @export_enum("orthogonal", "xavier", "pytorch") var init: String = "pytorch"
 
+## Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable
+## Baselines3, DQN)
+@export_enum("ReplayBuffer", "HerReplayBuffer") var replay_buffer_class: String = "ReplayBuffer"
+
+## HER: transitions drawn with another goal for each with its own. (Stable Baselines3, DQN)
+@export_range(0, 1000000, 1) var n_sampled_goal: int = 4
+
+## HER: whose goal, of later in the episode, its end, any of it, any episode. (Stable Baselines3,
+## DQN)
+@export_enum("future", "final", "episode", "random") var goal_selection_strategy: String = "future"
+
+## HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3).
+## (CONSAC; the two generations differ here)
+@export_enum("sb2", "sb3") var her_form: String = "sb3"
+
 ## Normalise observations by their running moments. (Stable Baselines, VecNormalize)
 @export var norm_obs: bool = false
 
@@ -173,6 +188,10 @@ func collect() -> Dictionary:
 		"dueling": "true" if dueling else "false",
 		"layer_norm": "true" if layer_norm else "false",
 		"init": init,
+		"replay_buffer_class": replay_buffer_class,
+		"n_sampled_goal": str(n_sampled_goal),
+		"goal_selection_strategy": goal_selection_strategy,
+		"her_form": her_form,
 		"norm_obs": "true" if norm_obs else "false",
 		"norm_reward": "true" if norm_reward else "false",
 		"clip_obs": var_to_str(clip_obs),

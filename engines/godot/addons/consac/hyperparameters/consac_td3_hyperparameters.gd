@@ -34,12 +34,12 @@ extends ConsacHyperparameters
 ## What train_freq counts. (Stable Baselines3, TD3)
 @export_enum("step", "episode") var train_freq_unit: String = "step"
 
-## Share of the target network that an update replaces. (Stable Baselines3, TD3)
-@export_range(0.0, 1.0, 1e-8) var tau: float = 0.005
-
 ## A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two
 ## generations differ here)
 @export_enum("bootstrap", "terminal") var truncation: String = "bootstrap"
+
+## Share of the target network that an update replaces. (Stable Baselines3, TD3)
+@export_range(0.0, 1.0, 1e-8) var tau: float = 0.005
 
 ## Whose names the logs have. (CONSAC; the two generations differ here)
 @export_enum("sb2", "sb3") var log_keys: String = "sb3"
@@ -94,6 +94,21 @@ extends ConsacHyperparameters
 ## How weights start. (CONSAC; the two generations differ here)
 @export_enum("orthogonal", "xavier", "pytorch") var init: String = "pytorch"
 
+## Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable
+## Baselines3, TD3)
+@export_enum("ReplayBuffer", "HerReplayBuffer") var replay_buffer_class: String = "ReplayBuffer"
+
+## HER: transitions drawn with another goal for each with its own. (Stable Baselines3, TD3)
+@export_range(0, 1000000, 1) var n_sampled_goal: int = 4
+
+## HER: whose goal, of later in the episode, its end, any of it, any episode. (Stable Baselines3,
+## TD3)
+@export_enum("future", "final", "episode", "random") var goal_selection_strategy: String = "future"
+
+## HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3).
+## (CONSAC; the two generations differ here)
+@export_enum("sb2", "sb3") var her_form: String = "sb3"
+
 ## Normalise observations by their running moments. (Stable Baselines, VecNormalize)
 @export var norm_obs: bool = false
 
@@ -125,8 +140,8 @@ func collect() -> Dictionary:
 		"learning_starts": str(learning_starts),
 		"n_steps": str(n_steps),
 		"train_freq_unit": train_freq_unit,
-		"tau": var_to_str(tau),
 		"truncation": truncation,
+		"tau": var_to_str(tau),
 		"log_keys": log_keys,
 		"policy_delay": str(policy_delay),
 		"target_policy_noise": var_to_str(target_policy_noise),
@@ -144,6 +159,10 @@ func collect() -> Dictionary:
 		"activation_fn": activation_fn,
 		"layer_norm": "true" if layer_norm else "false",
 		"init": init,
+		"replay_buffer_class": replay_buffer_class,
+		"n_sampled_goal": str(n_sampled_goal),
+		"goal_selection_strategy": goal_selection_strategy,
+		"her_form": her_form,
 		"norm_obs": "true" if norm_obs else "false",
 		"norm_reward": "true" if norm_reward else "false",
 		"clip_obs": var_to_str(clip_obs),

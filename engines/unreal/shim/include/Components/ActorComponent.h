@@ -25,6 +25,7 @@ class UActorComponent : public UObject {
   }
   void RegisterComponent();
   virtual void DestroyComponent(bool promote_children = false);
+  bool HasBegunPlay() const { return shim_begun_; }
   AActor* GetOwner() const;
   UWorld* GetWorld() const override;
   FActorComponentTickFunction PrimaryComponentTick;

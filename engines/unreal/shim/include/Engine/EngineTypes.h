@@ -3,4 +3,4 @@ namespace EWorldType {
 enum Type { None, Game, Editor, PIE };
 }
 
-enum ECollisionChannel { ECC_Visibility };
+enum ECollisionChannel { ECC_Pawn = 2, ECC_Visibility };

@@ -42,6 +42,7 @@ class AActor : public UObject {
   FVector shim_location_ = FVector::ZeroVector;
   FQuat shim_rotation_ = FQuat::Identity;
   bool shim_begun_ = false;
+  std::function<void()> shim_event_begin_play_;  // of a Blueprint made from it
   /// Whether a partitioned world unloads it where no player is near.
   bool ShimStreamsByPlace() const { return bIsSpatiallyLoaded; }
 
@@ -50,6 +51,8 @@ class AActor : public UObject {
   uint8 bIsSpatiallyLoaded : 1 = 1;
 #endif
   friend void Shim::BeginPlay(AActor&);
-  virtual void BeginPlay() {}
+  virtual void BeginPlay() {
+    if (shim_event_begin_play_) shim_event_begin_play_();
+  }
   TObjectPtr<USceneComponent> RootComponent;
 };

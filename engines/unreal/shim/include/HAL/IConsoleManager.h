@@ -34,6 +34,9 @@ class IConsoleManager {
   IConsoleVariable* FindConsoleVariable(const TCHAR* name);
 
  private:
-  std::map<std::u16string, IConsoleVariable> shim_variables_ = {
-      {u"t.MaxFPS", {}}, {u"t.IdleWhenNotForeground", {}}, {u"r.VSync", {}}, {u"r.VSyncEditor", {}}};
+  std::map<std::u16string, IConsoleVariable> shim_variables_ = {{u"t.MaxFPS", {}},
+                                                                {u"t.IdleWhenNotForeground", {}},
+                                                                {u"r.VSync", {}},
+                                                                {u"r.VSyncEditor", {}},
+                                                                {u"r.DontLimitOnBattery", {}}};
 };

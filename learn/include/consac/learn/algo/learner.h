@@ -57,6 +57,7 @@ struct LearnerOptions {
   Executor executor;                                ///< parallel work; none: this thread
   Communicator ranks;                               ///< other processes of this training; none: this one
   std::int64_t max_bytes = std::int64_t{64} << 30;  ///< of its buffers; needing more is an error, not a crash
+  std::int64_t max_state_bytes = INT64_MAX;         ///< of what Visit saves of a rollout; needing more is an error too
   /// Recorded steps to learn from, for algorithms that take them (Algorithm::demonstrations); they outlive the learner.
   const Demonstration* demonstration = nullptr;
   /// VectorEnv::PriceGoals of this behaviour, for algorithms that relabel goals; empty where the world cannot.
@@ -137,12 +138,14 @@ struct Algorithm {
   /// Makes a learner; the error says which hyperparameter or space does not fit and what would.
   Result<std::unique_ptr<Learner>> (*create)(const LearnerOptions& options, const HyperparameterSet& values);
   bool needs_world = true;      ///< false: it acts nowhere, and learns from demonstrations alone
-  bool relabels_goals = false;  ///< it needs a world that prices goals
+  bool relabels_goals = false;  ///< it needs a world that prices goals, whatever its hyperparameters
   Demonstrations demonstrations = Demonstrations::kNone;  ///< what it does with them
 };
 
 /// Whose keys it logs under with these values: its `log_keys` where it has that hyperparameter.
 LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values);
+/// Whether it needs a world that prices goals with these values: its `replay_buffer_class` where it has that one.
+bool RelabelsGoals(const Algorithm& algorithm, const HyperparameterSet& values);
 /// Adds a row to the table, for an algorithm that is not part of this library: 32 at most. Not thread-safe: call it
 /// before learners are made.
 void AddAlgorithm(const Algorithm& algorithm);

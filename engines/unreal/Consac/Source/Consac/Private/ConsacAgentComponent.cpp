@@ -6,6 +6,7 @@
 #include "ConsacLog.h"
 #include "ConsacSensorComponent.h"
 #include "ConsacSubsystem.h"
+#include "Engine/EngineTypes.h"
 
 namespace ConsacPlugin
 {
@@ -50,7 +51,7 @@ bool UConsacAgentComponent::SetObservationVector(FName Name, FVector Value)
 
 bool UConsacAgentComponent::SetObservationChoice(FName Name, int32 Choice)
 {
-	return SetObservationNumber(Name, static_cast<float>(Choice));
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetObservedChoice(*this, Name, Choice) : ConsacPlugin::NotTrained(), Name);
 }
 
 void UConsacAgentComponent::AddReward(float Reward)
@@ -96,8 +97,7 @@ bool UConsacAgentComponent::SetActionNumbers(FName Name, const TArray<float>& Va
 
 bool UConsacAgentComponent::SetActionChoice(FName Name, int32 Choice)
 {
-	const float Number = static_cast<float>(Choice);
-	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetAction(*this, Name, &Number, 1) : ConsacPlugin::NotTrained(), Name);
+	return ConsacPlugin::EntryAnswer(Herd != nullptr ? Herd->SetActionChoice(*this, Name, Choice) : ConsacPlugin::NotTrained(), Name);
 }
 
 bool UConsacAgentComponent::SetChoiceAllowed(FName Name, int32 Choice, bool bAllowed)
@@ -143,6 +143,10 @@ void UConsacAgentComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
 {
 	if (Herd != nullptr)
 	{
+		if (EndPlayReason == EEndPlayReason::Destroyed || EndPlayReason == EEndPlayReason::RemovedFromWorld)
+		{
+			Herd->SayThatItLeaves(*this);
+		}
 		Herd->Leave(*this);
 	}
 	if (UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this))

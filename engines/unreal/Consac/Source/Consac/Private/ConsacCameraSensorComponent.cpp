@@ -18,6 +18,13 @@ namespace ConsacPlugin
 // Cameras with a picture that is drawn and not read yet. Game thread.
 static std::vector<TWeakObjectPtr<UConsacCameraSensorComponent>> Drawn;
 
+// Points of a picture; none where there is no such picture: a graph may set any number.
+static int32 PointsOf(int32 Width, int32 Height)
+{
+	constexpr int32 Longest = 1024;
+	return Width > 0 && Height > 0 && Width <= Longest && Height <= Longest ? Width * Height : 0;
+}
+
 // A picture on its way from the graphics card.
 struct FReading
 {
@@ -37,7 +44,7 @@ FConsacSpace UConsacCameraSensorComponent::GetSpace() const
 {
 	const int32 Channels = bGray ? 1 : 3;
 	FConsacSpace Space;
-	Space.Size = Width * Height * Channels;
+	Space.Size = ConsacPlugin::PointsOf(Width, Height) * Channels; // 0 is refused
 	Space.Shape.Add(Height);
 	Space.Shape.Add(Width);
 	Space.Shape.Add(Channels);
@@ -45,20 +52,31 @@ FConsacSpace UConsacCameraSensorComponent::GetSpace() const
 	return Space;
 }
 
-void UConsacCameraSensorComponent::BeginPlay()
+// A graph may set another size at any time: the picture is made anew.
+void UConsacCameraSensorComponent::FitTarget()
 {
-	Target = UKismetRenderingLibrary::CreateRenderTarget2D(this, Width, Height, RTF_RGBA8);
+	if (IsValid(Target.Get()) && Target->SizeX == Width && Target->SizeY == Height)
+	{
+		return;
+	}
+	bDrawn = bRead = false;
+	Target = ConsacPlugin::PointsOf(Width, Height) > 0 ? UKismetRenderingLibrary::CreateRenderTarget2D(this, Width, Height, RTF_RGBA8) : nullptr;
 	if (IsValid(Target.Get()))
 	{
 		Target->TargetGamma = 2.2f; // as on a screen; unless said it is linear, and too dark
 	}
+	Capture->TextureTarget = Target;
+}
+
+void UConsacCameraSensorComponent::BeginPlay()
+{
 	Capture = NewObject<USceneCaptureComponent2D>(this);
 	Capture->SetupAttachment(this);
 	Capture->bCaptureEveryFrame = false;
 	Capture->bCaptureOnMovement = false;
 	Capture->bAlwaysPersistRenderingState = true; // which the exposure is found in, over several pictures
 	Capture->CaptureSource = SCS_FinalColorLDR;
-	Capture->TextureTarget = Target;
+	FitTarget();
 	Capture->RegisterComponent();
 	Super::BeginPlay();
 }
@@ -78,6 +96,10 @@ void UConsacCameraSensorComponent::EndPlay(const EEndPlayReason::Type EndPlayRea
 
 void UConsacCameraSensorComponent::Prepare()
 {
+	if (IsValid(Capture.Get()))
+	{
+		FitTarget();
+	}
 	if (IsValid(Capture.Get()) && IsValid(Target.Get()))
 	{
 		Capture->CaptureScene();
@@ -133,8 +155,12 @@ void UConsacCameraSensorComponent::ReadAll()
 
 void UConsacCameraSensorComponent::Sense(TArray<float>& Values)
 {
-	const int32 Points = Width * Height;
+	const int32 Points = ConsacPlugin::PointsOf(Width, Height);
 	Values.Reset();
+	if (IsValid(Capture.Get()))
+	{
+		FitTarget(); // of another size since it was drawn: what was drawn is no good
+	}
 	if (!bDrawn && !bRead)
 	{
 		Prepare();

@@ -27,6 +27,7 @@ struct FConsacEnvironmentState
 	consac::host::ServeOptions Options;
 	consac::host::AgentId Agent = consac::host::kNoAgent;
 	EConsacExpected Expected = EConsacExpected::Nothing;
+	int64 Ended = 0;          // sessions of the driver that came to an end
 	bool bConnected = false;  // the driver has asked for something
 	bool bCompleted = false;  // until Setup Environment or Model Connection
 	bool bPaused = false;     // the driver was told so
@@ -46,6 +47,7 @@ struct FConsacEnvironmentState
 			World->Abandon();
 		}
 		Expected = EConsacExpected::Nothing;
+		Ended = 0;
 		bConnected = false;
 		bPaused = false;
 		bServes = false;
@@ -58,7 +60,8 @@ struct FConsacEnvironmentState
 	consac::Status Poll(double WaitSeconds)
 	{
 		const consac::Status Status = Driver->Poll(WaitSeconds);
-		if (!Status.ok())
+		const bool bLeft = std::exchange(Ended, Driver->ended()) != Driver->ended();
+		if (!Status.ok() || bLeft)
 		{
 			Expected = EConsacExpected::Nothing;
 			bConnected = false;
@@ -123,10 +126,6 @@ UConsacEnvironmentComponent::UConsacEnvironmentComponent()
 void UConsacEnvironmentComponent::SetupEnvironment(const FConsacSpace& ObservationSpace, const FConsacSpace& ActionSpace, int64 TrainingLength,
 	const FString& ModelName, EConsacResult& Result, FString& Error, const FString& Host, int32 Port)
 {
-	CloseTraining();
-	State->bCompleted = false;
-	State->Last = FConsacProgress();
-	State->World.reset();
 	consac::Result<consac::Space> Seen = ConsacPlugin::ToSpace(ObservationSpace);
 	consac::Result<consac::Space> Done = ConsacPlugin::ToSpace(ActionSpace);
 	if (!Seen.ok() || !Done.ok())
@@ -155,6 +154,10 @@ void UConsacEnvironmentComponent::SetupEnvironment(const FConsacSpace& Observati
 	{
 		return;
 	}
+	// What was under way ends only now that nothing can fail any more.
+	CloseTraining();
+	State->bCompleted = false;
+	State->Last = FConsacProgress();
 	State->World = std::move(*World);
 	State->Agent = *Agent;
 	State->Options = consac::host::ServeOptions();
@@ -266,13 +269,13 @@ void UConsacEnvironmentComponent::ModelConnection(UConsacModel* Model, EConsacRe
 	}
 	if (Status.ok())
 	{
-		State->DropDriver();
-		State->bCompleted = false;
 		consac::Result<std::unique_ptr<consac::host::Driver>> Driver =
 			consac::host::Act(*State->World, std::span(&Model->GetState()->Bytes, 1), consac::host::ActOptions());
 		Status = Driver.status();
 		if (Driver.ok())
 		{
+			State->DropDriver();
+			State->bCompleted = false;
 			State->Driver = std::move(*Driver);
 		}
 	}
@@ -288,8 +291,8 @@ void UConsacEnvironmentComponent::Complete()
 {
 	if (!State->bCompleted)
 	{
+		State->DropDriver(); // nobody else is served: the port is closed
 		State->bCompleted = true;
-		State->Expected = EConsacExpected::Nothing;
 		OnTrainingCompleted.Broadcast();
 	}
 }
@@ -314,7 +317,7 @@ void UConsacEnvironmentComponent::TickComponent(float DeltaTime, ELevelTick Tick
 		State->Driver->SetPaused(bPaused);
 	}
 	// Nothing makes frames wait while somebody trains.
-	const bool bFast = bFullSpeed && State->bServes && State->bConnected && !State->bCompleted;
+	const bool bFast = bFullSpeed && !bPaused && State->bServes && State->bConnected;
 	if (!bFast)
 	{
 		State->Speed.reset();

@@ -7,6 +7,27 @@
 
 #include "ConsacConvert.h"
 #include "ConsacLog.h"
+#include "Misc/Paths.h"
+
+// Saves a demonstration, under a name that no file has yet: what a person has shown is not to be had again.
+static consac::Status SaveDemonstration(const consac::host::Recorder& Recorder, const std::string& Folder, const std::string& Behaviour)
+{
+	if (Recorder.steps() == 0) // nobody has shown anything
+	{
+		return consac::Status::Ok();
+	}
+	std::string File;
+	for (int32 Number = 1; Number == 1 || FPaths::FileExists(ConsacPlugin::FromUtf8(File)); ++Number)
+	{
+		File = Folder + "/" + consac::FileNameOf(Behaviour, Number == 1 ? ".safetensors" : "-" + std::to_string(Number) + ".safetensors");
+	}
+	const consac::Status Status = Recorder.Save(File);
+	if (Status.ok())
+	{
+		UE_LOG(LogConsac, Display, TEXT("the demonstration of %lld steps is in %s"), static_cast<int64>(Recorder.steps()), *ConsacPlugin::FromUtf8(File));
+	}
+	return Status;
+}
 
 std::string FConsacFarewell::Do()
 {
@@ -29,7 +50,7 @@ std::string FConsacFarewell::Do()
 	}
 	for (std::size_t B = 0; B < Recorders.size(); ++B)
 	{
-		const consac::Status Status = RecordFolder.empty() ? consac::Status::Ok() : Recorders[B]->Save(RecordFolder + "/" + consac::FileNameOf(Behaviours[B], ".safetensors"));
+		const consac::Status Status = RecordFolder.empty() ? consac::Status::Ok() : SaveDemonstration(*Recorders[B], RecordFolder, Behaviours[B]);
 		Fault = Status.ok() ? Fault : Status.message();
 	}
 	Models.clear();
@@ -88,18 +109,18 @@ struct FLeaving
 
 static std::vector<std::unique_ptr<FLeaving>> Leaving;
 
-static void Forget(bool bAll)
+static void ForgetThoseOut()
 {
-	std::erase_if(Leaving, [bAll](const std::unique_ptr<FLeaving>& One)
+	std::erase_if(Leaving, [](const std::unique_ptr<FLeaving>& One)
 	{
 		const std::lock_guard<std::mutex> Lock(One->Mutex);
-		return bAll || (One->bOut && One->bAlone);
+		return One->bOut && One->bAlone;
 	});
 }
 
 FLeaving& SendOut(FConsacFarewell Training)
 {
-	Forget(false);
+	ForgetThoseOut();
 	Leaving.push_back(std::make_unique<FLeaving>());
 	FLeaving& One = *Leaving.back();
 	One.Training = std::move(Training);
@@ -127,7 +148,14 @@ std::string Leave(FLeaving& One)
 
 void AwaitFarewells()
 {
-	Forget(true);
+	for (const std::unique_ptr<FLeaving>& One : Leaving)
+	{
+		if (!IsOut(*One, 0.0))
+		{
+			UE_LOG(LogConsac, Display, TEXT("the end waits until what was learned is saved"));
+		}
+	}
+	Leaving.clear(); // each waits for its thread
 }
 
 }

@@ -45,7 +45,7 @@ bool IsOut(FLeaving& One, double MostSeconds);
 /** Nobody asks for it any more. What went wrong, as far as it is known by now; what goes wrong later is a line in the log. */
 std::string Leave(FLeaving& One);
 
-/** Waits for all that are still on their way: the plugin is about to be unloaded. */
+/** Waits for all that are still on their way, however long: the plugin is about to be unloaded, and their code with it. */
 void AwaitFarewells();
 
 }

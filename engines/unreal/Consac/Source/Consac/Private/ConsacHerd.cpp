@@ -4,7 +4,9 @@
 #include "ConsacAgentComponent.h"
 #include "ConsacConvert.h"
 #include "ConsacFarewell.h"
+#include "ConsacLog.h"
 #include "ConsacSensorComponent.h"
+#include "GameFramework/Actor.h"
 #include "UObject/UObjectGlobals.h"
 
 namespace ConsacPlugin
@@ -28,10 +30,26 @@ static consac::Status AddEntry(FName Name, const FConsacSpace& Space, std::vecto
 	return consac::Status::Ok();
 }
 
+// In whatever order: sensors are in that in which they began to play. A name is there once in either.
 static bool SameEntries(const std::vector<consac::host::Entry>& Left, const std::vector<consac::host::Entry>& Right)
 {
-	return std::equal(Left.begin(), Left.end(), Right.begin(), Right.end(),
+	return std::is_permutation(Left.begin(), Left.end(), Right.begin(), Right.end(),
 		[](const consac::host::Entry& One, const consac::host::Entry& Other) { return One.name == Other.name && One.space == Other.space; });
+}
+
+// Whether the entry is a choice, and has this one.
+static consac::Status CheckChoice(const consac::Leaf& Leaf, int32 Choice)
+{
+	if (Leaf.space.kind() != consac::SpaceKind::kDiscrete)
+	{
+		return consac::Status(consac::StatusCode::kInvalidArgument, "it is no choice but " + Leaf.space.ToString() + "; set its numbers");
+	}
+	const std::pair<double, double> Bounds = consac::ElementBounds(Leaf, 0);
+	if (Choice < Bounds.first || Choice > Bounds.second)
+	{
+		return consac::Status(consac::StatusCode::kInvalidArgument, "there is no choice " + std::to_string(Choice) + " in " + Leaf.space.ToString());
+	}
+	return consac::Status::Ok();
 }
 
 static int32 IndexIn(const TArray<FName>& Names, FName Name)
@@ -91,7 +109,6 @@ consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentCompone
 
 consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents, int32 Room)
 {
-	bRoom = Room > 0;
 	for (const UConsacAgentComponent* Agent : Agents)
 	{
 		consac::Result<FKind> Kind = KindOf(*Agent);
@@ -111,7 +128,7 @@ consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents,
 		bSenses = bSenses || !Agent->Sensors.IsEmpty();
 	}
 	consac::host::TickWorldOptions Options;
-	Options.agents_leave = bRoom;
+	Options.agents_leave = true; // any actor may be destroyed
 	for (FKind& Kind : Kinds)
 	{
 		Kind.Offering.agents = Kind.Offering.agents < Room ? Room : Kind.Offering.agents;
@@ -157,33 +174,20 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 			return consac::Status(consac::StatusCode::kInvalidArgument, "the agent " + ConsacPlugin::ToUtf8(Agent.GetName()) +
 				" sees or does something else than others of behaviour '" + Shared.Offering.name + "'; give it a behaviour of its own");
 		}
-		// Where agents do not come and go, a place whose agent is gone is still joined: it is taken over.
-		consac::host::AgentId Id = consac::host::kNoAgent;
-		for (int32 Index = Shared.Place; !bRoom && Index < Shared.Place + Shared.Offering.agents && Id == consac::host::kNoAgent; ++Index)
+		const consac::Result<consac::host::AgentId> Id = TheWorld->Join(B);
+		if (!Id.ok())
 		{
-			Id = TheWorld->Joined(Index) && Places[static_cast<std::size_t>(Index)].Agent.Get() == nullptr ? Index : consac::host::kNoAgent;
-		}
-		const bool bTakesOver = Id != consac::host::kNoAgent;
-		if (!bTakesOver)
-		{
-			const consac::Result<consac::host::AgentId> Joined = TheWorld->Join(B);
-			if (!Joined.ok())
-			{
-				return Joined.status();
-			}
-			Id = *Joined;
+			return Id.status();
 		}
 		const consac::BehaviourSpec& Behaviour = TheWorld->spec().behaviours[B];
-		FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-		// The place has gone on without an agent: the newcomer begins an episode of its own.
-		Taken.bGone = bTakesOver;
+		FPlace& Taken = Places[static_cast<std::size_t>(*Id)];
 		Taken.Agent = &Agent;
 		Taken.Row.assign(Behaviour.observation_layout.row_bytes, std::byte{0});
 		Taken.Allowed.assign(static_cast<std::size_t>(Behaviour.masks_actions ? Behaviour.action_layout.mask_bytes : 0), std::uint8_t{1});
 		Taken.bNew = true;
 		Taken.bShown = false;
 		Agent.Herd = this;
-		Agent.Place = Id;
+		Agent.Place = *Id;
 		return consac::Status::Ok();
 	}
 	return consac::Status(consac::StatusCode::kNotFound, "no agent of behaviour '" + Kind->Offering.name + "' was there when the training began");
@@ -191,22 +195,31 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 
 consac::Status FConsacHerd::Join(UConsacAgentComponent& Agent)
 {
+	if (Knows(Agent)) // it ended to play and began anew within a tick, and was noted twice
+	{
+		return consac::Status::Ok();
+	}
 	CONSAC_RETURN_IF_ERROR(Place(Agent));
 	BeginEpisode(Agent.Place, -1);
 	return consac::Status::Ok();
+}
+
+void FConsacHerd::SayThatItLeaves(const UConsacAgentComponent& Agent)
+{
+	if (Knows(Agent) && !std::exchange(bSaidWhoLeft, true))
+	{
+		const AActor* Actor = Agent.GetOwner();
+		UE_LOG(LogConsac, Display, TEXT("%s leaves the training: its place takes no part, and no step of it counts, until another agent of behaviour '%s' comes; said of the first that leaves"),
+			Actor != nullptr ? *Actor->GetName() : *Agent.GetName(), *Agent.Behaviour);
+	}
 }
 
 void FConsacHerd::Leave(UConsacAgentComponent& Agent)
 {
 	if (Knows(Agent))
 	{
-		FPlace& Left = Places[static_cast<std::size_t>(Agent.Place)];
-		Left.Agent = nullptr;
-		Left.bGone = !bRoom;
-		if (bRoom)
-		{
-			TheWorld->Leave(Agent.Place);
-		}
+		Places[static_cast<std::size_t>(Agent.Place)].Agent = nullptr;
+		TheWorld->Leave(Agent.Place);
 	}
 	Agent.Herd = nullptr;
 	Agent.Place = -1;
@@ -280,6 +293,27 @@ consac::Status FConsacHerd::SetObservation(const UConsacAgentComponent& Agent, F
 	return ConsacPlugin::WriteLeaf(Leaf, Places[static_cast<std::size_t>(Agent.Place)].Row.data(), Values, Count);
 }
 
+consac::Status FConsacHerd::SetObservedChoice(const UConsacAgentComponent& Agent, FName Name, int32 Choice)
+{
+	const int32 Index = Knows(Agent) ? ConsacPlugin::IndexIn(Of(Agent.Place).Seen, Name) : -1;
+	if (Index >= 0)
+	{
+		CONSAC_RETURN_IF_ERROR(ConsacPlugin::CheckChoice(TheWorld->ObservationLeaf(TheWorld->BehaviourOf(Agent.Place), static_cast<std::size_t>(Index)), Choice));
+	}
+	const float Number = static_cast<float>(Choice);
+	return SetObservation(Agent, Name, &Number, 1);
+}
+
+consac::Status FConsacHerd::SetActionChoice(const UConsacAgentComponent& Agent, FName Name, int32 Choice)
+{
+	if (const consac::Leaf* Leaf = ActionLeaf(Agent, Name))
+	{
+		CONSAC_RETURN_IF_ERROR(ConsacPlugin::CheckChoice(*Leaf, Choice));
+	}
+	const float Number = static_cast<float>(Choice);
+	return SetAction(Agent, Name, &Number, 1);
+}
+
 consac::Status FConsacHerd::SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count)
 {
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
@@ -287,7 +321,14 @@ consac::Status FConsacHerd::SetAction(const UConsacAgentComponent& Agent, FName 
 	{
 		return consac::Status(consac::StatusCode::kNotFound, "there is no such action, or none is wanted now");
 	}
-	return ConsacPlugin::WriteLeaf(*Leaf, TheWorld->Action(Agent.Place), Values, Count);
+	std::byte* Row = TheWorld->Action(Agent.Place);
+	CONSAC_RETURN_IF_ERROR(ConsacPlugin::WriteLeaf(*Leaf, Row, Values, Count));
+	for (int64 Index = 0; Index < Count; ++Index)
+	{
+		const std::pair<double, double> Bounds = consac::ElementBounds(*Leaf, Index);
+		consac::WriteElement(*Leaf, Row, Index, std::clamp(consac::ReadElement(*Leaf, Row, Index), Bounds.first, Bounds.second));
+	}
+	return consac::Status::Ok();
 }
 
 bool FConsacHerd::SetAllowed(const UConsacAgentComponent& Agent, FName Name, int32 Choice, bool bAllowed)

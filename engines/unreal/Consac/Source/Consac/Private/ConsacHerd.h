@@ -18,10 +18,12 @@ public:
 	/** Gathers agents that have begun to play. The error names the agent or the entry that does not fit.
 	 *  @param Room Places of each kind of agent where they come and go; 0: as many as there are now. */
 	consac::Status Gather(const TArray<UConsacAgentComponent*>& Agents, int32 Room);
-	/** An agent more; kResourceExhausted when every place of its kind is taken. */
+	/** An agent more, unless it has a place already; kResourceExhausted when every place of its kind is taken. */
 	consac::Status Join(UConsacAgentComponent& Agent);
-	/** It has gone. Where agents do not come and go its place stays, empty: it sees and does nothing. */
+	/** It has gone: its episode is truncated where it was last seen, and its place takes no part until another one has it. */
 	void Leave(UConsacAgentComponent& Agent);
+	/** For who leaves while the game goes on: a line in the log, once. */
+	void SayThatItLeaves(const UConsacAgentComponent& Agent);
 
 	/** What a driver drives. */
 	consac::host::TickWorld& World() { return *TheWorld; }
@@ -48,7 +50,9 @@ public:
 	void AddReward(UConsacAgentComponent& Agent, float Reward);
 	void EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End);
 	consac::Status SetObservation(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
+	consac::Status SetObservedChoice(const UConsacAgentComponent& Agent, FName Name, int32 Choice);
 	consac::Status SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
+	consac::Status SetActionChoice(const UConsacAgentComponent& Agent, FName Name, int32 Choice);
 	bool SetAllowed(const UConsacAgentComponent& Agent, FName Name, int32 Choice, bool bAllowed);
 	/** One number of an action; `Otherwise` where there is none. */
 	float GetActionNumber(const UConsacAgentComponent& Agent, FName Name, int32 Index, float Otherwise) const;
@@ -71,7 +75,6 @@ private:
 		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
 		bool bNew = true;                   // no decision was made for it yet
 		bool bShown = false;                // what it sees was offered: a decision can be made for it
-		bool bGone = false;                 // an agent left it, or took it over: the episode of before has yet to be ended
 		bool bBegins = false;               // its episode ends with this step, and its last observation is written
 	};
 
@@ -95,7 +98,7 @@ private:
 	TArray<float> Sensed;
 	int32 Ticks = 1;
 	bool bSenses = false;  // somebody has sensors
-	bool bRoom = false;
+	bool bSaidWhoLeft = false;
 	bool bActing = false;
 	bool bJudged = false;  // which episodes end with this step is settled
 };

@@ -90,9 +90,10 @@ consac::Status FConsacHerd::Begin()
 	{
 		if (TheWorld->Resets(Id))
 		{
-			Places[static_cast<std::size_t>(Id)].bGone = false;
+			// Without its sign, and otherwise as it is: seeds of neighbours differ in their last bit.
+			constexpr std::uint64_t Largest = std::numeric_limits<int64>::max();
 			const std::optional<std::uint64_t> Seed = TheWorld->Seed(Id);
-			BeginEpisode(Id, Seed ? static_cast<int64>(*Seed >> 1) : -1);
+			BeginEpisode(Id, Seed ? static_cast<int64>(*Seed & Largest) : -1);
 		}
 	}
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
@@ -138,7 +139,13 @@ void FConsacHerd::Act(bool bByHand)
 void FConsacHerd::Judge(consac::host::AgentId Id)
 {
 	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-	if (UConsacAgentComponent* Agent = Taken.bNew ? nullptr : Taken.Agent.Get())
+	UConsacAgentComponent* Agent = Taken.Agent.Get();
+	if (Agent == nullptr)
+	{
+		TheWorld->Leave(Id); // also of one that was collected before its end of play
+		return;
+	}
+	if (!Taken.bNew)
 	{
 		++Agent->EpisodeSteps;
 		if (Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps)
@@ -153,20 +160,14 @@ void FConsacHerd::Judge(consac::host::AgentId Id)
 void FConsacHerd::Turn(consac::host::AgentId Id)
 {
 	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-	if (Taken.bGone)
-	{
-		Taken.bGone = false;
-		TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
-	}
 	Taken.bBegins = TheWorld->Joined(Id) && TheWorld->Ending(Id);
 	if (!Taken.bBegins)
 	{
 		return;
 	}
-	if (Taken.bNew || Taken.Agent.Get() == nullptr)
+	if (Taken.Agent.Get() == nullptr)
 	{
-		// The episode was that of one who has gone and cannot look again: it ends with what was offered last. The
-		// newcomer, if there is one, has begun when it came.
+		// It cannot look again: the episode ends with what was offered last.
 		std::memcpy(TheWorld->FinalObservation(Id), TheWorld->Observation(Id), Taken.Row.size());
 		return;
 	}

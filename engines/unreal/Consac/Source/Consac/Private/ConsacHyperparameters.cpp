@@ -186,6 +186,34 @@ FString ConsacTextOf(EConsacInit Value)
 	return TEXT("orthogonal");
 }
 
+FString ConsacTextOf(EConsacReplayBufferClass Value)
+{
+	switch (Value)
+	{
+	case EConsacReplayBufferClass::ReplayBuffer:
+		return TEXT("ReplayBuffer");
+	case EConsacReplayBufferClass::HerReplayBuffer:
+		return TEXT("HerReplayBuffer");
+	}
+	return TEXT("ReplayBuffer");
+}
+
+FString ConsacTextOf(EConsacGoalSelectionStrategy Value)
+{
+	switch (Value)
+	{
+	case EConsacGoalSelectionStrategy::Future:
+		return TEXT("future");
+	case EConsacGoalSelectionStrategy::Final:
+		return TEXT("final");
+	case EConsacGoalSelectionStrategy::Episode:
+		return TEXT("episode");
+	case EConsacGoalSelectionStrategy::Random:
+		return TEXT("random");
+	}
+	return TEXT("future");
+}
+
 FString ConsacTextOf(EConsacActionNoise Value)
 {
 	switch (Value)
@@ -198,6 +226,18 @@ FString ConsacTextOf(EConsacActionNoise Value)
 		return TEXT("ornstein_uhlenbeck");
 	}
 	return TEXT("none");
+}
+
+FString ConsacTextOf(EConsacActorStep Value)
+{
+	switch (Value)
+	{
+	case EConsacActorStep::BeforeCritic:
+		return TEXT("before_critic");
+	case EConsacActorStep::AfterCritic:
+		return TEXT("after_critic");
+	}
+	return TEXT("before_critic");
 }
 }
 
@@ -431,6 +471,10 @@ void UConsacDqnHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddBoolean(Into, TEXT("dueling"), bDueling);
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
+	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
+	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));
+	AddText(Into, TEXT("her_form"), ConsacTextOf(HerForm));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
 	AddReal(Into, TEXT("clip_obs"), ClipObs);
@@ -454,8 +498,8 @@ void UConsacSacHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddInteger(Into, TEXT("learning_starts"), LearningStarts);
 	AddInteger(Into, TEXT("n_steps"), NSteps);
 	AddText(Into, TEXT("train_freq_unit"), ConsacTextOf(TrainFreqUnit));
-	AddReal(Into, TEXT("tau"), Tau);
 	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddReal(Into, TEXT("tau"), Tau);
 	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
 	AddText(Into, TEXT("ent_coef"), EntCoef);
 	AddText(Into, TEXT("target_entropy"), TargetEntropy);
@@ -474,6 +518,10 @@ void UConsacSacHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
+	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
+	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));
+	AddText(Into, TEXT("her_form"), ConsacTextOf(HerForm));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
 	AddReal(Into, TEXT("clip_obs"), ClipObs);
@@ -497,8 +545,8 @@ void UConsacTd3Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddInteger(Into, TEXT("learning_starts"), LearningStarts);
 	AddInteger(Into, TEXT("n_steps"), NSteps);
 	AddText(Into, TEXT("train_freq_unit"), ConsacTextOf(TrainFreqUnit));
-	AddReal(Into, TEXT("tau"), Tau);
 	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddReal(Into, TEXT("tau"), Tau);
 	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
 	AddInteger(Into, TEXT("policy_delay"), PolicyDelay);
 	AddReal(Into, TEXT("target_policy_noise"), TargetPolicyNoise);
@@ -516,6 +564,96 @@ void UConsacTd3Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
+	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
+	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));
+	AddText(Into, TEXT("her_form"), ConsacTextOf(HerForm));
+	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
+	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
+	AddReal(Into, TEXT("clip_obs"), ClipObs);
+	AddReal(Into, TEXT("clip_reward"), ClipReward);
+	AddReal(Into, TEXT("norm_epsilon"), NormEpsilon);
+}
+
+FString UConsacDdpgHyperparameters::GetAlgorithm() const
+{
+	return TEXT("ddpg");
+}
+
+void UConsacDdpgHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) const
+{
+	AddReal(Into, TEXT("gamma"), Gamma);
+	AddInteger(Into, TEXT("buffer_size"), BufferSize);
+	AddInteger(Into, TEXT("learning_starts"), LearningStarts);
+	AddInteger(Into, TEXT("n_steps"), NSteps);
+	AddText(Into, TEXT("train_freq_unit"), ConsacTextOf(TrainFreqUnit));
+	AddText(Into, TEXT("truncation"), ConsacTextOf(Truncation));
+	AddReal(Into, TEXT("tau"), Tau);
+	AddText(Into, TEXT("log_keys"), ConsacTextOf(LogKeys));
+	AddInteger(Into, TEXT("batch_size"), BatchSize);
+	AddText(Into, TEXT("learning_rate"), ConsacTextOf(LearningRate));
+	if (bSetActorLr)
+	{
+		AddText(Into, TEXT("actor_lr"), ConsacTextOf(ActorLr));
+	}
+	else
+	{
+		AddText(Into, TEXT("actor_lr"), TEXT("none"));
+	}
+	AddInteger(Into, TEXT("train_freq"), TrainFreq);
+	AddInteger(Into, TEXT("gradient_steps"), GradientSteps);
+	if (bSetClipNorm)
+	{
+		AddReal(Into, TEXT("clip_norm"), ClipNorm);
+	}
+	else
+	{
+		AddText(Into, TEXT("clip_norm"), TEXT("none"));
+	}
+	AddReal(Into, TEXT("critic_l2_reg"), CriticL2Reg);
+	AddReal(Into, TEXT("reward_scale"), RewardScale);
+	AddBoolean(Into, TEXT("normalize_returns"), bNormalizeReturns);
+	AddBoolean(Into, TEXT("enable_popart"), bEnablePopart);
+	if (bSetReturnRange)
+	{
+		AddReal(Into, TEXT("return_range"), ReturnRange);
+	}
+	else
+	{
+		AddText(Into, TEXT("return_range"), TEXT("none"));
+	}
+	AddText(Into, TEXT("actor_step"), ConsacTextOf(ActorStep));
+	AddInteger(Into, TEXT("action_layer"), ActionLayer);
+	if (bSetOutputBound)
+	{
+		AddReal(Into, TEXT("output_bound"), OutputBound);
+	}
+	else
+	{
+		AddText(Into, TEXT("output_bound"), TEXT("none"));
+	}
+	AddBoolean(Into, TEXT("param_noise"), bParamNoise);
+	AddReal(Into, TEXT("param_noise_stddev"), ParamNoiseStddev);
+	AddReal(Into, TEXT("desired_action_stddev"), DesiredActionStddev);
+	AddReal(Into, TEXT("adoption_coefficient"), AdoptionCoefficient);
+	AddInteger(Into, TEXT("param_noise_adaption_interval"), ParamNoiseAdaptionInterval);
+	AddText(Into, TEXT("action_noise"), ConsacTextOf(ActionNoise));
+	AddReal(Into, TEXT("noise_std"), NoiseStd);
+	AddReal(Into, TEXT("noise_mean"), NoiseMean);
+	AddReal(Into, TEXT("noise_theta"), NoiseTheta);
+	AddReal(Into, TEXT("noise_dt"), NoiseDt);
+	AddReal(Into, TEXT("random_exploration"), RandomExploration);
+	AddText(Into, TEXT("optimizer"), ConsacTextOf(Optimizer));
+	AddReal(Into, TEXT("adam_epsilon"), AdamEpsilon);
+	AddText(Into, TEXT("policy"), ConsacTextOf(Policy));
+	AddText(Into, TEXT("net_arch"), NetArch);
+	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
+	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
+	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
+	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
+	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));
+	AddText(Into, TEXT("her_form"), ConsacTextOf(HerForm));
 	AddBoolean(Into, TEXT("norm_obs"), bNormObs);
 	AddBoolean(Into, TEXT("norm_reward"), bNormReward);
 	AddReal(Into, TEXT("clip_obs"), ClipObs);

@@ -44,7 +44,7 @@ void UConsacRaySensorComponent::Sense(TArray<float>& Values)
 		const FVector End(Start.X + Along * Forward.X + Across * Right.X, Start.Y + Along * Forward.Y + Across * Right.Y,
 			Start.Z + Along * Forward.Z + Across * Right.Z);
 		FHitResult Hit;
-		const bool bHit = World != nullptr && World->LineTraceSingleByChannel(Hit, Start, End, ECC_Visibility, Parameters);
+		const bool bHit = World != nullptr && World->LineTraceSingleByChannel(Hit, Start, End, Channel, Parameters);
 		Values.Add(bHit ? Hit.Time : 1.0f);
 	}
 }

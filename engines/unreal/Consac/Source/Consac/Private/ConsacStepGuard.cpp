@@ -35,7 +35,8 @@ struct FBrake
 	float Released;
 	float Before = 0.0f;
 };
-static FBrake Brakes[] = { { TEXT("t.MaxFPS"), ManyFrames }, { TEXT("t.IdleWhenNotForeground"), 0.0f }, { TEXT("r.VSync"), 0.0f }, { TEXT("r.VSyncEditor"), 0.0f } };
+static FBrake Brakes[] = { { TEXT("t.MaxFPS"), ManyFrames }, { TEXT("t.IdleWhenNotForeground"), 0.0f }, { TEXT("r.VSync"), 0.0f },
+	{ TEXT("r.VSyncEditor"), 0.0f }, { TEXT("r.DontLimitOnBattery"), 1.0f } };
 static int32 SpeedGuards = 0; // that live
 
 // A variable keeps the priority that it has: one that was set on the console would refuse anything less, and one that is put

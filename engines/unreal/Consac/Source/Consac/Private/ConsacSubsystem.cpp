@@ -67,6 +67,11 @@ void UConsacSubsystem::RemoveTrainer(AConsacTrainer* OldTrainer)
 
 void UConsacSubsystem::AddWaiting(UConsacWaitMessageAction* Action)
 {
+	if (bEnds)
+	{
+		Action->SetReadyToDestroy(); // without a pin: a graph that tries again on failure would do so for ever
+		return;
+	}
 	Waiting.Add(Action);
 }
 
@@ -99,14 +104,16 @@ void UConsacSubsystem::Initialize(FSubsystemCollectionBase& Collection)
 void UConsacSubsystem::Deinitialize()
 {
 	FTSTicker::GetCoreTicker().RemoveTicker(Ticker);
-	for (const TWeakObjectPtr<UConsacWaitMessageAction>& Action : Waiting)
+	const TArray<TWeakObjectPtr<UConsacWaitMessageAction>> Last = MoveTemp(Waiting);
+	Waiting.Reset();
+	bEnds = true;
+	for (const TWeakObjectPtr<UConsacWaitMessageAction>& Action : Last)
 	{
 		if (IsValid(Action.Get()))
 		{
-			Action->SetReadyToDestroy();
+			Action->GiveUp();
 		}
 	}
-	Waiting.Reset();
 	Agents.Reset();
 	Trainers.Reset();
 	Super::Deinitialize();

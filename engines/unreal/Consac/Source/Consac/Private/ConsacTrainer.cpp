@@ -65,25 +65,54 @@ void AConsacTrainer::Report(const FString& Error)
 
 void AConsacTrainer::StartTraining(EConsacResult& Result, FString& Error)
 {
-	State->bStarted = true;
-	ConsacPlugin::Answer(State->Begin(*this), Result, Error);
+	// While a stop is under way what is to follow it is noted. Before the first tick agents of the same level may not play yet.
+	const bool bEarly = !State->bStopWanted && !State->bTicked;
+	const consac::Status Status = State->bStopWanted || bEarly ? State->MayBegin(*this) : State->Begin(*this);
+	State->bStartWanted = State->bStopWanted && Status.ok();
+	State->bAsked = State->bAsked || (bEarly && Status.ok());
+	State->bStarted = Status.ok() ? !bEarly : State->bStarted;
+	ConsacPlugin::Answer(Status, Result, Error);
 }
 
 void AConsacTrainer::StopTraining()
 {
+	State->bStarted = true; // nothing begins by itself any more
+	State->bStartWanted = State->bAsked = false; // that was before
+	Stop();
+}
+
+void AConsacTrainer::Stop()
+{
+	State->bStopWanted = true;
 	if (State->bBusy)
 	{
-		State->bStopWanted = true;
 		return;
 	}
 	const double Until = consac::Now() + ConsacPlugin::SecondsOf(MaxWaitSeconds);
+	State->bBusy = true; // whoever hears of the end may call anything: it is done after this
 	TellCompleted(Until - consac::Now());
+	State->bBusy = false;
 	const std::string Kept = State->Driver && !State->bCompleted ? ConsacPlugin::FolderOf(SaveFolder) : std::string();
 	const std::string Records = State->Driver ? ConsacPlugin::FolderOf(RecordFolder) : std::string();
 	const std::string Fault = State->End(Kept, Records, Until - consac::Now());
 	if (!Fault.empty())
 	{
-		Report(ConsacPlugin::FromUtf8(Fault)); // last: whoever hears it may call anything
+		Report(ConsacPlugin::FromUtf8(Fault)); // whoever hears it may call anything
+	}
+	StartNoted();
+}
+
+// What was to begin after the stop.
+void AConsacTrainer::StartNoted()
+{
+	if (!std::exchange(State->bStartWanted, false) || State->Driver)
+	{
+		return;
+	}
+	const consac::Status Status = State->Begin(*this);
+	if (!Status.ok())
+	{
+		Report(ConsacPlugin::FromUtf8(Status.message()));
 	}
 }
 
@@ -131,18 +160,18 @@ void AConsacTrainer::AgentCame(UConsacAgentComponent* Agent)
 
 void AConsacTrainer::BeginPlay()
 {
-	Super::BeginPlay();
+	// First, so that its own Event Begin Play may call Start Training.
 	UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this);
-	State->bAway = GetWorld() != nullptr && GetWorld()->GetNetMode() == NM_Client;
-	if (Subsystem == nullptr || State->bAway)
+	State->bOver = false;
+	if (Subsystem != nullptr && !State->IsAway(*this))
 	{
-		return;
+		Subsystem->AddTrainer(this);
+		if (Subsystem->GetTrainer() != this)
+		{
+			UE_LOG(LogConsac, Display, TEXT("%s waits for its turn: another Consac Trainer drives the agents of this world"), *GetName());
+		}
 	}
-	Subsystem->AddTrainer(this);
-	if (Subsystem->GetTrainer() != this)
-	{
-		UE_LOG(LogConsac, Display, TEXT("%s waits for its turn: another Consac Trainer drives the agents of this world"), *GetName());
-	}
+	Super::BeginPlay();
 }
 
 void AConsacTrainer::EndPlay(const EEndPlayReason::Type EndPlayReason)
@@ -152,7 +181,9 @@ void AConsacTrainer::EndPlay(const EEndPlayReason::Type EndPlayReason)
 	{
 		Subsystem->RemoveTrainer(this);
 	}
-	StopTraining();
+	State->bOver = true;
+	State->bStartWanted = State->bAsked = State->bTicked = false;
+	Stop();
 	State->bStarted = false;
 	Super::EndPlay(EndPlayReason);
 }
@@ -167,9 +198,11 @@ void AConsacTrainer::Tick(float DeltaSeconds)
 	}
 	if (bPaused)
 	{
+		State->SetSpeed(false); // nothing moves: no card is to draw it 100,000 times a second
 		return;
 	}
 	Super::Tick(DeltaSeconds);
+	State->bTicked = true;
 	StartInTurn();
 	Advance();
 	const bool bTrains = State->bMet && !State->bCompleted && (Mode == EConsacMode::Serve || Mode == EConsacMode::Train);
@@ -180,11 +213,11 @@ void AConsacTrainer::Tick(float DeltaSeconds)
 	}
 }
 
-// Begins by itself once, when it is its turn; while no agent is there, or another game of this computer has the port, it is tried
+// Begins by itself once, or because Start Training was called before the first tick, when it is its turn; while no agent is there, or another game of this computer has the port, it is tried
 // again every second, and each reason is told once.
 void AConsacTrainer::StartInTurn()
 {
-	const UConsacSubsystem* Subsystem = bAutoStart && !State->bStarted && !State->bAway ? UConsacSubsystem::Of(this) : nullptr;
+	const UConsacSubsystem* Subsystem = (bAutoStart || State->bAsked) && !State->bStarted ? UConsacSubsystem::Of(this) : nullptr;
 	if (Subsystem == nullptr || Subsystem->GetTrainer() != this || consac::Now() < State->TryAgainAt)
 	{
 		return;
@@ -209,7 +242,7 @@ void AConsacTrainer::Advance()
 	for (const TWeakObjectPtr<UConsacAgentComponent>& Newcomer : ConsacPlugin::Taken(State->Newcomers))
 	{
 		UConsacAgentComponent* Agent = Newcomer.Get();
-		if (State->Driver && IsValid(Agent))
+		if (State->Driver && IsValid(Agent) && Agent->HasBegunPlay()) // it may have ended to play since
 		{
 			const consac::Status Status = State->Herd->Join(*Agent);
 			if (!Status.ok())
@@ -219,9 +252,11 @@ void AConsacTrainer::Advance()
 		}
 	}
 	const int32 Steps = State->Driver && State->Herd->Period() == 1 && MaxStepsPerTick > 1 ? MaxStepsPerTick : 1;
+	const bool bWaits = bLockStep || FApp::IsUnattended();
+	const double Until = consac::Now() + (bWaits ? ConsacPlugin::SecondsOf(MaxWaitSeconds) : 0.0); // of all steps together
 	for (int32 Step = 0; Step < Steps && State->Driver && !State->bStopWanted; ++Step)
 	{
-		if (!DoStep())
+		if (!DoStep(Until))
 		{
 			break;
 		}
@@ -229,15 +264,13 @@ void AConsacTrainer::Advance()
 	State->bBusy = false;
 	if (State->bStopWanted)
 	{
-		StopTraining();
+		Stop();
 	}
 }
 
-bool AConsacTrainer::DoStep()
+bool AConsacTrainer::DoStep(double Until)
 {
 	using consac::host::Cue;
-	const bool bWaits = bLockStep || FApp::IsUnattended();
-	const double Until = consac::Now() + (bWaits ? ConsacPlugin::SecondsOf(MaxWaitSeconds) : 0.0);
 	FConsacHerd& Herd = *State->Herd;
 	consac::Status Status;
 	if (Herd.IsActing())
@@ -258,7 +291,11 @@ bool AConsacTrainer::DoStep()
 	{
 		Report(ConsacPlugin::FromUtf8(Status.message()));
 	}
-	if (State->Driver->finished() && !State->bCompleted)
+	if (!State->Driver->finished())
+	{
+		State->bCompleted = false; // a further trainer has come
+	}
+	else if (!State->bCompleted)
 	{
 		Complete();
 	}
@@ -322,7 +359,14 @@ void AConsacTrainer::StartProgram()
 	{
 		TArray<FConsacHyperparameter> Rows;
 		Hyperparameters->Collect(Rows);
-		Settings.Algorithm = Settings.Algorithm.IsEmpty() ? Hyperparameters->GetAlgorithm() : Settings.Algorithm;
+		const FString Algorithm = Hyperparameters->GetAlgorithm();
+		if (!Settings.Algorithm.IsEmpty() && Settings.Algorithm != Algorithm)
+		{
+			Report(FString::Printf(TEXT("Program asks for the algorithm %s, Hyperparameters are those of %s; leave one of them empty, or let both be the same"),
+				*Settings.Algorithm, *Algorithm));
+			return;
+		}
+		Settings.Algorithm = Algorithm;
 		for (const FConsacHyperparameter& Row : Rows)
 		{
 			Arguments.Append({ TEXT("--set"), FString::Printf(TEXT("%s=%s"), *Row.Name, *Row.Value) });

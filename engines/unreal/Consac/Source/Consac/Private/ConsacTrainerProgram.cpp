@@ -58,10 +58,12 @@ static bool Quoted(const FString& Argument, std::string& Line)
 	return true;
 }
 
-// Where to reach who listens on every address: Windows connects to none of these.
+// Where to reach who listens on every address: Windows connects to none of these. An address of IPv6 stands in brackets.
 static FString HostToReach(const FString& Host)
 {
-	return Host == FString(TEXT("0.0.0.0")) ? FString(TEXT("127.0.0.1")) : Host == FString(TEXT("::")) ? FString(TEXT("::1")) : Host;
+	const FString Reached = Host == FString(TEXT("0.0.0.0")) ? FString(TEXT("127.0.0.1")) : Host == FString(TEXT("::")) ? FString(TEXT("::1")) : Host;
+	const std::string Text = ToUtf8(Reached);
+	return Text.find(':') != std::string::npos && Text.front() != '[' ? FString::Printf(TEXT("[%s]"), *Reached) : Reached;
 }
 
 // A name that no run has yet, so that nothing is written over.

@@ -7,26 +7,46 @@
 #include "ConsacSubsystem.h"
 #include "ConsacTrainer.h"
 #include "ConsacTrainerDrivers.h"
+#include "Engine/EngineBaseTypes.h"
 #include "Engine/World.h"
+
+bool FConsacTrainerState::IsAway(const AConsacTrainer& Trainer)
+{
+	const UWorld* World = Trainer.GetWorld();
+	return World != nullptr && World->GetNetMode() == NM_Client;
+}
+
+consac::Status FConsacTrainerState::MayBegin(const AConsacTrainer& Trainer) const
+{
+	using consac::Status;
+	using consac::StatusCode;
+	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(&Trainer);
+	if (IsAway(Trainer))
+	{
+		return Status(StatusCode::kFailedPrecondition, "this is a client of a network game; its server trains");
+	}
+	if (Subsystem == nullptr || bOver)
+	{
+		return Status(StatusCode::kFailedPrecondition, Subsystem == nullptr ? "the game does not run" : "this Consac Trainer plays no more");
+	}
+	const AConsacTrainer* const Driving = Subsystem->GetTrainer(); // none before this one begins to play
+	if (Driving != nullptr && Driving != &Trainer)
+	{
+		return Status(StatusCode::kFailedPrecondition, "another Consac Trainer drives the agents of this world; it is this one's turn once that has gone");
+	}
+	return Status::Ok();
+}
 
 consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 {
 	using consac::Status;
 	using consac::StatusCode;
-	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(&Trainer);
-	if (bAway)
-	{
-		return Status(StatusCode::kFailedPrecondition, "this is a client of a network game; its server trains");
-	}
-	if (Subsystem == nullptr || Subsystem->GetTrainer() != &Trainer)
-	{
-		return Status(StatusCode::kFailedPrecondition, "the game does not run, or another Consac Trainer drives its agents");
-	}
+	CONSAC_RETURN_IF_ERROR(MayBegin(Trainer));
 	if (Driver)
 	{
 		return Status(StatusCode::kFailedPrecondition, "the training has begun already; Stop Training ends it");
 	}
-	const TArray<UConsacAgentComponent*> Agents = Subsystem->GetAgents();
+	const TArray<UConsacAgentComponent*> Agents = UConsacSubsystem::Of(&Trainer)->GetAgents();
 	if (Agents.IsEmpty())
 	{
 		return Status(StatusCode::kFailedPrecondition, "there is no actor with a Consac Agent");

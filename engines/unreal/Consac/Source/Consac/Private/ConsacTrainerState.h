@@ -26,21 +26,28 @@ struct FConsacTrainerState
 	std::unique_ptr<FConsacSpeedGuard> Speed;
 	int32 TicksPassed = 0;
 	int64 Ended = 0;             // sessions of the driver that came to an end
-	bool bStarted = false;       // Start Training was tried
+	bool bStarted = false;       // it has begun or was stopped once: nothing begins by itself any more
 	bool bMet = false;           // somebody decides: a trainer is connected, a learner or a model has begun
 	bool bCompleted = false;
 	bool bUntold = false;        // of that, since its models are not written yet
 	ConsacPlugin::FLeaving* Keeping = nullptr; // who writes them
 	bool bBusy = false;          // agents' events are under way
-	bool bStopWanted = false;    // one of them has called Stop Training
+	bool bStopWanted = false;    // one of them has called Stop Training, or a stop is under way
+	bool bStartWanted = false;   // and Start Training after it
 	bool bPaused = false;        // the driver was told so
-	bool bAway = false;          // this is a client of a network game
+	bool bTicked = false;        // since it began to play: whoever begins to play with the level plays by then
+	bool bAsked = false;         // Start Training was called before that
+	bool bOver = false;          // it has ended to play
 	std::vector<TWeakObjectPtr<UConsacAgentComponent>> Newcomers;
 	double LoggedAt = 0.0;
 	double TryAgainAt = 0.0;     // when to start once more: no agent is there, or another game has the port
 	std::string Told;            // why it could not start
 	FConsacProgress Last;        // of what has ended
 
+	/** Whether this is a client of a network game. */
+	static bool IsAway(const AConsacTrainer& Trainer);
+	/** Whether this trainer is one that may begin at all, now or once it plays. */
+	consac::Status MayBegin(const AConsacTrainer& Trainer) const;
 	/** Gathers the agents and begins. */
 	consac::Status Begin(AConsacTrainer& Trainer);
 	/** Polls the driver, for at most so long, and notes what came of it. */

@@ -33,6 +33,12 @@ void UConsacWaitMessageAction::Activate()
 	}
 }
 
+void UConsacWaitMessageAction::GiveUp()
+{
+	SetReadyToDestroy();
+	OnFailed.Broadcast(FString(), TEXT("the level has ended before a message came"));
+}
+
 bool UConsacWaitMessageAction::Look(float DeltaSeconds)
 {
 	EConsacAnswer Answer = EConsacAnswer::Failed;

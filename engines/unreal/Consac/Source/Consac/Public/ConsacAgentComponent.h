@@ -36,7 +36,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent", meta=(TitleProperty="Name"))
 	TArray<FConsacEntry> Actions;
 
-	/** Ticks from one decision to the next. All agents of a world decide together: the longest period counts. */
+	/** Ticks from one decision to the next. All agents of a world decide together: the longest period of those that are there when the
+	 *  training begins counts. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent", meta=(ClampMin="1"))
 	int32 DecisionPeriod = 1;
 
@@ -76,7 +77,7 @@ public:
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Set Observation Vector"))
 	bool SetObservationVector(FName Name, FVector Value);
 
-	/** The same for an entry that is a choice. */
+	/** The same for an entry that is a choice. False, and a line in the log, also when it has no such choice. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Set Observation Choice"))
 	bool SetObservationChoice(FName Name, int32 Choice);
 
@@ -100,15 +101,19 @@ public:
 	UFUNCTION(BlueprintCallable, BlueprintPure=false, Category="Consac|Agent", meta=(DisplayName="Get Action Numbers"))
 	TArray<float> GetActionNumbers(FName Name) const;
 
-	/** In On Heuristic: the choice. False when there is no such entry or choice. */
+	/** In On Heuristic: the choice. False, and a line in the log, when there is no such entry, it is no choice, or has no such one. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Set Action Choice"))
 	bool SetActionChoice(FName Name, int32 Choice);
 
-	/** In On Heuristic: the numbers. False when there is no such entry or another number of numbers. */
+	/** In On Heuristic: the numbers; one beyond the bounds of its entry is taken as the bound. False, and a line in the log, when there
+	 *  is no such entry, it takes another number of numbers, or one is not finite. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Set Action Numbers"))
 	bool SetActionNumbers(FName Name, const TArray<float>& Values);
 
-	/** In On Observe: whether a choice is legal at the coming decision; all are unless forbidden. */
+	/** In On Observe: whether a choice is legal at the coming decision; all are unless forbidden. False, and nothing is changed, when there is no
+	 *  such entry or choice, or Forbids Choices is off.
+	 *  @param Choice From 0 on. MultiDiscrete: those of all entries in one row, the second's after the first's. MultiBinary: 2 for each bit,
+	 *  off and then on. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Set Choice Allowed"))
 	bool SetChoiceAllowed(FName Name, int32 Choice, bool bAllowed);
 
@@ -135,7 +140,7 @@ public:
 private:
 	friend class FConsacHerd;
 
-	UPROPERTY()
+	UPROPERTY(Transient, DuplicateTransient)
 	TArray<TObjectPtr<UConsacSensorComponent>> Sensors;
 
 	FConsacHerd* Herd = nullptr;

@@ -20,11 +20,11 @@ class CONSAC_API UConsacCameraSensorComponent : public UConsacSensorComponent
 public:
 	UConsacCameraSensorComponent();
 
-	/** Columns of the picture. */
+	/** Columns of the picture. Until the training begins it may be changed, in play too. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor", meta=(ClampMin="1", ClampMax="1024"))
 	int32 Width = 84;
 
-	/** Rows of the picture. */
+	/** Rows of the picture; likewise. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor", meta=(ClampMin="1", ClampMax="1024"))
 	int32 Height = 84;
 
@@ -39,12 +39,13 @@ public:
 	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
 
 private:
-	UPROPERTY()
+	UPROPERTY(Transient, DuplicateTransient)
 	TObjectPtr<USceneCaptureComponent2D> Capture;
 
-	UPROPERTY()
+	UPROPERTY(Transient, DuplicateTransient)
 	TObjectPtr<UTextureRenderTarget2D> Target;
 
+	void FitTarget();
 	static void ReadAll();
 
 	TArray<FColor> Colours; // as read last

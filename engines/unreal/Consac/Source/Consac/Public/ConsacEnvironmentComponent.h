@@ -28,17 +28,18 @@ public:
 	float LoopWaitSeconds = 0.0f;
 
 	/** While somebody trains, frames follow each other as fast as the computer can: no frame limit, no vertical synchronisation,
-	 *  and the editor does not slow down in the background. All settings that this changes are put back at the end, but for
-	 *  those that somebody else has changed meanwhile. A dedicated server keeps its own rate. */
+	 *  and the editor does not slow down in the background. All settings that this changes are put back at the end, and while
+	 *  the game is paused, but for those that somebody else has changed meanwhile. A dedicated server keeps its own rate. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Environment")
 	bool bFullSpeed = true;
 
-	/** The training has come to its end. */
+	/** The training has come to its end, and its port is closed. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Environment")
 	FConsacTrainingCompletedEvent OnTrainingCompleted;
 
-	/** Says what can be seen and done, how long to train, and where a trainer may connect. Ends what was under way.
-	 *  @param TrainingLength Steps; 0 together with a model name: the trainer only acts by that model.
+	/** Says what can be seen and done, how long to train, and where a trainer may connect. Ends what was under way; where it fails, that
+	 *  goes on.
+	 *  @param TrainingLength Steps; 0 together with a model name: the trainer only acts by that model; 0 without: the trainer decides.
 	 *  @param Port The port; 0 for any that is free. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Environment",
 		meta=(DisplayName="Setup Environment", ExpandEnumAsExecs="Result", AdvancedDisplay="Host,Port"))
@@ -61,7 +62,8 @@ public:
 	bool IsTrainingCompleted() const;
 
 	/** From now on a model chooses the actions, in the same graph: Training Connection is Connected, Training asks the
-	 *  model. No network, no other program. Fails when the model was trained for other spaces. */
+	 *  model. No network, no other program. Fails when the model was trained for other spaces; what was under way goes on then, and where nothing
+	 *  was, Training Connection opens the port. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Environment", meta=(DisplayName="Model Connection", ExpandEnumAsExecs="Result"))
 	void ModelConnection(UConsacModel* Model, EConsacResult& Result, FString& Error);
 

@@ -119,6 +119,24 @@ enum class EConsacInit : uint8
 	Pytorch UMETA(DisplayName="pytorch")
 };
 
+/** What ReplayBufferClass may be. */
+UENUM(BlueprintType)
+enum class EConsacReplayBufferClass : uint8
+{
+	ReplayBuffer UMETA(DisplayName="ReplayBuffer"),
+	HerReplayBuffer UMETA(DisplayName="HerReplayBuffer")
+};
+
+/** What GoalSelectionStrategy may be. */
+UENUM(BlueprintType)
+enum class EConsacGoalSelectionStrategy : uint8
+{
+	Future UMETA(DisplayName="future"),
+	Final UMETA(DisplayName="final"),
+	Episode UMETA(DisplayName="episode"),
+	Random UMETA(DisplayName="random")
+};
+
 /** What ActionNoise may be. */
 UENUM(BlueprintType)
 enum class EConsacActionNoise : uint8
@@ -126,6 +144,14 @@ enum class EConsacActionNoise : uint8
 	None UMETA(DisplayName="none"),
 	Normal UMETA(DisplayName="normal"),
 	OrnsteinUhlenbeck UMETA(DisplayName="ornstein_uhlenbeck")
+};
+
+/** What ActorStep may be. */
+UENUM(BlueprintType)
+enum class EConsacActorStep : uint8
+{
+	BeforeCritic UMETA(DisplayName="before_critic"),
+	AfterCritic UMETA(DisplayName="after_critic")
 };
 
 /** A number that stays, or goes down to nothing over the training. */
@@ -288,7 +314,7 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
@@ -445,7 +471,7 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
@@ -577,7 +603,7 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
@@ -683,7 +709,7 @@ public:
 	int32 PrioritizedReplayBetaIters = 1;
 
 	/** Added to every error that becomes a priority. (Stable Baselines 2.10.2, DQN) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-30", ClampMax="1"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000000000000000000000000000001", ClampMax="1"))
 	double PrioritizedReplayEps = 1e-6;
 
 	/** How it acts before learning_starts. (CONSAC; the two generations differ here) */
@@ -752,6 +778,25 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacInit Init = EConsacInit::Pytorch;
 
+	/** Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacReplayBufferClass ReplayBufferClass = EConsacReplayBufferClass::ReplayBuffer;
+
+	/** HER: transitions drawn with another goal for each with its own. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	int32 NSampledGoal = 4;
+
+	/** HER: whose goal, of later in the episode, its end, any of it, any episode. (Stable Baselines3, DQN) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacGoalSelectionStrategy GoalSelectionStrategy = EConsacGoalSelectionStrategy::Future;
+
+	/**
+	 * HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3). (CONSAC; the two
+	 * generations differ here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss HerForm = EConsacValueLoss::Sb3;
+
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bNormObs = false;
@@ -761,7 +806,7 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
@@ -822,16 +867,16 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacTrainFreqUnit TrainFreqUnit = EConsacTrainFreqUnit::Step;
 
-	/** Share of the target network that an update replaces. (Stable Baselines3, SAC) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
-	double Tau = 0.005;
-
 	/**
 	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
 	 * here)
 	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Share of the target network that an update replaces. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Tau = 0.005;
 
 	/** Whose names the logs have. (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -911,6 +956,25 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacInit Init = EConsacInit::Pytorch;
 
+	/** Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacReplayBufferClass ReplayBufferClass = EConsacReplayBufferClass::ReplayBuffer;
+
+	/** HER: transitions drawn with another goal for each with its own. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	int32 NSampledGoal = 4;
+
+	/** HER: whose goal, of later in the episode, its end, any of it, any episode. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacGoalSelectionStrategy GoalSelectionStrategy = EConsacGoalSelectionStrategy::Future;
+
+	/**
+	 * HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3). (CONSAC; the two
+	 * generations differ here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss HerForm = EConsacValueLoss::Sb3;
+
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bNormObs = false;
@@ -920,7 +984,7 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
@@ -981,16 +1045,16 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacTrainFreqUnit TrainFreqUnit = EConsacTrainFreqUnit::Step;
 
-	/** Share of the target network that an update replaces. (Stable Baselines3, TD3) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
-	double Tau = 0.005;
-
 	/**
 	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
 	 * here)
 	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Share of the target network that an update replaces. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Tau = 0.005;
 
 	/** Whose names the logs have. (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -1063,6 +1127,25 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacInit Init = EConsacInit::Pytorch;
 
+	/** Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacReplayBufferClass ReplayBufferClass = EConsacReplayBufferClass::ReplayBuffer;
+
+	/** HER: transitions drawn with another goal for each with its own. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	int32 NSampledGoal = 4;
+
+	/** HER: whose goal, of later in the episode, its end, any of it, any episode. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacGoalSelectionStrategy GoalSelectionStrategy = EConsacGoalSelectionStrategy::Future;
+
+	/**
+	 * HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3). (CONSAC; the two
+	 * generations differ here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss HerForm = EConsacValueLoss::Sb3;
+
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bNormObs = false;
@@ -1072,7 +1155,247 @@ public:
 	bool bNormReward = false;
 
 	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1e-06", ClampMax="1000000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
+	double ClipObs = 10.0;
+
+	/** Largest scaled reward. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double ClipReward = 10.0;
+
+	/** Added to variances. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double NormEpsilon = 1e-8;
+
+	virtual FString GetAlgorithm() const override;
+	virtual void Collect(TArray<FConsacHyperparameter>& Into) const override;
+};
+
+/**
+ * Hyperparameters of ddpg: deep deterministic policy gradient for Box actions, as in Stable Baselines3 or, with
+ * the preset sb2, 2.10.2.
+ */
+UCLASS(BlueprintType)
+class CONSAC_API UConsacDdpgHyperparameters : public UConsacHyperparameters
+{
+	GENERATED_BODY()
+
+public:
+	/** Discount per step. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Gamma = 0.99;
+
+	/** Transitions that are remembered, of all agents together. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 BufferSize = 1000000;
+
+	/** Agent steps before the first gradient. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000000"))
+	int32 LearningStarts = 100;
+
+	/** Steps that a target looks ahead. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 NSteps = 1;
+
+	/** What train_freq counts. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTrainFreqUnit TrainFreqUnit = EConsacTrainFreqUnit::Step;
+
+	/**
+	 * A cut episode goes on in the value estimate (SB3), or counts as ended (SB2). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacTruncation Truncation = EConsacTruncation::Bootstrap;
+
+	/** Share of the target network that an update replaces. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double Tau = 0.005;
+
+	/** Whose names the logs have. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss LogKeys = EConsacValueLoss::Sb3;
+
+	/** Transitions of a gradient step. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000"))
+	int32 BatchSize = 256;
+
+	/** Step size of the critic. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FConsacSchedule LearningRate = FConsacSchedule(1e-3, false);
+
+	/** Whether actor_lr is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetActorLr = false;
+
+	/** Step size of the actor; none: the critic's. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(EditCondition="bSetActorLr"))
+	FConsacSchedule ActorLr = FConsacSchedule(0.0, false);
+
+	/** Steps of each agent, or episodes, between rounds of learning. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 TrainFreq = 1;
+
+	/** Of each round; -1: one for every transition since the last. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 GradientSteps = 1;
+
+	/** Whether clip_norm is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetClipNorm = false;
+
+	/** The norm of each tensor's gradient is clipped to this. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetClipNorm"))
+	double ClipNorm = 0.0;
+
+	/** Weight of half the squares of the critic's hidden weights. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double CriticL2Reg = 0.0;
+
+	/** Factor of rewards. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0"))
+	double RewardScale = 1.0;
+
+	/** The critic learns values by their running moments; with enable_popart. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormalizeReturns = false;
+
+	/** Those are followed, and the critic's last layer with them. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bEnablePopart = false;
+
+	/** Whether return_range is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetReturnRange = false;
+
+	/** What the critic says and learns is clipped to plus and minus this. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", EditCondition="bSetReturnRange"))
+	double ReturnRange = 0.0;
+
+	/**
+	 * The actor learns by the critic of before its step (SB2), or of after (SB3). (CONSAC; the two generations differ
+	 * here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActorStep ActorStep = EConsacActorStep::AfterCritic;
+
+	/** Hidden layers of the critic that read the observation alone. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="64"))
+	int32 ActionLayer = 0;
+
+	/** Whether output_bound is set at all. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(InlineEditConditionToggle))
+	bool bSetOutputBound = false;
+
+	/** Initial outputs have weights within this; none: as the rest. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000", EditCondition="bSetOutputBound"))
+	double OutputBound = 0.0;
+
+	/** Explore by noise in the actor's parameters. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bParamNoise = false;
+
+	/** Its deviation at the start. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000000000000000000000000000001", ClampMax="1000000"))
+	double ParamNoiseStddev = 0.1;
+
+	/** How far it shall move actions, which go from -1 to 1. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="2"))
+	double DesiredActionStddev = 0.1;
+
+	/** Factor by which its deviation grows or shrinks. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="10"))
+	double AdoptionCoefficient = 1.01;
+
+	/** Gradient steps between two of those. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="1000000000"))
+	int32 ParamNoiseAdaptionInterval = 50;
+
+	/** Noise that is added to actions while learning. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActionNoise ActionNoise = EConsacActionNoise::None;
+
+	/** Its deviation, where actions go from -1 to 1. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseStd = 0.1;
+
+	/** Its mean, or what it is drawn back to. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1000000", ClampMax="1000000"))
+	double NoiseMean = 0.0;
+
+	/** Ornstein_uhlenbeck: how strongly it is drawn back. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseTheta = 0.15;
+
+	/** Ornstein_uhlenbeck: time of a step. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double NoiseDt = 0.01;
+
+	/** Probability of a uniform action. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double RandomExploration = 0.0;
+
+	/** Whose form of Adam. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacOptimizer Optimizer = EConsacOptimizer::Pytorch;
+
+	/** Adam's epsilon. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1"))
+	double AdamEpsilon = 1e-8;
+
+	/**
+	 * Kind of network: dense layers, convolutions for images, both; Ln: layer_norm; auto: what the observation needs.
+	 * (Stable Baselines3, DDPG)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacDqnPolicy Policy = EConsacDqnPolicy::Auto;
+
+	/** Widths of hidden layers of actor and critics, or dict(pi=[...], qf=[...]). (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	FString NetArch = TEXT("[400, 300]");
+
+	/** Activation of hidden layers. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacActFun ActivationFn = EConsacActFun::Relu;
+
+	/** Hidden layers are normalised before their activation. (Stable Baselines 2.10.2, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bLayerNorm = false;
+
+	/** How weights start. (CONSAC; the two generations differ here) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacInit Init = EConsacInit::Pytorch;
+
+	/**
+	 * Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, DDPG)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacReplayBufferClass ReplayBufferClass = EConsacReplayBufferClass::ReplayBuffer;
+
+	/** HER: transitions drawn with another goal for each with its own. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	int32 NSampledGoal = 4;
+
+	/** HER: whose goal, of later in the episode, its end, any of it, any episode. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacGoalSelectionStrategy GoalSelectionStrategy = EConsacGoalSelectionStrategy::Future;
+
+	/**
+	 * HER: goals from before a step and no ends (SB2), or from after it and ends as they were (SB3). (CONSAC; the two
+	 * generations differ here)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	EConsacValueLoss HerForm = EConsacValueLoss::Sb3;
+
+	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormObs = false;
+
+	/** Scale rewards by the running deviation of the return. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bNormReward = false;
+
+	/** Largest normalised observation. (Stable Baselines, VecNormalize) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000001", ClampMax="1000000000"))
 	double ClipObs = 10.0;
 
 	/** Largest scaled reward. (Stable Baselines, VecNormalize) */

@@ -47,7 +47,7 @@ public:
 	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Get Action Size"))
 	int32 GetActionSize() const;
 
-	/** The behaviour, the spaces and the network in a line. */
+	/** The behaviour, the spaces and how many parameters the network has, in a line. */
 	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Describe Model"))
 	FString DescribeModel() const;
 

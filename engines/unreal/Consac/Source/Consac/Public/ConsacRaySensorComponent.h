@@ -3,6 +3,8 @@
 
 #include "CoreMinimal.h"
 #include "ConsacSensorComponent.h"
+#include "Containers/EnumAsByte.h"
+#include "Engine/EngineTypes.h"
 #include "ConsacRaySensorComponent.generated.h"
 
 /** How far it is to the next thing, in several directions: 0 here, 1 nothing within the length of a ray. */
@@ -25,6 +27,11 @@ public:
 	/** Length of a ray, in centimetres. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor", meta=(ClampMin="1"))
 	float Length = 1000.0f;
+
+	/** What a ray ends at: whatever blocks this channel. Pawn, what a character would run into: walls, things and other characters.
+	 *  Visibility goes through characters, unless their collision was changed. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor")
+	TEnumAsByte<ECollisionChannel> Channel = ECC_Pawn;
 
 	virtual FConsacSpace GetSpace() const override;
 	virtual void Sense(TArray<float>& Values) override;

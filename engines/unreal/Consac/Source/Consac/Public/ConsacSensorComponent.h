@@ -18,7 +18,7 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor")
 	FName ObservationName;
 
-	/** The latest numbers. */
+	/** Looks anew, and gives the numbers. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Sensor", meta=(DisplayName="Get Sensor Values"))
 	TArray<float> GetSensorValues();
 

@@ -36,16 +36,16 @@ public:
 	void AcceptConnection(EConsacResult& Result, FString& PeerAddress, FString& Error);
 
 	/** Yes when a whole message has come. Sends on what the trainer had not taken yet. Fails once the trainer has left, or takes
-	 *  nothing for 10 s. */
+	 *  nothing for 10 s: the connection is closed then. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Check Pending Data", ExpandEnumAsExecs="Answer"))
 	void CheckPendingData(EConsacAnswer& Answer, FString& Error);
 
-	/** Takes the message that has come. Fails when there is none. */
+	/** Takes the message that has come. Fails when there is none, and once the trainer has left: the connection is closed then. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Accept Pending Data", ExpandEnumAsExecs="Result"))
 	void AcceptPendingData(EConsacResult& Result, FString& Message, FString& Error);
 
 	/** Sends a message; what the trainer does not take at once goes with the next Check Pending Data. Fails when nobody is
-	 *  connected, or 1 MiB waits already. */
+	 *  connected, 1 MiB waits already, or the trainer has left: the connection is closed then. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Socket", meta=(DisplayName="Send Data", ExpandEnumAsExecs="Result"))
 	void SendData(const FString& Message, EConsacResult& Result, FString& Error);
 

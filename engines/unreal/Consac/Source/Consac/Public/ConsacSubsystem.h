@@ -53,4 +53,5 @@ private:
 	TArray<TWeakObjectPtr<AConsacTrainer>> Trainers;
 	TArray<TWeakObjectPtr<UConsacWaitMessageAction>> Waiting;
 	FTSTicker::FDelegateHandle Ticker;
+	bool bEnds = false; // the world goes
 };

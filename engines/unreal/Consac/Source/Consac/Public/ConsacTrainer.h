@@ -74,11 +74,12 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	EConsacMode Mode = EConsacMode::Serve;
 
-	/** Begins with the game, or once its first agent has come; otherwise Start Training begins. */
+	/** Begins with the game, or once its first agent has come, unless Stop Training was called before; otherwise Start Training begins. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	bool bAutoStart = true;
 
-	/** Steps of single agents to train for; 0 in Serve: until the trainer has enough. */
+	/** Steps of single agents to train for; On Training Completed comes after them. A trainer that is told to take fewer, by Program's
+	 *  Total Steps or its own --steps, leaves before, and the event does not come. 0 in Serve, together with a Model Name: the trainer only acts by that model. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int64 TotalSteps = 100000;
 
@@ -86,7 +87,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int64 Seed = 0;
 
-	/** Agents of each kind that may be there at once, where they come and go; 0: all are there from the start. */
+	/** Agents of each kind that may be there at once, where they come and go; 0: as many as are there from the start. No step of an
+	 *  agent that was destroyed counts, and a newcomer may have its place. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int32 RoomForAgents = 0;
 
@@ -102,11 +104,12 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
 	FString ModelName;
 
-	/** Serve: what a trainer must show; needed to listen beyond this computer. */
+	/** Serve: what a trainer must show; needed to listen beyond this computer. It is saved in the level, for whoever has its file. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
 	FString Token;
 
-	/** Serve: the program that the button Start Trainer Program starts. */
+	/** Serve: the program that Start Trainer Program For This starts. It connects to the trainer's own Host and Port, whatever stands
+	 *  in these two here; Algorithm is empty or that of Hyperparameters, where there are any. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
 	FConsacProgramSettings Program;
 
@@ -137,7 +140,7 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
 	bool bLockStep = false;
 
-	/** Longest wait of one tick for a trainer who has come, and of Stop Training and End Play for what is under way, in seconds;
+	/** Longest wait of one tick, with all of its steps, for a trainer who has come, and of Stop Training and End Play for what is under way, in seconds;
 	 *  what a stop does not wait for is finished in the background. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.001", ClampMax="60"))
 	float MaxWaitSeconds = 1.0f;
@@ -146,13 +149,13 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="1"))
 	int32 MaxStepsPerTick = 1;
 
-	/** While it trains, frames follow each other as fast as the computer can: no frame limit, no vertical synchronisation, and
-	 *  the editor does not slow down in the background. All settings that this changes are put back at the end, but for those
-	 *  that somebody else has changed meanwhile. A dedicated server keeps its own rate, unless Fixed Step is set. */
+	/** While it trains, frames follow each other as fast as the computer can: no frame limit, on battery neither, no vertical synchronisation, and
+	 *  the editor does not slow down in the background. All settings that this changes are put back at the end, and while the
+	 *  game is paused, but for those that somebody else has changed meanwhile. A dedicated server keeps its own rate, unless Fixed Step is set. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
 	bool bFullSpeed = true;
 
-	/** Every tick is the same length of game time, however long it takes. The settings that this changes are put back at the
+	/** Every tick is the same length of game time, however long it takes, from Start Training on. The settings that this changes are put back at the
 	 *  end. Ticks longer than the project's Max Physics Delta Time need that raised, and those beyond Min or Max Undilated Frame
 	 *  Time of the World Settings (0.0005 and 0.4 s, unless changed) need these changed: the log warns of both. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
@@ -167,11 +170,13 @@ public:
 	float LogSeconds = 10.0f;
 
 	/** The folder where demonstrations are saved at the end, one file for each kind of agent; a relative path is one below
-	 *  Saved/Consac of the project; empty: they are not recorded. */
+	 *  Saved/Consac of the project; empty: they are not recorded. In every Mode, whoever decides. BEHAVIOUR.safetensors, or the next name that
+	 *  is free, BEHAVIOUR-2.safetensors: no demonstration is written over. The log names the file. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Recording")
 	FString RecordFolder;
 
-	/** The training has come to its end, and its models are in Save Folder: no tick waits for the disk. */
+	/** The training has come to its end, and its models are in Save Folder: no tick waits for the disk. In Serve once for each
+	 *  trainer that has come and trained for Total Steps. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Trainer")
 	FConsacTrainerEvent OnTrainingCompleted;
 
@@ -179,18 +184,22 @@ public:
 	UPROPERTY(BlueprintAssignable, Category="Consac|Trainer")
 	FConsacTrainerErrorEvent OnTrainerError;
 
-	/** Gathers the agents and begins. Fails when it has begun, when there are no agents, or when something does not fit. */
+	/** Gathers the agents and begins. Fails when it has begun, when there are no agents, or when something does not fit; Auto Start
+	 *  is then as it was. Before the trainer's first tick, in an Event Begin Play for instance, it succeeds and begins with that tick,
+	 *  when all agents of the level play, or once one has come; On Trainer Error tells what goes wrong with that. In an event, after Stop Training there: begins when the stop is done, and On Trainer Error tells what goes
+	 *  wrong with that. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Start Training", ExpandEnumAsExecs="Result"))
 	void StartTraining(EConsacResult& Result, FString& Error);
 
 	/** Ends it, saves what is to be saved, and puts every setting back. Holds the game for Max Wait Seconds at most: a learner
-	 *  or a file that needs longer is finished in the background. Ending what has ended does nothing. */
+	 *  or a file that needs longer is finished in the background. Before the begin it keeps Auto Start from beginning. Ending what has ended
+	 *  does nothing. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Stop Training"))
 	void StopTraining();
 
-	/** Writes the model as it is now. The game waits until the disk has it, a frame or two; for what Save Folder keeps it does
-	 *  not. Fails where this game does not learn.
-	 *  @param Path A .consac file; its folder is made where it is missing. A relative path is one below Saved/Consac of the project. */
+	/** Writes the model as it is now, the one that acts in Act. The game waits until the disk has it, a frame or two; for what Save
+	 *  Folder keeps it does not. Fails where there is none: in Serve and By Hand, and in an Event End Play, when all has ended.
+	 *  @param Path A .consac file; its folder is made where it is missing, also where writing then fails. A relative path is one below Saved/Consac of the project. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Trainer", meta=(DisplayName="Save Model", ExpandEnumAsExecs="Result"))
 	void SaveModel(const FString& Behaviour, const FString& Path, EConsacResult& Result, FString& Error);
 
@@ -198,7 +207,8 @@ public:
 	UFUNCTION(BlueprintCallable, BlueprintPure=false, Category="Consac|Trainer", meta=(DisplayName="Get Trainer Progress"))
 	FConsacProgress GetTrainerProgress() const;
 
-	/** Whether it has begun and not ended. */
+	/** Whether it has begun and was not stopped: also after its end, when the agents go on by what was learned, or a further trainer
+	 *  may come. */
 	UFUNCTION(BlueprintPure, Category="Consac|Trainer", meta=(DisplayName="Is Training"))
 	bool IsTraining() const;
 
@@ -210,7 +220,8 @@ public:
 	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Start Trainer Program For This"))
 	void StartProgram();
 
-	/** Ends the program that the button started. */
+	/** Ends the program that Start Trainer Program For This started for this same trainer: one in play is another than the editor's it was
+	 *  copied from. */
 	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Stop Trainer Program For This"))
 	void StopProgram();
 
@@ -224,14 +235,16 @@ public:
 
 private:
 	void Report(const FString& Error);
+	void Stop();
 	void Advance();
-	bool DoStep();
+	bool DoStep(double Until);
+	void StartNoted();
 	void Complete();
 	void TellCompleted(double MostSeconds);
 	void StartInTurn();
 	void Show();
 
-	UPROPERTY(Transient)
+	UPROPERTY(Transient, DuplicateTransient)
 	TObjectPtr<UConsacTrainerProgram> RunningProgram;
 
 	TPimplPtr<FConsacTrainerState> State;

@@ -20,11 +20,11 @@ struct CONSAC_API FConsacProgramSettings
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString Program;
 
-	/** Where the environment listens. */
+	/** Where the environment listens. Start Trainer Program For This takes the trainer's own. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString Host = TEXT("127.0.0.1");
 
-	/** The port of the environment. */
+	/** The port of the environment; likewise. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program", meta=(ClampMin="1", ClampMax="65535"))
 	int32 Port = 5005;
 
@@ -32,7 +32,8 @@ struct CONSAC_API FConsacProgramSettings
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString Algorithm;
 
-	/** Steps of single agents; 0: as many as the environment asks for. */
+	/** Steps of single agents; 0: as many as the environment asks for. With fewer than that the program leaves before, and the game's
+	 *  On Training Completed does not come. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program", meta=(ClampMin="0"))
 	int64 TotalSteps = 0;
 

@@ -10,7 +10,7 @@ enum class EConsacResult : uint8
 {
 	/** It did. */
 	Success,
-	/** It did not; Error says why, and nothing else has changed. */
+	/** It did not; Error says why. Everything is as before, unless the node says otherwise. */
 	Failed
 };
 
@@ -181,7 +181,7 @@ struct CONSAC_API FConsacProgress
 	UPROPERTY(BlueprintReadOnly, Category="Consac|Training")
 	float StepsPerSecond = 0.0f;
 
-	/** What the latest step cost this thread, in milliseconds, without waiting for a trainer. */
+	/** What it took to get the latest action, in milliseconds: with Lock Step or Loop Wait Seconds, the waiting for it too. */
 	UPROPERTY(BlueprintReadOnly, Category="Consac|Training")
 	float PollMilliseconds = 0.0f;
 };

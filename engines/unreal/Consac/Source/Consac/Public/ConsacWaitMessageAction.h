@@ -29,7 +29,8 @@ public:
 	UPROPERTY(BlueprintAssignable, Category="Consac|Socket")
 	FConsacMessageEvent OnTimeout;
 
-	/** There is no socket, nobody is connected, or the trainer has left; Error says which. */
+	/** There is no socket, nobody is connected, the trainer has left, or the level has ended, for whoever is still there then; Error
+	 *  says which. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Socket")
 	FConsacMessageEvent OnFailed;
 
@@ -42,6 +43,9 @@ public:
 
 	/** Looks once more; true when there is nothing left to wait for. Called by the subsystem in every frame. */
 	bool Look(float DeltaSeconds);
+
+	/** The world goes. Called by the subsystem. */
+	void GiveUp();
 
 private:
 	UPROPERTY()

@@ -41,7 +41,7 @@ private:
 	UFUNCTION()
 	void Walk(UConsacAgentComponent* Which);
 
-	UPROPERTY()
+	UPROPERTY(Transient, DuplicateTransient)
 	TObjectPtr<AConsacChase> Chase;
 
 	UPROPERTY()
@@ -70,7 +70,7 @@ public:
 	float HalfWidth = 1000.0f;
 
 	/** Who trains them: set its mode before the first tick. */
-	UPROPERTY(VisibleInstanceOnly, BlueprintReadOnly, Category="Consac|Chase")
+	UPROPERTY(Transient, DuplicateTransient, VisibleInstanceOnly, BlueprintReadOnly, Category="Consac|Chase")
 	TObjectPtr<AConsacTrainer> Trainer;
 
 	/** Where the one runs that all chase. */

@@ -1,0 +1,21 @@
+#pragma once
+// Whether a server's message says what a case expects of it.
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "consac/base/status.h"
+#include "consac/protocol/protocol2.h"
+
+namespace consac::cli {
+
+/// Whether it is an ERROR of that code that leaves the session there.
+bool Refuses(const protocol2::Frame& frame, const std::string& code);
+
+/// `code`, `severity`, `members` and `path` of what is expected, where they are named; `message` is what came.
+Status CheckMembers(const nlohmann::json& what, const nlohmann::json& message);
+
+/// The same numbers, written otherwise: 1 as 1.0.
+nlohmann::json WithFractions(const nlohmann::json& value);
+
+}  // namespace consac::cli

@@ -1,0 +1,63 @@
+#pragma once
+// Actions that are outside their space, for the conformance cases.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "consac/space/layout.h"
+
+namespace consac::cli {
+
+/// What the bytes of a number in a row can hold.
+inline std::pair<double, double> EndsOf(DType dtype) {
+  if (dtype == DType::kF32) return {std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max()};
+  if (dtype == DType::kF64) return {std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
+  const bool with_sign = dtype == DType::kI8 || dtype == DType::kI16 || dtype == DType::kI32 || dtype == DType::kI64;
+  const double half = std::ldexp(1.0, static_cast<int>(8 * SizeOf(dtype)) - 1);
+  return with_sign ? std::pair(-half, half - 1.0) : std::pair(0.0, 2.0 * half - 1.0);
+}
+
+/// Whether a leaf is of the kind that a case names: a space's type, or BOOL; "" is any.
+inline bool IsOfKind(const Leaf& leaf, const std::string& kind) {
+  switch (leaf.space.kind()) {
+    case SpaceKind::kDiscrete:
+      return kind.empty() || kind == "discrete";
+    case SpaceKind::kMultiDiscrete:
+      return kind.empty() || kind == "multi_discrete";
+    case SpaceKind::kMultiBinary:
+      return kind.empty() || kind == "multi_binary";
+    default:
+      return kind.empty() || kind == (leaf.dtype == DType::kBool ? "BOOL" : "box");
+  }
+}
+
+/// The last number of a leaf is above or below what its space has; false where its type holds no such number.
+inline bool LeaveSpace(const Leaf& leaf, std::byte* row) {
+  const auto [least, most] = EndsOf(leaf.dtype);
+  const auto [low, high] = ElementBounds(leaf, leaf.count - 1);
+  const bool floats = leaf.dtype == DType::kF32 || leaf.dtype == DType::kF64;
+  const double over = leaf.dtype == DType::kBool ? 2.0 : high + std::max(1.0, floats ? std::fabs(high) : 1.0);
+  const double under = low - std::max(1.0, floats ? std::fabs(low) : 1.0);
+  const bool above = over <= most, below = under >= least;
+  if (above || below) WriteElement(leaf, row, leaf.count - 1, above ? over : under);
+  return above || below;
+}
+
+/// The last leaf of that kind that can leaves its space, or is NaN where any kind will do; false where none can.
+inline bool MakeIllegal(const Layout& layout, const std::string& kind, std::byte* row) {
+  for (std::size_t i = layout.leaves.size(); i-- > 0;) {
+    if (IsOfKind(layout.leaves[i], kind) && LeaveSpace(layout.leaves[i], row)) return true;
+  }
+  for (const Leaf& leaf : layout.leaves) {
+    if (!kind.empty() || (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64)) continue;
+    WriteElement(leaf, row, 0, std::numeric_limits<double>::quiet_NaN());
+    return true;
+  }
+  return false;
+}
+
+}  // namespace consac::cli

@@ -1,0 +1,60 @@
+#include "cli/conformance_requests.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "cli/conformance_frames.h"
+#include "consac/base/json.h"
+#include "consac/space/layout.h"
+
+namespace consac::cli {
+namespace {
+
+/// Actions of those who take part in environments that are stepped.
+Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const protocol2::Frame& frame,
+                    const std::string& result) {
+  for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
+    const BehaviourSpec& behaviour = env.behaviours[b];
+    const Layout& layout = behaviour.action_layout;
+    for (std::int32_t slot = 0; slot < behaviour.slots; ++slot) {
+      const std::size_t state = blocks.behaviours[b].states + static_cast<std::size_t>(slot);
+      const std::size_t world = static_cast<std::size_t>(slot) / behaviour.agents.size();
+      if (frame.payload[protocol2::kActiveOffset + world] == std::byte{0}) continue;
+      if (result.size() < blocks.result_bytes || (result[state] & protocol2::kActive) == 0) continue;
+      const std::byte* row =
+          frame.payload.data() + blocks.behaviours[b].actions + static_cast<std::size_t>(slot) * layout.row_bytes;
+      const Status legal = CheckRow(layout, row);
+      if (!legal.ok()) return Failed(fmt::format("the action of slot {}: {} (R48)", slot, legal.message()));
+      const auto* mask =
+          reinterpret_cast<const std::uint8_t*>(result.data()) + blocks.behaviours[b].masks + slot * layout.mask_bytes;
+      if (behaviour.masks_actions && !IsLegal(layout, mask, row))
+        return Failed(fmt::format("the action of slot {} is not legal by its mask (R48)", slot));
+    }
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status CheckRequest(const nlohmann::json& offered, const protocol2::Frame& frame, const std::string& result) {
+  const std::string text = JsonText(offered);
+  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
+  if (!spec.ok()) return spec.status();
+  const protocol2::Blocks blocks(spec->env);
+  const bool step = frame.header.type == protocol2::FrameType::kStep;
+  if (frame.payload.size() < blocks.seeds || (step && frame.payload.size() != blocks.step_bytes))
+    return Failed(fmt::format("{} has {} bytes (R41)", step ? "STEP" : "RESET", frame.payload.size()));
+  std::uint32_t head[2];
+  std::memcpy(head, frame.payload.data(), sizeof(head));
+  if ((head[0] & ~(step ? 0u : protocol2::kWithSeeds | protocol2::kWithOptions)) != 0 || head[1] != 0)
+    return Failed("what must be 0 in RESET and STEP is not (R42)");
+  for (std::size_t i = 0; i < blocks.environments; ++i) {
+    const int chosen = std::to_integer<int>(frame.payload[protocol2::kActiveOffset + i]);
+    if (chosen > 1 || (!step && result.empty() && chosen != 1))
+      return Failed(fmt::format("{} says {} for environment {} (R40, R43)", step ? "STEP" : "RESET", chosen, i));
+  }
+  return step ? CheckActions(spec->env, blocks, frame, result) : Status::Ok();
+}
+
+}  // namespace consac::cli

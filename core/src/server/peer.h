@@ -1,0 +1,21 @@
+#pragma once
+// Whose fault it was: in lines of who may have several peers. Private to core/server.
+
+#include <string>
+#include <utility>
+
+#include "consac/base/status.h"
+
+namespace consac {
+
+/// What somebody said that cannot be used, with `who.peer()`, a transport's or a session's. Anything else as it is. For
+/// the last caller before people alone: behind an address protocol2::FaultName finds no name any more.
+template <class Who>
+Status NamingPeer(Status status, const Who& who) {
+  if (status.code() != StatusCode::kProtocol && status.code() != StatusCode::kDataLoss) return status;
+  const std::string peer = who.peer();
+  if (status.message().find(peer) != std::string::npos) return status;
+  return {status.code(), peer + ": " + status.message()};
+}
+
+}  // namespace consac

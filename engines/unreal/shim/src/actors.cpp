@@ -1,0 +1,59 @@
+// Actors and components of the shim: where they are, to whom they belong.
+#include <algorithm>
+#include <cmath>
+
+#include "CollisionQueryParams.h"
+#include "Engine/HitResult.h"
+#include "Engine/World.h"
+#include "GameFramework/Actor.h"
+#include "Shim/Play.h"
+
+UWorld* AActor::GetWorld() const {
+  return shim_world_;
+}
+
+AActor* UActorComponent::GetOwner() const {
+  UObject* outer = ShimOuter();
+  while (outer != nullptr && !outer->ShimClass()->ShimIsA(AActor::StaticClass())) outer = outer->ShimOuter();
+  return static_cast<AActor*>(outer);
+}
+
+UWorld* UActorComponent::GetWorld() const {
+  return GetOwner() != nullptr ? GetOwner()->GetWorld() : nullptr;
+}
+
+void UActorComponent::RegisterComponent() {
+  AActor* owner = GetOwner();
+  if (owner == nullptr) return;
+  std::vector<UActorComponent*>& all = owner->shim_components_;
+  if (std::find(all.begin(), all.end(), this) == all.end()) all.push_back(this);
+  if (shim_begun_ || !owner->shim_begun_) return;
+  shim_begun_ = true;
+  BeginPlay();
+}
+
+void UActorComponent::DestroyComponent(bool) {
+  Shim::Destroy(*this);
+}
+
+FVector USceneComponent::GetComponentLocation() const {
+  const FVector at = GetOwner() != nullptr ? GetOwner()->GetActorLocation() : FVector::ZeroVector;
+  return FVector(at.X + shim_location_.X, at.Y + shim_location_.Y, at.Z + shim_location_.Z);
+}
+
+FVector USceneComponent::GetForwardVector() const {
+  const double yaw = 2.0 * std::atan2(shim_rotation_.Z, shim_rotation_.W);
+  return FVector(std::cos(yaw), std::sin(yaw), 0.0);
+}
+
+FVector USceneComponent::GetRightVector() const {
+  const FVector forward = GetForwardVector();
+  return FVector(-forward.Y, forward.X, 0.0);
+}
+
+bool UWorld::LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end,
+                                      ECollisionChannel channel, const FCollisionQueryParams&) const {
+  const std::vector<ECollisionChannel>& blocked = Shim::blocked_channels;
+  return std::find(blocked.begin(), blocked.end(), channel) != blocked.end() && shim_trace_ &&
+         shim_trace_(hit, start, end);
+}

@@ -1,0 +1,300 @@
+// Deep deterministic policy gradient: `ddpg` as in Stable Baselines3, and with `--preset sb2` as in Stable
+// Baselines 2.10.2 (two step sizes, the action behind the critic's first layer, adaptive parameter noise, a penalty on
+// the critic's weights). From top to bottom: hyperparameters, acting, one gradient step (what is drawn, targets,
+// critic, actor), what it tells and keeps. docs/algorithms/ddpg.md has the equations. Source: Lillicrap et al. 2016,
+// arXiv:1509.02971; Plappert et al. 2018, arXiv:1706.01905 (parameter noise); Stable Baselines 2.10.2 ddpg/ddpg.py and
+// Stable Baselines3 ddpg.py for the rest.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "algo/algorithms.h"
+#include "algo/continuous_options.h"
+#include "algo/off_policy_learner.h"
+#include "collect/action_minibatch.h"
+#include "collect/parameter_noise.h"
+#include "collect/pop_art.h"
+#include "collect/sums.h"
+#include "grad/action_gradient.h"
+
+namespace consac::learn {
+namespace {
+
+/// Which critic an actor learns by: that of before the critic's step (2.10.2), or of after (Stable Baselines3).
+enum class ActorStep : std::uint8_t { kBeforeCritic, kAfterCritic };
+
+struct DdpgOptions : ContinuousOptions {
+  Schedule actor_lr;                   // absent: the critic's
+  double clip_norm;                    // of each tensor's gradient; 0: none
+  double critic_l2_reg, reward_scale;  // 2.10.2's
+  bool normalize_returns, enable_popart;
+  ActorStep actor_step;
+  std::int64_t action_layer;          // hidden layers of the critic that read the observation alone
+  double output_bound, return_range;  // of initial outputs; of what the critic says and learns; 0: as they are
+  bool param_noise;                   // adaptive, 2.10.2's
+  double param_noise_stddev, desired_action_stddev, adoption_coefficient;
+  std::int64_t param_noise_adaption_interval;  // gradient steps
+};
+
+using G = DdpgOptions;
+using enum ParameterSource;
+
+constexpr auto kDdpgCollecting = continuous_rows::CollectingRows("0", "0.001");
+constexpr off_policy_rows::Row kDdpgBatch[] = {off_policy_rows::kReplay[2].WithDefaults("128", "256")};
+constexpr ParameterRow<G> kDdpgOwn[] = {
+    {"critic_lr", "learning_rate", Into<G, &G::learning_rate>, "1e-3", "1e-3", 0, kUnlimited, "",
+     "step size of the critic", kBoth},
+    {"actor_lr", "actor_lr", Into<G, &G::actor_lr>, "1e-4", "none", 0, kUnlimited, "none",
+     "step size of the actor; none: the critic's", kSb2},
+    {"nb_rollout_steps", "train_freq", Into<G, &G::collect, &ReplayCollectorOptions::train_freq>, "100", "1", 1, 1e9,
+     "", "steps of each agent, or episodes, between rounds of learning", kBoth},
+    {"nb_train_steps", "gradient_steps", Into<G, &G::collect, &ReplayCollectorOptions::gradient_steps>, "50", "1", -1,
+     1e9, "", "of each round; -1: one for every transition since the last", kBoth},
+    {"clip_norm", "clip_norm", Into<G, &G::clip_norm>, "none", "none", 0, kUnlimited, "none",
+     "the norm of each tensor's gradient is clipped to this", kSb2},
+    {"critic_l2_reg", "critic_l2_reg", Into<G, &G::critic_l2_reg>, "0", "0", 0, kUnlimited, "",
+     "weight of half the squares of the critic's hidden weights", kSb2},
+    {"reward_scale", "reward_scale", Into<G, &G::reward_scale>, "1", "1", 0, kUnlimited, "", "factor of rewards", kSb2},
+    {"normalize_returns", "normalize_returns", Into<G, &G::normalize_returns>, "false", "false", 0, 0, "",
+     "the critic learns values by their running moments; with enable_popart", kSb2},
+    {"enable_popart", "enable_popart", Into<G, &G::enable_popart>, "false", "false", 0, 0, "",
+     "those are followed, and the critic's last layer with them", kSb2},
+    {"return_range", "return_range", Into<G, &G::return_range>, "none", "none", 0, kUnlimited, "none",
+     "what the critic says and learns is clipped to plus and minus this", kSb2},
+    {"actor_step", "actor_step", Into<G, &G::actor_step>, "before_critic", "after_critic", 0, 0,
+     "before_critic|after_critic", "the actor learns by the critic of before its step (SB2), or of after (SB3)",
+     kConsac},
+    {"action_layer", "action_layer", Into<G, &G::action_layer>, "1", "0", 0, 64, "",
+     "hidden layers of the critic that read the observation alone", kConsac},
+    {"output_bound", "output_bound", Into<G, &G::output_bound>, "3e-3", "none", 0, 1e6, "none",
+     "initial outputs have weights within this; none: as the rest", kConsac},
+    {"param_noise", "param_noise", Into<G, &G::param_noise>, "false", "false", 0, 0, "",
+     "explore by noise in the actor's parameters", kSb2},
+    {"param_noise_stddev", "param_noise_stddev", Into<G, &G::param_noise_stddev>, "0.1", "0.1", 1e-30, 1e6, "",
+     "its deviation at the start", kSb2},
+    {"desired_action_stddev", "desired_action_stddev", Into<G, &G::desired_action_stddev>, "0.1", "0.1", 0, 2, "",
+     "how far it shall move actions, which go from -1 to 1", kSb2},
+    {"adoption_coefficient", "adoption_coefficient", Into<G, &G::adoption_coefficient>, "1.01", "1.01", 1, 10, "",
+     "factor by which its deviation grows or shrinks", kSb2},
+    {"param_noise_adaption_interval", "param_noise_adaption_interval", Into<G, &G::param_noise_adaption_interval>, "50",
+     "50", 1, 1e9, "", "gradient steps between two of those", kSb2},
+};
+constexpr auto& kDdpgVecNormalise = off_policy_rows::kNormalise;
+constexpr off_policy_rows::Row kDdpgNormalise[] = {
+    kDdpgVecNormalise[0].WithSb2Name("normalize_observations"), kDdpgVecNormalise[1],
+    kDdpgVecNormalise[2].WithSb2Name("observation_range").WithDefaults("5", "10"), kDdpgVecNormalise[3],
+    kDdpgVecNormalise[4]};
+constexpr auto kDdpgNetwork = continuous_rows::NetworkRows("[64, 64]", "[400, 300]");
+constexpr auto kDdpgRows = std::tie(kDdpgCollecting, kDdpgBatch, kDdpgOwn, continuous_rows::kExploration,
+                                    continuous_rows::kOptimiser, kDdpgNetwork, off_policy_rows::kHer, kDdpgNormalise);
+
+constexpr const char* kDdpgTerms[] = {"critic_loss", "actor_loss"};
+enum DdpgTerm { kDdpgCritic, kDdpgActor };
+constexpr std::int64_t kDdpgReportEvery = 4;  // episodes: Stable Baselines3's log_interval
+
+/// See learner.h. An update is one gradient step of actor and critic.
+class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
+ public:
+  Ddpg(const LearnerOptions& options, const DdpgOptions& ddpg, ContinuousModel model, std::string hyperparameters)
+      : OffPolicyLearner(options, std::move(hyperparameters), kDdpgReportEvery, std::move(model.head), ddpg.collect,
+                         ddpg.exploration, options.seed, options.ranks),
+        ddpg_(ddpg),
+        actions_(head().raw_size()),
+        ranks_(options.ranks),
+        return_range_(ddpg.return_range > 0.0 ? static_cast<float>(ddpg.return_range) : HUGE_VALF),
+        actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
+               Learned(ddpg, std::max<std::int64_t>(behaviour_.slots, ddpg.batch_size)), options.ranks),
+        critic_(std::move(model.critics), Rng(options.seed, StreamId("critics")), Learned(ddpg, ddpg.batch_size),
+                options.ranks),
+        action_gradient_(critic_.network(), actions_, ddpg.batch_size),
+        minibatch_(behaviour_, {ddpg.batch_size, ddpg.n_steps, actions_}, options.ranks),
+        pop_art_(options.ranks),
+        targets_(static_cast<std::size_t>(ddpg.batch_size)),
+        losses_(ddpg.batch_size, options.ranks) {
+    if (!ddpg.param_noise) return;
+    noise_.emplace(actor_.network(), options.seed, std::max<std::int64_t>(behaviour_.slots, ddpg.batch_size),
+                   ddpg.param_noise_stddev);
+    noise_->Perturb(actor_.parameters());
+  }
+
+  // The actor's own actions, or those of a disturbed copy, with noise: collect/continuous_collector.h.
+  void Act(Batch& batch) override {
+    collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
+      const float* chosen =
+          noise_ ? noise_->Values(acting.features, batch.rows()) : actor_.Output(acting.features, batch.rows());
+      std::copy_n(chosen, batch.rows() * actions_, acting.raw);
+    });
+  }
+  // Parameter noise lasts as long as an episode of each agent.
+  void Record(const Batch& batch) override {
+    const std::int64_t noises = episodes_each();
+    OffPolicyLearner::Record(batch);
+    if (noise_ && episodes_each() != noises) noise_->Perturb(actor_.parameters());
+  }
+
+  // Learning: one minibatch after another, as many as the collector says.
+  bool Learn(const LearnBudget& budget) override {
+    return collector_.Learn(
+        budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
+        [this] {
+          critic_.FinishRound(updates_);
+          actor_.FinishRound(updates_);
+        });
+  }
+
+  Status StartFrom(const PolicyData& model) override {
+    CONSAC_RETURN_IF_ERROR(StartActingFrom(model, &collector_, &actor_));
+    if (noise_) noise_->Perturb(actor_.parameters());
+    return Status::Ok();
+  }
+  Status health() const override { return critic_.health().ok() ? actor_.health() : critic_.health(); }
+  PolicyData Snapshot() const override { return SnapshotOf(actor_); }
+  void Visit(Archive& archive) override {
+    OffPolicyLearner::Visit(archive);
+    archive("actor", actor_);
+    archive("critic", critic_);
+    if (noise_) archive("parameter_noise", *noise_);
+    losses_.Visit(archive);
+    archive("distance", distance_);
+    archive("pop_art", pop_art_);
+  }
+
+ private:
+  static LearnedNetworkOptions Learned(const DdpgOptions& ddpg, std::int64_t run_rows) {
+    return {run_rows, ddpg.batch_size, ddpg.adam, ddpg.clip_norm, true};
+  }
+
+  void GradientStepOnDraws() {
+    minibatch_.Draw(collector_);
+    losses_.BeginMinibatch();
+    learning_rate_ = ddpg_.LearningRateAt(steps(), total_steps_);
+    SetTargets();
+    if (ddpg_.actor_step == ActorStep::kBeforeCritic) StepActor();
+    StepCritic();
+    if (ddpg_.actor_step == ActorStep::kAfterCritic) StepActor();
+    losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
+    actor_.UpdateTarget(ddpg_.tau);
+    critic_.UpdateTarget(ddpg_.tau);
+    if (++updates_ % ddpg_.param_noise_adaption_interval != 0 || !noise_) return;
+    const float* seen = minibatch_.features().data();
+    const double own =
+        noise_->Distance(actor_.parameters(), seen, actor_.Output(seen, minibatch_.size()), minibatch_.size());
+    distance_ = ranks_.Sum(own) / static_cast<double>(ranks_.size);
+    noise_->AdaptTo(distance_, ddpg_.desired_action_stddev, ddpg_.adoption_coefficient);
+  }
+
+  // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n Q'(s_n, mu'(s_n)). Nothing follows a terminal state. With Pop-Art
+  // both are values that the critic's outputs mean.
+  void SetTargets() {
+    const float* seen = minibatch_.next_features().data();
+    const float* inputs[] = {seen, actor_.TargetOutput(seen, minibatch_.size())};
+    critic_.Target().Forward(inputs, minibatch_.size());
+    for (std::size_t i = 0; i < targets_.size(); ++i)
+      targets_[i] = static_cast<float>(ddpg_.reward_scale * static_cast<double>(minibatch_.rewards()[i]) +
+                                       minibatch_.discounts()[i] * pop_art_.Value(critic_.Target().output(0)[i]));
+    if (ddpg_.normalize_returns && ddpg_.enable_popart) pop_art_.Take(targets_, "qf0/head", &critic_);
+    for (float& target : targets_)
+      target = std::clamp(static_cast<float>(pop_art_.Output(target)), -return_range_, return_range_);
+  }
+
+  // L = mean (Q(s, a) - y)^2 + critic_l2_reg / 2 sum w^2, over the weights of hidden layers.
+  void StepCritic() {
+    const float inverse = 1.0f / static_cast<float>(minibatch_.total());
+    LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block, minibatch_.actions()); },
+                [this, inverse](const LossBlock& block) {
+                  double& sum = losses_.block(block.index)[kDdpgCritic];
+                  for (std::int64_t r = 0; r < block.rows; ++r) {
+                    const float error = block.outputs[0][r] - targets_[static_cast<std::size_t>(block.first_row + r)];
+                    sum += static_cast<double>(error) * static_cast<double>(error);
+                    block.output_gradients[0][r] = 2.0f * error * inverse;
+                  }
+                });
+    const std::span<float> gradient = critic_.Gradient(minibatch_.size(), executor_, loss);
+    critic_.AddPenalty(ddpg_.critic_l2_reg / static_cast<double>(ranks_.size), "qf0/head", gradient);
+    critic_.Step(gradient, learning_rate_);
+  }
+
+  // L = -mean Q(s, mu(s)): first dL/da through the critic, held fast, then through the actor.
+  void StepActor() {
+    const auto slope = static_cast<float>(-pop_art_.deviation() / static_cast<double>(minibatch_.total()));
+    const std::span<const float> chosen(actor_.Output(minibatch_.features().data(), minibatch_.size()),
+                                        minibatch_.actions().size());
+    action_gradient_.Run(
+        critic_.parameters(), minibatch_.size(), executor_,
+        [this, chosen](const LossBlock& block) { minibatch_.Gather(block, chosen); },
+        [this, slope](const LossBlock& block) {
+          double& sum = losses_.block(block.index)[kDdpgActor];
+          for (std::int64_t r = 0; r < block.rows; ++r) {
+            const float said = block.outputs[0][r];
+            sum -= pop_art_.Value(std::clamp(said, -return_range_, return_range_));
+            block.output_gradients[0][r] = std::fabs(said) > return_range_ ? 0.0f : slope;
+          }
+        });
+    LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
+                [this](const LossBlock& block) {
+                  std::copy_n(action_gradient_.row(block.first_row), block.rows * actions_, block.output_gradients[0]);
+                });
+    const float rate = ddpg_.actor_lr.absent ? learning_rate_ : RateAt(ddpg_.actor_lr, steps(), total_steps_);
+    actor_.Step(actor_.Gradient(minibatch_.size(), executor_, loss), rate);
+  }
+
+  // Source: Stable Baselines 2.10.2, ddpg/ddpg.py, and Stable Baselines3, td3.py.
+  void WriteMetrics() override {
+    const auto put = [this](std::string_view key, std::string_view tag, double number) {
+      metrics_.push_back({key, tag, number});
+    };
+    const Sums<kDdpgTerms> means = updates_ > 0 ? losses_.UpdateMeans() : Sums<kDdpgTerms>();
+    if (ddpg_.log_keys == Generation::kStableBaselines3) {
+      BeginMetrics(ddpg_, collector_.episodes(), {learning_rate_, updates_}, &metrics_);
+      if (updates_ == 0) return;
+      put("train/actor_loss", "train/actor_loss", means[kDdpgActor]);
+      return put("train/critic_loss", "train/critic_loss", means[kDdpgCritic]);
+    }
+    metrics_.clear();
+    put("rollout/episodes", "", static_cast<double>(collector_.episodes().count()));
+    put("rollout/return_history", "", collector_.episodes().mean());
+    if (updates_ == 0) return;
+    put("train/loss_actor", "Adam_mpi/actor_loss", means[kDdpgActor]);
+    put("train/loss_critic", "Adam_mpi/critic_loss", means[kDdpgCritic]);
+    if (!noise_) return;
+    put("train/param_noise_distance", "", distance_);
+    put("param_noise_stddev", "input_info/param_noise_stddev", noise_->deviation());
+  }
+
+  const DdpgOptions ddpg_;
+  const std::int64_t actions_;  // numbers of one
+  const Communicator ranks_;
+  const float return_range_;
+  LearnedNetwork actor_, critic_;
+  std::optional<ParameterNoise> noise_;
+  ActionGradient action_gradient_;  // dL/da
+  ActionMinibatch minibatch_;
+  PopArt pop_art_;
+  std::vector<float> targets_;  // [B] y
+  LossLog<kDdpgTerms> losses_;  // of the round under way, or the latest
+  double distance_ = 0.0;       // that the noise was adapted by last
+};
+
+}  // namespace
+
+std::span<const Hyperparameter> DdpgTable() {
+  static const std::vector<Hyperparameter> table =
+      TableOf(kDdpgRows, Generation::kStableBaselines3, {"Stable Baselines 2.10.2, DDPG", "Stable Baselines3, DDPG"});
+  return table;
+}
+
+Result<std::unique_ptr<Learner>> CreateDdpg(const LearnerOptions& options, const HyperparameterSet& values) {
+  DdpgOptions ddpg{};
+  CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kDdpgRows, values, options, &ddpg));
+  Result<ContinuousModel> model = MakeContinuousModel(options, ddpg,
+                                                      {.algorithm = "ddpg",
+                                                       .critics = 1,
+                                                       .action_layer = ddpg.action_layer,
+                                                       .output_bound = ddpg.output_bound,
+                                                       .parameter_noise = ddpg.param_noise});
+  if (!model.ok()) return model.status();
+  return std::unique_ptr<Learner>(
+      std::make_unique<Ddpg>(options, ddpg, std::move(*model), HyperparametersJson(values)));
+}
+
+}  // namespace consac::learn

@@ -1,0 +1,220 @@
+"""The trainer's end of a case of spec/conformance/protocol2/server.json, step by step, for servers with an action space of two choices."""
+import contextlib
+import json
+import socket
+import struct
+import time
+
+import numpy as np
+
+from consac import wire
+from consac.layout import align
+from result_check import ResultCheck
+
+
+class Conversation:
+    """One case under way, with a server of an action space of two choices. Every RESULT is judged."""
+
+    def __init__(self, port):
+        self.port, self.kept, self.last, self.judged, self.resume, self.over, self.envs, self.held = port, {}, 0, 0, "", False, 1, b""
+        self.connect()
+
+    def connect(self, _=None):
+        self.sock, self.reader = socket.create_connection(("127.0.0.1", self.port), 5), wire.FrameReader(wire.LARGEST_FRAME)
+        self.session, self.flags = 0, 0
+
+    def next(self, pong=None):
+        """The next answer; `pong`: a PONG of these bytes is one."""
+        while True:
+            while not (frame := self.reader.next()):
+                data = self.sock.recv(65536)
+                if not data:
+                    return None
+                self.reader.feed(data)
+            if frame.type == wire.PING:
+                self.write(wire.PONG, 0, bytes(frame.payload))
+            elif frame.type == wire.PONG:
+                if bytes(frame.payload) == pong:
+                    return frame
+            elif frame.type not in (wire.PAUSED, wire.RESUMED) and not frame.type & wire.OPTIONAL:
+                return frame
+
+    def write(self, kind, request, payload=b"", how={}):
+        session = 0 if "no_session" in how else self.session + ("other_session" in how)
+        crc = how.get("crc")
+        data = bytearray(wire.pack(wire.Frame(kind, payload, request, session, wire.FLAG_CRC if crc in ("right", "wrong") else self.flags)))
+        data[12] ^= crc in ("wrong", "without flag")
+        self.put(bytes(data), how)
+
+    def put(self, data, how):
+        """Held back for the next write, or in pieces that arrive one after another."""
+        self.held += data
+        if "hold" in how:
+            return
+        data, self.held = self.held, b""
+        size = -(-len(data) // how.get("pieces", 1))
+        for at in range(0, len(data), size):
+            time.sleep(0.005 if at else 0)
+            self.sock.sendall(data[at:at + size])
+
+    def send(self, what):
+        if "hex" in what:
+            return self.put(bytes.fromhex(what["hex"]) + bytes(what.get("zeros", 0)), what)
+        kind = what["type"] if isinstance(what["type"], int) else getattr(wire, what["type"])
+        payload = what.get("text", "").encode()
+        if "json" in what:
+            expect = {"offered": self.offered, "with fractions": with_fractions(self.offered)}[what["expect"]] if "expect" in what else None
+            payload = wire.dump_json(what["json"] | ({"resume": self.resume} if "resume" in what else {}) | ({"expect": expect} if expect else {}))
+        payload = payload.ljust(what.get("blanks", 0))
+        if "floats" in what or "token" in what or what.get("leaf", "discrete") != "discrete":  # there are two choices; and no token is asked for
+            self.over = True
+            return
+        if "payload" in what:
+            payload = self.payload(what["payload"] + " by one" * ("leaf" in what))
+        request = self.last + 1 if what["request"] == "next" else what["request"]
+        self.ask(kind, request, payload, what)
+
+    def ask(self, kind, request, payload, how={}):
+        if kind in (wire.RESET, wire.STEP) and len(payload) >= 8 + self.envs and request != self.judged:
+            self.check.ask(kind == wire.STEP, payload[8:8 + self.envs])
+        if request == self.last + 1 and kind != wire.HELLO:
+            self.last = request
+        self.write(kind, request, payload, how)
+
+    def payload(self, kind):
+        pad = lambda data: data + bytes(-len(data) % 8)
+        only_first, others = bytes([1] + [0] * (self.envs - 1)), bytes([0] + [1] * (self.envs - 1))
+        reset = lambda flags=0, chosen=b"\1" * self.envs: pad(struct.pack("<II", flags, 0) + chosen)
+        step = lambda chosen=b"\1" * self.envs, first=0, zero=0, actions=None: pad(pad(struct.pack("<II", 0, zero) + chosen) + np.array(actions or [first] + [0] * (self.envs - 1), "<i4").tobytes())
+        seeds = lambda first=11: struct.pack(f"<{self.envs}q", first, *range(12, 11 + self.envs))
+        options = lambda text: pad(reset(2) + struct.pack("<I", len(text)) + text)
+        two = bytes([2] + [1] * (self.envs - 1))
+        scattered = struct.pack(f"<{self.envs}q", *range(97 + 3 * self.envs, 97, -3))
+
+        def padded(payload, used, behind=0):
+            """With padding of 255 behind the first `used` bytes, and behind `behind` in the block that comes then."""
+            end = align(used) + behind
+            return payload[:used] + b"\xff" * (align(used) - used) + payload[align(used):end] + b"\xff" * (align(end) - end) + payload[align(end):]
+        return {
+            "first seeded": lambda: reset(1, only_first) + struct.pack(f"<{self.envs}q", 11, *[-5] * (self.envs - 1)),
+            "all, padding": lambda: padded(reset(), 8 + self.envs), "legal, padding": lambda: padded(step(), 8 + self.envs, 4 * self.envs),
+            "options, padding": lambda: padded(options(b'{"level":1}'), 8 + self.envs, 4 + 11),
+            "largest seeds": lambda: reset(1) + struct.pack(f"<{self.envs}q", *[(1 << 63) - 1] * self.envs),
+            "seeded options": lambda: reset(3) + seeds() + options(b'{"difficulty":1}')[len(reset()):],
+            "empty": lambda: b"", "none": lambda: reset(0, bytes(self.envs)), "all": reset, "two reset": lambda: reset(0, two), "first reset": lambda: reset(0, only_first),
+            "unknown flag": lambda: reset(64), "seeded": lambda: reset(1) + seeds(), "scattered seeds": lambda: reset(1) + scattered, "negative seed": lambda: reset(1) + seeds(-5), "options": lambda: options(b'{"difficulty":1}'),
+            "bad options": lambda: options(b'{"difficulty"'), "short reset": lambda: reset()[:-8], "long reset": lambda: reset() + bytes(8), "legal": step,
+            "short": lambda: step()[:-1], "long": lambda: step() + bytes(8), "nonzero": lambda: step(zero=1), "two": lambda: step(two), "first": lambda: step(only_first),
+            "others": lambda: step(others), "nobody": lambda: step(bytes(self.envs)), "unknown flag, long": lambda: reset(64) + bytes(3),
+            "nonzero, short": lambda: step(zero=1)[:-1], "two, short": lambda: step(two)[:-1], "four bytes": lambda: bytes(4), "no options": lambda: options(b""), "illegal": lambda: step(first=100000), "illegal but not stepped": lambda: step(others, 100000),
+            "illegal by one": lambda: step(first=2), "illegal of the absent": lambda: step(actions=[0 if state & wire.ACTIVE else 100000 for state in self.check.states[0]]),
+        }[kind]()
+
+    def looked_at(self, payload):
+        """Without rows of slots that have none of 16, 1 and 2. One behaviour of one agent and no masks."""
+        size = self.row_bytes
+        states = align(8 + self.envs * size) + 8 * self.envs
+        return b"".join(payload[8 + env * size:8 + (env + 1) * size] for env in range(self.envs) if payload[states + env] & 19) + payload[states - 8 * self.envs:]
+
+    def expect(self, what):
+        if "gone" in what:
+            with contextlib.suppress(ConnectionError):
+                while self.sock.recv(65536):
+                    pass
+            return
+        frame = self.next(what["text"].encode() if what.get("type") == "PONG" else None)
+        if what.get("closed"):
+            assert frame is None, frame
+            return
+        assert frame is not None, what
+        said = json.loads(bytes(frame.payload)) if frame.type in (wire.WELCOME, wire.SPEC, wire.ERROR) else {}
+        if "unless" in what and said.get("code") == what["unless"]:
+            self.over = True
+            return
+        if "or" in what and said.get("code") == what["or"]:
+            return
+        assert frame.type == getattr(wire, what["type"]), (what, frame)
+        assert frame.request == what.get("request", frame.request)
+        if frame.type == wire.WELCOME:
+            said = {"capabilities": [], "max_frame": wire.LARGEST_FRAME, "last_request": 0, "resumed": False, "resume": ""} | said
+            self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
+            self.reader.limit = said["max_frame"]
+            self.over = not all(wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
+        if frame.type == wire.SPEC:
+            assert said["autoreset"] == what.get("autoreset", "same_step")
+            self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"])
+            self.offered, self.row_bytes = said["behaviours"], said["behaviours"][0]["observation_row"]["bytes"]
+        code = what.get("code", said.get("code"))
+        assert said.get("code") in (code if isinstance(code, list) else [code]), said
+        for key, value in what.get("members", {}).items():
+            within = isinstance(value, dict) and value["from"] <= said.get(key) <= value["to"]
+            assert within or said.get(key) == value, (key, said)
+        assert said.get("severity") == what.get("severity", said.get("severity")), said
+        assert "path" not in what or said["path"] in what["path"], said
+        assert frame.type != wire.ERROR or len(frame.payload) <= wire.LARGEST_BEFORE_WELCOME
+        assert "env" not in what or isinstance(said["env"], int)
+        assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
+        assert "text" not in what or bytes(frame.payload) == what["text"].encode()
+        payload = bytearray(frame.payload)
+        if frame.type == wire.RESULT:
+            payload[4:8] = bytes(4)  # the time that the engine took
+            if frame.request != self.judged:
+                assert self.check.judge(payload) is None
+                self.judged = frame.request
+        if "same_as" in what:
+            assert payload == self.kept[what["same_as"]]
+        if "begins_as" in what:
+            assert self.looked_at(payload) == self.looked_at(self.kept[what["begins_as"]])
+        if "keep" in what:
+            self.kept[what["keep"]] = payload
+
+    def beside(self, _):
+        """A second trainer, while this one is there."""
+        other = Conversation(self.port)
+        other.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2]}))
+        frame = other.next()
+        assert frame.type == wire.WELCOME or json.loads(bytes(frame.payload))["code"] == "CAPACITY"
+        other.write(wire.BYE, 0)
+        other.sock.close()
+
+    def play(self, what):
+        for _ in range(what.get("steps", 0)):
+            ended = bytes(self.check.over(env) for env in range(self.envs))
+            if what.get("until") == "over" and any(ended):
+                return
+            reset = self.autoreset == "disabled" and any(ended)
+            self.ask(wire.RESET if reset else wire.STEP, self.last + 1, (bytes(8) + ended + bytes(-self.envs % 8)) if reset else self.payload("legal"))
+            self.expect({"type": "RESULT", "request": self.last} | ({"or": "UNSUPPORTED"} if reset else {}))
+            if reset and self.judged != self.last:  # all of them or none (R47)
+                self.ask(wire.RESET, self.last + 1, self.payload("all"))
+                self.expect({"type": "RESULT", "request": self.last})
+        self.over = self.over or what.get("until") == "over"
+        assert any(state & wire.ACTIVE for states in self.check.states for state in states)
+
+    def half_close(self, _):
+        self.sock.shutdown(socket.SHUT_WR)
+
+    def reconnect(self, _):
+        self.sock.close()
+        for _ in range(100):
+            self.connect()
+            self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume}))
+            data = self.sock.recv(65536)
+            self.reader.feed(data)
+            peek = wire.FrameReader(wire.LARGEST_FRAME)
+            peek.feed(data)
+            frame = peek.next() if data else None
+            if frame and frame.type == wire.WELCOME:
+                return
+            self.sock.close()
+            time.sleep(0.02)
+        raise AssertionError("the session cannot be taken up again")
+
+
+def with_fractions(value):
+    """The same numbers, written otherwise: 1 as 1.0."""
+    if isinstance(value, dict):
+        return {key: with_fractions(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [with_fractions(inner) for inner in value]
+    return float(value) if type(value) is int else value

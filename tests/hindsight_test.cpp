@@ -1,0 +1,203 @@
+// Hindsight experience replay around every algorithm that learns from a replay, on bit flipping, whose reward says
+// nothing but whether the goal was reached: it learns what it does not learn without, one seed is one result whatever
+// the threads and wherever it is saved, and what it cannot do is said in one line.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "consac/run/training.h"
+#include "learn/test/algo/training_harness.h"
+#include "tests/support.h"
+#include "worlds/registry.h"
+
+namespace consac {
+namespace {
+
+using learn::Setting;
+using learn::Settings;
+using run::RunConfig;
+
+const std::atomic<bool> kUntilItEnds{false};
+
+std::unique_ptr<VectorEnv> Bits(const std::string& algorithm, std::int32_t copies) {
+  return (*worlds::FindWorld(algorithm == "dqn" ? "bit-flipping-v0" : "bit-flipping-continuous-v0"))->create(copies);
+}
+
+const std::vector<std::string>& OffPolicyAlgorithms() {
+  static const std::vector<std::string> names = {"dqn", "sac", "td3", "ddpg"};
+  return names;
+}
+
+Setting Small(const std::string& algorithm, const char* strategy = "future", const char* form = "sb3") {
+  return {algorithm,
+          {{"replay_buffer_class", "HerReplayBuffer"},
+           {"goal_selection_strategy", strategy},
+           {"her_form", form},
+           {"n_sampled_goal", "3"},
+           {"buffer_size", "300"},
+           {"learning_starts", "60"},
+           {"batch_size", "300"},
+           {"net_arch", "[12]"},
+           {"norm_obs", "true"},
+           {"norm_reward", "true"}},
+          480,
+          5};
+}
+
+std::uint64_t StateAfter(const Setting& setting) {
+  const std::unique_ptr<VectorEnv> env = Bits(setting.algorithm, 4);
+  const std::unique_ptr<learn::Learner> learner = learn::Make(*env, setting);
+  BatchBuffer first(env->spec().behaviours[0]);
+  learn::Begin(*env, *learner, first);
+  while (learner->steps() < setting.steps) learn::Step(*env, *learner, first.batch().slots);
+  EXPECT_GT(learner->updates(), 20) << setting.algorithm;
+  EXPECT_TRUE(learner->health().ok());
+  return HashState(*learner);
+}
+
+TEST(HindsightReplay, OneSeedIsOneResultWithAnyNumberOfThreads) {
+  for (const std::string& algorithm : OffPolicyAlgorithms()) {
+    Setting setting = Small(algorithm);
+    const std::uint64_t alone = StateAfter(setting);
+    int threads = 3;
+    setting.executor = learn::Threads(threads);
+    EXPECT_EQ(StateAfter(setting), alone) << algorithm;
+    setting.executor = {};
+    setting.values[0].second = "ReplayBuffer";
+    EXPECT_NE(StateAfter(setting), alone) << algorithm;
+  }
+}
+
+TEST(HindsightReplay, EveryStrategyOfEitherFormIsItsOwn) {
+  std::set<std::uint64_t> states;
+  for (const char* strategy : {"future", "final", "episode", "random"}) {
+    for (const char* form : {"sb2", "sb3"}) states.insert(StateAfter(Small("dqn", strategy, form)));
+  }
+  EXPECT_EQ(states.size(), 8u);
+}
+
+TEST(HindsightReplay, ARestoredLearnerGoesOnToTheSameBits) {
+  for (const std::string& algorithm : OffPolicyAlgorithms()) {
+    for (const char* strategy : {"future", "episode", "random"}) {
+      const Setting setting = Small(algorithm, strategy);
+      for (const int cut : {3, 17, 110}) {  // before anything is learned; in an episode; when the ring is full
+        const std::unique_ptr<VectorEnv> env = Bits(algorithm, 4), other_env = Bits(algorithm, 4);
+        const std::unique_ptr<learn::Learner> learner = learn::Make(*env, setting),
+                                              other = learn::Make(*other_env, setting);
+        BatchBuffer first(env->spec().behaviours[0]);
+        learn::Begin(*env, *learner, first);
+        for (int i = 0; i < cut; ++i) learn::Step(*env, *learner, first.batch().slots);
+        StateWriter writer;
+        writer("learner", *learner);
+        writer("env", *env);
+        StateReader reader(writer.fields());
+        reader("learner", *other);
+        reader("env", *other_env);
+        ASSERT_TRUE(reader.status().ok()) << reader.status().message();
+        for (int i = 0; i < 40; ++i) {
+          learn::Step(*env, *learner, first.batch().slots);
+          learn::Step(*other_env, *other, first.batch().slots, 1);
+        }
+        EXPECT_EQ(HashState(*learner), HashState(*other)) << algorithm << " " << strategy << " cut after " << cut;
+      }
+    }
+  }
+}
+
+RunConfig Flipping(const std::string& directory, const std::string& algorithm, const Settings& settings) {
+  RunConfig config;
+  config.world = algorithm == "dqn" ? "bit-flipping-v0" : "bit-flipping-continuous-v0";
+  config.algorithm = algorithm;
+  config.steps = 1000;
+  config.directory = directory;
+  config.name = "flipping";
+  config.force = true;
+  config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
+  for (const auto& [name, value] : settings) config.hyperparameters.emplace_back(name, value);
+  return config;
+}
+
+/// Mean return of the model: -4 is the best there is, -10 that of one that never gets there.
+double ReturnOf(const RunConfig& config) {
+  const auto summary = run::Train(config, kUntilItEnds);
+  EXPECT_TRUE(summary.ok()) << summary.status().message();
+  if (!summary.ok()) return -10.0;
+  run::EvaluateOptions options;
+  options.model = summary->models[0].path;
+  options.world = config.world;
+  options.episodes = 100;
+  const auto verdict = run::Evaluate(options, kUntilItEnds);
+  EXPECT_TRUE(verdict.ok()) << verdict.status().message();
+  return verdict.ok() ? verdict->front().mean_reward : -10.0;
+}
+
+TEST(HindsightReplay, LearnsToFlipTenBitsAndWithoutItDoesNot) {
+  testing::ScratchFolder scratch("her_learns");
+  Settings settings = {{"replay_buffer_class", "HerReplayBuffer"},
+                       {"learning_rate", "1e-3"},
+                       {"batch_size", "128"},
+                       {"train_freq", "1"},
+                       {"gamma", "0.95"},
+                       {"buffer_size", "20000"},
+                       {"target_update_interval", "200"},
+                       {"net_arch", "[64]"},
+                       {"learning_starts", "200"},
+                       {"exploration_fraction", "0.3"}};
+  RunConfig config = Flipping(scratch.path(), "dqn", settings);
+  config.steps = 3000;
+  EXPECT_GE(ReturnOf(config), -4.6) << "9 of 10 times at least it gets there";
+  config.hyperparameters[0].second = "ReplayBuffer";
+  EXPECT_LT(ReturnOf(config), -9.5);
+}
+
+TEST(HindsightReplay, WhatItCannotDoIsSaidInOneLine) {
+  testing::ScratchFolder scratch("her_refused");
+  const auto why = [&](const char* world, Settings settings) {
+    settings.insert(settings.begin(), {"replay_buffer_class", "HerReplayBuffer"});
+    RunConfig config = Flipping(scratch.path(), "dqn", settings);
+    config.world = world;
+    const auto summary = run::Train(config, kUntilItEnds);
+    EXPECT_FALSE(summary.ok());
+    EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/flipping"));
+    return summary.status().message();
+  };
+  EXPECT_NE(why("road-v0", {}).find("HerReplayBuffer needs a world that can say what other goals would have paid"),
+            std::string::npos);
+  EXPECT_NE(why("bit-flipping-v0", {{"prioritized_replay", "true"}}).find("leave out prioritized_replay"),
+            std::string::npos);
+  EXPECT_NE(why("bit-flipping-v0", {{"n_steps", "3"}}).find("n_steps is 3; leave it at 1"), std::string::npos);
+  EXPECT_NE(why("bit-flipping-v0", {{"goal_selection_strategy", "past"}}).find("future|final|episode|random"),
+            std::string::npos);
+  EXPECT_NE(why("bit-flipping-v0", {{"buffer_size", "1e9"}}).find("lower buffer_size"), std::string::npos);
+}
+
+// The learner itself, for whoever embeds it without a run.
+TEST(HindsightReplay, ALearnerWithoutPricesIsNotMade) {
+  for (const std::string& algorithm : OffPolicyAlgorithms()) {
+    const learn::Algorithm* row = *learn::FindAlgorithm(algorithm);
+    learn::HyperparameterSet values(row->hyperparameters);
+    ASSERT_TRUE(values.Set("replay_buffer_class", "HerReplayBuffer").ok());
+    EXPECT_TRUE(learn::RelabelsGoals(*row, values));
+    learn::LearnerOptions options;
+    options.behaviour = Bits(algorithm, 1)->spec().behaviours[0];
+    const auto learner = row->create(options, values);
+    ASSERT_FALSE(learner.ok());
+    EXPECT_NE(learner.status().message().find("choose ReplayBuffer"), std::string::npos);
+  }
+}
+
+TEST(HindsightReplay, TellsWhatItsMemoryTakes) {
+  for (const std::string& algorithm : OffPolicyAlgorithms()) {
+    Setting setting = Small(algorithm);
+    setting.values.push_back({"buffer_size", "16000"});
+    const std::unique_ptr<VectorEnv> env = Bits(algorithm, 1);
+    const std::int64_t with = learn::Make(*env, setting)->memory_bytes();
+    setting.values[0].second = "ReplayBuffer";
+    EXPECT_EQ(with - learn::Make(*env, setting)->memory_bytes(), 17000 * 24) << algorithm;
+  }
+}
+
+}  // namespace
+}  // namespace consac
