@@ -85,6 +85,8 @@ class Program {
     if (options.out >= 0) dup2(options.out, STDOUT_FILENO);
     redirect(Path("error"), STDERR_FILENO);
     for (int other = STDERR_FILENO + 1; other < 1024; ++other) close(other);
+    // As at a terminal: a job in the background of a script ignores them, and so would its children.
+    for (const int heard : {SIGHUP, SIGINT, SIGQUIT}) signal(heard, SIG_DFL);
     alarm(options.alarm_s);
     Impose(options.limits);
     execv(argv[0], argv.data());

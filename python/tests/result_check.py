@@ -1,5 +1,4 @@
 """A second judge of RESULTs, made from spec/protocol2.md alone: which rule a payload breaks, None for none."""
-import json
 import math
 import struct
 

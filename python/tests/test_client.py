@@ -18,8 +18,10 @@ import consac
 from consac import client, wire
 from consac.errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, Refused, SpecMismatch
 from consac.layout import Layout
-from consac.serve import Limits, Server
+from consac.serve import Limits
+from program import OUR_ENVIRONMENT, OUR_SERVE
 from toy_server import ToyServer
+from waiting import ENDS_S, until
 
 ROOT = Path(__file__).resolve().parents[2]
 SPACES = {
@@ -65,29 +67,15 @@ class Echo(gymnasium.Env):
         return np.arange(4 * 3 * 3, dtype=np.uint8).reshape(4, 3, 3)
 
 
-@pytest.fixture
-def serve():
-    servers = []
-
-    def start(make_env, envs=1, **options):
-        server = Server(make_env, envs, **options).start()
-        servers.append(server)
-        return f"tcp://127.0.0.1:{server.port}"
-
-    yield start
-    for server in servers:
-        server.close()
-
-
 # ---- Gymnasium's rules
 
 @pytest.mark.parametrize("shared_memory", [False, True], ids=["tcp", "memory"])
 @pytest.mark.parametrize("kind", SPACES)
-def test_check_env_and_every_space_arrives_as_it_was(kind, shared_memory, serve):
+def test_check_env_and_every_space_arrives_as_it_was(kind, shared_memory, serve_env):
     space = SPACES[kind]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        env = consac.make(serve(lambda: Echo(space, space)), protocol=2, render_mode="rgb_array", shared_memory=shared_memory)
+        env = consac.make(serve_env(lambda: Echo(space, space)), protocol=2, render_mode="rgb_array", shared_memory=shared_memory)
         assert env.observation_space == space and env.action_space == space
         check_env(env)
     stock = Echo(space, space)
@@ -115,8 +103,8 @@ def wide(value):
     return tuple(map(wide, value)) if isinstance(value, tuple) else value if isinstance(value, np.ndarray) else int(value) if isinstance(value, np.integer) else value
 
 
-def test_through_gymnasium_make_and_a_step_limit(serve):
-    url = serve("CartPole-v1")
+def test_through_gymnasium_make_and_a_step_limit(serve_env):
+    url = serve_env("CartPole-v1")
     env = gymnasium.make("consac.env:consac/Remote-v0", url=url, protocol=2)
     env.reset(seed=1)
     assert env.step(0)[4] == {}
@@ -128,8 +116,8 @@ def test_through_gymnasium_make_and_a_step_limit(serve):
     env.close()
 
 
-def test_wrong_actions_are_refused_and_the_session_goes_on(serve):
-    env = consac.make(serve("CartPole-v1"), protocol=2)
+def test_wrong_actions_are_refused_and_the_session_goes_on(serve_env):
+    env = consac.make(serve_env("CartPole-v1"), protocol=2)
     with pytest.raises(EngineError, match="BAD_STATE"):
         env.step(0)
     env.reset(seed=1)
@@ -142,7 +130,7 @@ def test_wrong_actions_are_refused_and_the_session_goes_on(serve):
             env.step(wrong)
     assert env.step(np.int64(1))[0].shape == (4,)
     env.close()
-    env = consac.make(serve("Pendulum-v1"), protocol=2)
+    env = consac.make(serve_env("Pendulum-v1"), protocol=2)
     env.reset(seed=1)
     for wrong in ([1.0, 2.0], 1.0, ["a"]):
         with pytest.raises(ValueError):
@@ -153,19 +141,19 @@ def test_wrong_actions_are_refused_and_the_session_goes_on(serve):
     env.close()
 
 
-def test_who_is_let_in(serve):
-    url = serve("CartPole-v1", token="secret")
+def test_who_is_let_in(serve_env):
+    url = serve_env("CartPole-v1", token="secret")
     with pytest.raises(Refused, match="AUTH_FAILED"):
         consac.make(url, protocol=2)
     consac.make(url, protocol=2, token="secret").close()
-    url = serve("CartPole-v1", limits=Limits(max_sessions=1))
+    url = serve_env("CartPole-v1", limits=Limits(max_sessions=1))
     env = consac.make(url, protocol=2)
     with pytest.raises(EngineBusy) as told:
         consac.make(url, protocol=2)
     assert told.value.retry_after_s > 0
     env.close()
     with pytest.raises(ConsacError, match="make_vec"):
-        consac.make(serve("CartPole-v1", 2), protocol=2)
+        consac.make(serve_env("CartPole-v1", 2), protocol=2)
 
 
 def test_no_final_rows_at_the_very_end_of_a_result():
@@ -173,8 +161,8 @@ def test_no_final_rows_at_the_very_end_of_a_result():
     assert [view.shape for view in layout.views(memoryview(bytes(64)), 0, 64)] == [(0, 3), (0, 2)]
 
 
-def test_expected_spaces(serve):
-    url = serve("CartPole-v1")
+def test_expected_spaces(serve_env):
+    url = serve_env("CartPole-v1")
     env = consac.make(url, protocol=2)
     expect = env.unwrapped.connection.spec["behaviours"]
     env.close()
@@ -185,8 +173,8 @@ def test_expected_spaces(serve):
     assert told.value.path == "behaviours/0/action/n"
 
 
-def test_crc(serve):
-    env = consac.make(serve("CartPole-v1"), protocol=2, crc=True)
+def test_crc(serve_env):
+    env = consac.make(serve_env("CartPole-v1"), protocol=2, crc=True)
     assert env.unwrapped.connection._flags == wire.FLAG_CRC
     env.reset(seed=1)
     env.step(1)
@@ -195,23 +183,20 @@ def test_crc(serve):
 
 def test_a_server_process(tmp_path):
     port_file = tmp_path / "port"
-    process = subprocess.Popen([sys.executable, "-m", "consac.serve", "CartPole-v1", "--port", "0", "--port-file", port_file, "--no-render"], stdout=subprocess.DEVNULL)
-    try:
-        end = time.monotonic() + 20
-        while not port_file.exists() and time.monotonic() < end:
-            time.sleep(0.01)
-        env = consac.make(f"tcp://127.0.0.1:{port_file.read_text().strip()}")
-        env.reset(seed=1)
-        process.kill()
-        process.wait()
-        begun = time.monotonic()
-        with pytest.raises(ConnectionLost, match="did not come back"):
-            for _ in range(3):
-                env.step(1)
-        assert time.monotonic() - begun < 3
-    finally:
-        process.kill()
-        process.wait()
+    with subprocess.Popen([*OUR_SERVE, "CartPole-v1", "--port", "0", "--port-file", port_file, "--no-render"], stdout=subprocess.PIPE, env=OUR_ENVIRONMENT) as process:
+        try:
+            process.stdout.readline()
+            env = consac.make(f"tcp://127.0.0.1:{port_file.read_text().strip()}")
+            env.reset(seed=1)
+            process.kill()
+            process.wait()
+            begun = time.monotonic()
+            with pytest.raises(ConnectionLost, match="did not come back"):
+                for _ in range(3):
+                    env.step(1)
+            assert time.monotonic() - begun < env.unwrapped.connection.timeout / 2
+        finally:
+            process.kill()
 
 
 # ---- an engine that fails
@@ -249,7 +234,7 @@ def test_an_engine_that_dies_at_any_byte():
         for at in range(sum(sent)):
             server.fault = cut_at(at, 1 << 30)
             with pytest.raises(ConnectionLost):
-                play(server.url, timeout=5)
+                play(server.url)
         assert not server.errors
 
 
@@ -274,8 +259,8 @@ def test_a_step_that_never_arrived_is_carried_out_once():
 
 
 @pytest.mark.parametrize("shared_memory", [False, True])
-def test_consac_serve_takes_a_session_up(serve, shared_memory):
-    env = consac.make(serve("CartPole-v1"), protocol=2, shared_memory=shared_memory)
+def test_consac_serve_takes_a_session_up(serve_env, shared_memory):
+    env = consac.make(serve_env("CartPole-v1"), protocol=2, shared_memory=shared_memory)
     stock = gymnasium.make("CartPole-v1")
     assert (env.reset(seed=1)[0] == stock.reset(seed=1)[0]).all()
     for step in range(9):
@@ -336,7 +321,7 @@ def test_answers_that_are_no_protocol_2(kind):
             sock.sendall(data)
             return True
     with ToyServer(before=before) as server:
-        env = consac.make(server.url, protocol=2, timeout=5)
+        env = consac.make(server.url, protocol=2)
         env.reset()
         with pytest.raises(ProtocolError) as told:
             env.step(1)
@@ -356,14 +341,21 @@ def test_a_peer_that_is_no_engine():
             consac.make(wrong)
 
 
+def with_deadline(url, seconds):
+    """After its first reset, which takes as long as it takes."""
+    env = consac.make(url, protocol=2)
+    env.reset()
+    env.unwrapped.connection.timeout = seconds
+    return env
+
+
 def test_an_engine_that_is_silent():
     with ToyServer(before=lambda server, sock, frame: frame.type == wire.STEP) as server:
-        env = consac.make(server.url, protocol=2, timeout=0.2)
-        env.reset()
+        env = with_deadline(server.url, 0.2)
         begun = time.monotonic()
         with pytest.raises(DeadlineExceeded, match="0.2 s"):
             env.step(1)
-        assert 0.2 <= time.monotonic() - begun < 1
+        assert 0.2 <= time.monotonic() - begun < 30  # the deadline of others
         with pytest.raises(ConnectionLost, match="is closed"):
             env.step(1)
 
@@ -376,8 +368,7 @@ def test_an_engine_that_drips_is_given_up_too():
                 time.sleep(0.02)
             return True
     with ToyServer(before=before) as server:
-        env = consac.make(server.url, protocol=2, timeout=0.3)
-        env.reset()
+        env = with_deadline(server.url, 0.3)
         with pytest.raises(DeadlineExceeded):
             env.step(1)
 
@@ -386,11 +377,10 @@ def test_a_pause_stops_the_deadline():
     def before(server, sock, got):
         if got.type == wire.STEP:
             sock.sendall(frame(wire.PAUSED, request=0))
-            time.sleep(0.5)
+            time.sleep(1.3)
             sock.sendall(frame(wire.RESUMED, request=0) + frame(wire.OPTIONAL | 99, b"news", 0))
     with ToyServer(before=before) as server:
-        env = consac.make(server.url, protocol=2, timeout=0.2)
-        env.reset()
+        env = with_deadline(server.url, 1.0)
         assert env.step(1)[1] == 1.0
         env.close()
 
@@ -399,16 +389,16 @@ def test_after_a_pause_the_deadline_goes_on():
     def before(server, sock, got):
         if got.type == wire.STEP:
             sock.sendall(frame(wire.PAUSED, request=0))
-            time.sleep(0.4)
+            resumed.append(time.monotonic() + 1.3)
+            time.sleep(1.3)
             sock.sendall(frame(wire.RESUMED, request=0))
             return True
+    resumed = []
     with ToyServer(before=before) as server:
-        env = consac.make(server.url, protocol=2, timeout=0.2)
-        env.reset()
-        begun = time.monotonic()
+        env = with_deadline(server.url, 1.0)
         with pytest.raises(DeadlineExceeded):
             env.step(1)
-        assert 0.5 < time.monotonic() - begun < 1
+        assert time.monotonic() > resumed[0]
 
 
 def test_pings_are_answered_while_waiting_and_between_requests(monkeypatch):
@@ -426,12 +416,12 @@ def test_pings_are_answered_while_waiting_and_between_requests(monkeypatch):
         env = consac.make(server.url, protocol=2)
         env.reset()
         env.step(1)
-        assert pongs.acquire(timeout=2)
+        assert pongs.acquire(timeout=ENDS_S)
         data = frame(wire.PING, b"two", 0)
         server.open[0].sendall(data[:20])
         time.sleep(0.1)
         server.open[0].sendall(data[20:])
-        assert pongs.acquire(timeout=2)
+        assert pongs.acquire(timeout=ENDS_S)
         assert env.step(1)[1] == 2.0
         env.close()
         assert not server.errors
@@ -440,12 +430,12 @@ def test_pings_are_answered_while_waiting_and_between_requests(monkeypatch):
 def test_a_peer_that_answers_no_ping_is_gone():
     def before(server, sock, got):
         return server.connections == 1 and got.type in (wire.STEP, wire.PING)
-    with ToyServer(before=before, heartbeat_s=0.05) as server:
+    with ToyServer(before=before, heartbeat_s=0.3) as server:
         env = consac.make(server.url, protocol=2)
         env.reset()
         begun = time.monotonic()
         assert env.step(1)[1] == 1.0
-        assert time.monotonic() - begun < 2 and server.connections == 2 and server.steps == 1
+        assert time.monotonic() - begun < env.unwrapped.connection.timeout / 2 and server.connections == 2 and server.steps == 1
         env.close()
 
 
@@ -475,7 +465,7 @@ def test_a_connection_that_is_dropped_ends_its_thread(monkeypatch):
         env = consac.make(server.url, protocol=2)
         thread, = (thread for thread in set(threading.enumerate()) - before if thread.name == "consac-keepalive")
         del env
-        thread.join(2)
+        thread.join(ENDS_S)
         assert not thread.is_alive()
 
 
@@ -513,30 +503,30 @@ def test_a_forgotten_environment_says_bye():
         env = consac.make(server.url, protocol=2)
         env.reset()
         del env
-        end = time.monotonic() + 2
-        while server.log[-1][1] != wire.BYE and time.monotonic() < end:
-            time.sleep(0.01)
-        assert server.log[-1][1] == wire.BYE
+        until(lambda: server.log[-1][1] == wire.BYE, "BYE")
 
 
 def test_an_interrupted_step_is_not_the_end():
     import _thread
 
+    interrupted = threading.Event()
+
     def before(server, sock, got):
         if got.type == wire.STEP and server.connections == 1:
-            threading.Timer(0.1, _thread.interrupt_main).start()
-            time.sleep(0.3)
+            _thread.interrupt_main()
+            assert interrupted.wait(ENDS_S)  # the step is not over before
     with ToyServer(before=before) as server:
         env = consac.make(server.url, protocol=2)
         env.reset()
         with pytest.raises(KeyboardInterrupt):
             env.step(1)
-            time.sleep(1)
-        assert env.step(1)[1] == server.steps
+        interrupted.set()
+        until(lambda: server.steps == 1, "the interrupted step")
+        assert env.step(1)[1] == server.steps == 2
         env.close()
 
 
-def test_rllib(monkeypatch, serve):
+def test_rllib(monkeypatch, serve_env):
     import types
 
     from consac import rllib
@@ -544,7 +534,7 @@ def test_rllib(monkeypatch, serve):
     class Recreate(Exception):
         pass
 
-    url = serve("CartPole-v1")
+    url = serve_env("CartPole-v1")
     with pytest.raises(ConsacError, match="env_config"):
         rllib.env_creator({})
     env = rllib.env_creator({"urls": [url], "protocol": 2, "max_episode_steps": 9, "shared_memory": False})
@@ -559,16 +549,16 @@ def test_rllib(monkeypatch, serve):
         env.step(0)
 
 
-def test_rllib_takes_a_free_engine_or_all_environments_of_one(serve):
+def test_rllib_takes_a_free_engine_or_all_environments_of_one(serve_env):
     from consac import rllib
 
-    full, free = serve("CartPole-v1", limits=Limits(max_sessions=1)), serve("CartPole-v1")
+    full, free = serve_env("CartPole-v1", limits=Limits(max_sessions=1)), serve_env("CartPole-v1")
     first = rllib.env_creator({"urls": [full, free]})
     second = rllib.env_creator({"urls": [full, free]})
     assert [env.unwrapped.connection.url for env in (first, second)] == [full, free]
     with pytest.raises(EngineBusy):
         rllib.env_creator({"url": full})
-    url = serve("CartPole-v1", envs=3)
+    url = serve_env("CartPole-v1", envs=3)
     envs = rllib.env_creator({"url": url, "num_envs": 3})
     assert envs.num_envs == 3 and envs.reset(seed=1)[0].shape == (3, 4)
     assert envs.step(np.zeros(3, np.int64))[1].tolist() == [1, 1, 1]
@@ -605,14 +595,14 @@ def test_text_protocol_1_from_plain_python():
         with pytest.raises(ConnectionLost, match="300 steps"):
             env.step(1)
         env.close()
-        assert process.wait(5) == 0
+        assert process.wait(ENDS_S) == 0
     finally:
         process.kill()
         process.wait()
 
 
-def test_text_protocol_1_from_consac_serve(serve):
-    url = serve("Pendulum-v1", protocol="text1", training_length=1000)
+def test_text_protocol_1_from_consac_serve(serve_env):
+    url = serve_env("Pendulum-v1", protocol="text1", training_length=1000, limits=Limits(grace_s=ENDS_S))
     env = consac.make(url)
     assert walk(env, 450) == 2
     env.reset()  # in the middle of an episode: a new connection
@@ -627,17 +617,13 @@ def test_an_old_and_slow_engine_is_met_without_hello():
     import socket
 
     listener = socket.create_server(("127.0.0.1", 0))
-    got = []
+    said, got = b"D#2#0#B#1#0,3.4028235e+38#10\n1#0#0\n", []
 
     def engine():
-        for _ in range(2):
-            sock, _ = listener.accept()
-            time.sleep(0.25)
-            try:
-                sock.sendall(b"D#2#0#B#1#0,3.4028235e+38#10\n1#0#0\n")
-                got.append(sock.recv(100))
-            except OSError:
-                pass
+        slow, _ = listener.accept()
+        got.append(slow.recv(100))  # so slow that HELLO has come before it speaks
+        slow.sendall(said)
+        listener.accept()[0].sendall(said)
     threading.Thread(target=engine, daemon=True).start()
     env = consac.make(f"tcp://127.0.0.1:{listener.getsockname()[1]}")
     assert env.observation_space == spaces.Box(0, np.inf, (1,), np.float32)
@@ -654,13 +640,13 @@ def test_an_old_and_slow_engine_is_met_without_hello():
 def test_setups_that_are_wrong(setup, message):
     with ToyServer(first=setup) as server:
         with pytest.raises(ConsacError, match=message):
-            consac.make(server.url, timeout=2)
+            consac.make(server.url)
 
 
 @pytest.mark.parametrize("observation, message", {
     b"1#0\n": "fields", b"1,2#0#0\n": "numbers", b"5#0#0\n": "outside", b"1#x#0\n": "no number", b"1#1_0#0\n": "no number", b"1#0#2\n": "done is", b"error: no\n": "error: no", b"\xff#0#0\n": "no text"}.items())
 def test_observations_that_are_wrong(observation, message):
     with ToyServer(first=b"D#2#0#B#1#0,3#10\n" + observation) as server:
-        env = consac.make(server.url, timeout=2)
+        env = consac.make(server.url)
         with pytest.raises(ProtocolError, match=message):
             env.reset()

@@ -1,9 +1,7 @@
 """spec/conformance/protocol2: the frames through our reader, the conversations with our server, the RESULTs before a judge of our own."""
 import contextlib
 import json
-import os
 import pathlib
-import socket
 import subprocess
 
 import gymnasium
@@ -22,10 +20,10 @@ from consac.serve.batch import Batch
 from consac.serve.connection import Connection
 from consac.serve.limits import Limits
 from conversation import Conversation
+from program import PROGRAM, free_port, needs_program, run
 from result_check import ResultCheck
 
 CASES = pathlib.Path(__file__).parents[2] / "spec/conformance/protocol2"
-PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
 FRAMES, CONVERSATIONS, RESULTS = (json.loads((CASES / name).read_text()) for name in ("frames.json", "server.json", "results.json"))
 
 
@@ -99,12 +97,11 @@ def test_results_before_our_client(case):
         assert held == ("breaks" not in answer or "may_overlook" in answer)
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 @pytest.mark.parametrize("autoreset, max_frame", [("same_step", wire.LARGEST_FRAME), ("same_step", 4096), ("next_step", wire.LARGEST_FRAME), ("disabled", wire.LARGEST_FRAME)])
 def test_every_case_holds_for_our_client(autoreset, max_frame):
     """Whoever asks for another way first is put through its cases too."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
+    port = free_port()
     with subprocess.Popen([PROGRAM, "doctor", "--conformance-trainer", f"tcp://127.0.0.1:{port}", "--timeout", "30"], stdout=subprocess.PIPE, text=True) as doctor:
         doctor.stdout.readline()
         while doctor.poll() is None:
@@ -122,19 +119,19 @@ def test_every_case_holds_for_our_client(autoreset, max_frame):
     assert (f"holds        {autoreset}: an end with " in said) == (autoreset != "same_step"), said
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 @pytest.mark.parametrize("token", ["", "open sesame"])
 def test_the_doctor_finds_nothing_wrong_with_our_server(token):
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=3, token=token) as server:
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}", *["--token", token] * bool(token)], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}", *["--token", token] * bool(token)])
     assert done.returncode == 0, done.stdout + done.stderr
     assert (f"{'holds' if token else 'not offered':<12} no access token (R23)" in done.stdout) and f"{'holds' if token else 'not offered':<12} another access token" in done.stdout
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 def test_a_servers_limit_below_4096_counts_as_that():
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=3, limits=Limits(max_frame=1000)) as server:
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -172,21 +169,21 @@ def says_pong_unasked(monkeypatch):
     monkeypatch.setattr(Connection, "answer", answer)
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 @pytest.mark.parametrize("engine", [all_or_none, somebody_comes_later, says_pong_unasked], ids=lambda engine: engine.__name__)
 def test_engines_that_the_page_allows_hold_every_case(engine, monkeypatch):
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
         engine(monkeypatch)
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
     assert done.returncode == 0, done.stdout + done.stderr
     if engine is all_or_none:
         assert "holds        disabled: 300 steps" in done.stdout and "not offered  the first environment alone is stepped" in done.stdout, done.stdout
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 def test_a_reward_beyond_float32_is_told_as_that(tmp_path):
     with Server(lambda: gymnasium.wrappers.TransformReward(gymnasium.make("CartPole-v1"), lambda _: 1e308)) as server:
-        done = subprocess.run([PROGRAM, "train", f"tcp://127.0.0.1:{server.port}", "--steps", "64", "--name", "rich", "--dir", tmp_path], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "train", f"tcp://127.0.0.1:{server.port}", "--steps", "64", "--name", "rich", "--dir", tmp_path])
     assert done.returncode == 7 and "the reward is inf, or a number beyond float32" in done.stderr, done.stderr
 
 
@@ -213,10 +210,10 @@ class EveryKind(gymnasium.Env):
         return np.zeros((2, 3, 3), np.uint8)
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 def test_illegal_numbers_of_every_kind_of_leaf_are_found():
     with Server(EveryKind, envs=3) as server:
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
     assert done.returncode == 0, done.stdout + done.stderr
     for kind in ("a discrete", "a multi_discrete", "a multi_binary", "a box", "a BOOL that is 2"):
         assert f"holds        an action outside its space by its last number of {kind} (R44)" in done.stdout, done.stdout
@@ -247,10 +244,10 @@ class Deaths(pettingzoo.ParallelEnv):
         return {agent: 1 for agent in were}, {agent: 1.0 for agent in were}, ended, {agent: False for agent in were}, {agent: {"steps": self.steps} for agent in were}
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 def test_every_case_holds_where_one_agent_ends_before_the_others():
     with Server(Deaths, envs=2) as server:
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
     assert done.returncode == 0, done.stdout + done.stderr
 
 

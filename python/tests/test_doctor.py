@@ -1,8 +1,6 @@
 """consac doctor before engines and trainers that are wrong: each is told so by name, with what was sent and what was expected."""
 import contextlib
 import dataclasses
-import os
-import pathlib
 import signal
 import socket
 import struct
@@ -17,8 +15,9 @@ from consac import wire
 from consac.layout import align
 from consac.serve import Refused, Server
 from consac.serve.batch import Batch
+from program import PROGRAM, catches, needs_program, run
+from waiting import ENDS_S, until
 
-PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
 
 
 def nobody_is_ever_said(monkeypatch):
@@ -33,7 +32,7 @@ def nobody_is_ever_said(monkeypatch):
     monkeypatch.setattr(Batch, "result", forgetful)
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 def test_an_engine_that_forgets_state_16_is_told_so_by_name(monkeypatch):
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=1) as server:
         nobody_is_ever_said(monkeypatch)
@@ -72,13 +71,13 @@ def says_a_limit_of_3000(monkeypatch, server):
     server.limits = dataclasses.replace(server.limits, max_frame=3000)
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 @pytest.mark.parametrize("engine, fails", [(judges_every_seed, "a negative seed of an environment that is not reset (R43 R47)"), (looks_at_padding, "padding of RESET, of its options and of STEP that is not 0 (R41)"),
                                            (says_a_limit_of_3000, "no limit is below 4096, nor above 2^26 (R22)")])
 def test_a_wrong_engine_fails_the_case_of_its_fault_with_what_was_sent(engine, fails, monkeypatch):
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
         engine(monkeypatch, server)
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"], capture_output=True, text=True, timeout=100)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
     assert done.returncode == 3, done.stdout + done.stderr
     lines = done.stdout.splitlines()
     at = lines.index(f"FAILS        {fails}")
@@ -126,31 +125,31 @@ def pings_for_ever(write, kind, request):
         write(wire.PING, 0, b"still there")
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 @pytest.mark.parametrize("answer, said", [(pauses_for_ever, "no answer within 0.05 s: the server says PAUSED and no RESUMED"), (pings_for_ever, "no answer within 0.05 s"),
                                           (lambda *_: None, "no answer within 0.05 s")])
 def test_no_server_holds_the_doctor_up(answer, said):
     """Neither by a pause that nobody ends, nor by PINGs, nor by silence; --timeout says how long an answer may take."""
     with scripted(answer) as url:
-        done = subprocess.run([PROGRAM, "doctor", "--conformance", url, "--timeout", "0.05"], capture_output=True, text=True, timeout=100)
+        done = run([PROGRAM, "doctor", "--conformance", url, "--timeout", "0.05"])
     assert done.returncode == 3 and said in done.stdout, done.stdout + done.stderr
 
 
-@pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
+@needs_program
 def test_what_the_doctor_is_asked_is_what_it_does():
     """One examination at a time; its advice names its own flag; signals that end it leave one exit code."""
     for both in (["tcp://127.0.0.1:1", "--conformance", "tcp://127.0.0.1:2"], ["--conformance", "tcp://127.0.0.1:1", "--conformance-trainer", "tcp://127.0.0.1:2"]):
-        done = subprocess.run([PROGRAM, "doctor", *both], capture_output=True, text=True, timeout=20)
+        done = run([PROGRAM, "doctor", *both])
         assert done.returncode == 2 and "one examination at a time" in done.stderr and done.stderr.count("\n") == 1, done.stderr
     with scripted(welcomes) as url:
-        done = subprocess.run([PROGRAM, "doctor", url, "--timeout", "0.3"], capture_output=True, text=True, timeout=20)
+        done = run([PROGRAM, "doctor", url, "--timeout", "0.3"])
     assert done.returncode == 3 and "raise --timeout" in done.stderr, done.stderr
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
         with subprocess.Popen([PROGRAM, "doctor", "--conformance-trainer", "tcp://127.0.0.1:0", "--timeout", "30"], stdout=subprocess.PIPE, text=True) as doctor:
             assert "listening" in doctor.stdout.readline()
             doctor.send_signal(number)
-            assert doctor.wait(10) == 130, number
+            assert doctor.wait(ENDS_S) == 130, number
     with subprocess.Popen([PROGRAM, "bench", "--only", "cartpole", "--repeats", "100"], stdout=subprocess.DEVNULL) as bench:
-        time.sleep(0.5)
+        until(lambda: catches(bench, signal.SIGTERM), "the handler of SIGTERM")
         bench.terminate()
-        assert bench.wait(10) == 130
+        assert bench.wait(ENDS_S) == 130

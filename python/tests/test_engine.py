@@ -1,9 +1,5 @@
 """Our clients against the real engine: `consac serve`, found below CONSAC_BUILD_DIR."""
 import contextlib
-import os
-import pathlib
-import subprocess
-import time
 
 import gymnasium
 import numpy as np
@@ -11,26 +7,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import consac
+from program import PROGRAM, needs_program, run
 
-PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
-pytestmark = pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
-
-
-@pytest.fixture
-def serve(tmp_path):
-    started = []
-
-    def start(world, *arguments):
-        port_file = tmp_path / f"port{len(started)}"
-        started.append(subprocess.Popen([PROGRAM, "serve", world, "--port", "0", "--port-file", port_file, *arguments], stdout=subprocess.DEVNULL))
-        while not port_file.is_file():
-            time.sleep(0.01)
-        return f"tcp://127.0.0.1:{int(port_file.read_text())}"
-
-    yield start
-    for process in started:
-        process.kill()
-        process.wait()
+pytestmark = needs_program
 
 
 @pytest.mark.parametrize("world, gym_id", [("cartpole-v1", "CartPole-v1"), ("pendulum-v1", "Pendulum-v1")])
@@ -118,7 +97,8 @@ def test_an_access_token_is_asked_for(serve):
 
 
 def test_a_model_of_ours_acts_in_our_engine(serve, tmp_path):
-    subprocess.run([PROGRAM, "train", "road-v0", "--steps", "6000", "--name", "walker", "--dir", tmp_path, "--no-tensorboard", "--json"], check=True, capture_output=True)
+    done = run([PROGRAM, "train", "road-v0", "--steps", "6000", "--name", "walker", "--dir", tmp_path, "--no-tensorboard", "--json"])
+    assert done.returncode == 0, done.stderr
     policy = consac.load_policy(tmp_path / "walker/model.consac")
     with consac.make(serve("road-v0")) as env:
         observation, _ = env.reset(seed=5)

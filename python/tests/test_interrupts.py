@@ -1,6 +1,5 @@
 """Ctrl-C: at every bytecode of a request and of what mends an interrupted one, and as SIGINTs from outside, the client stays usable."""
 import contextlib
-import os
 import pathlib
 import random
 import re
@@ -16,11 +15,11 @@ import pytest
 import consac
 from consac import shared_memory
 from consac.serve import Limits, Server
+from program import OUR_ENVIRONMENT, OUR_SERVE, PROGRAM, needs_program, run
 from toy_server import ToyServer
+from waiting import ENDS_S
 
 PACKAGE = pathlib.Path(consac.__file__).parent
-PROGRAM = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli/consac"
-in_cpp = pytest.mark.skipif(not PROGRAM.is_file(), reason="CONSAC_BUILD_DIR names no build with cli/consac")
 in_both_ways = pytest.mark.parametrize("memory", [False, pytest.param(True, marks=pytest.mark.skipif(not shared_memory.AVAILABLE, reason="no shared memory here"))], ids=["tcp", "memory"])
 SIGNALS = 120
 
@@ -127,7 +126,7 @@ def test_an_interrupt_before_the_first_reset_and_an_engine_that_keeps_no_session
 
 @pytest.mark.parametrize("what", ["step", "reset"])
 def test_an_interrupted_request_of_text_protocol_1_is_mended_by_reset(what):
-    with Server(Counter, protocol="text1", training_length=1 << 30) as server, consac.make(f"tcp://127.0.0.1:{server.port}", protocol="text1") as env:
+    with Server(Counter, protocol="text1", training_length=1 << 30, limits=Limits(grace_s=ENDS_S)) as server, consac.make(f"tcp://127.0.0.1:{server.port}", protocol="text1") as env:
         env.reset()
         at = 1
         while interrupted((lambda: env.step(1)) if what == "step" else env.reset, at):
@@ -187,8 +186,7 @@ os.write(1, b".")
 def torment(url, memory):
     """Interrupts a client `SIGNALS` times, each at a random moment of the time that it asks for one."""
     moment = random.Random(1)
-    probe = subprocess.Popen([sys.executable, "-c", PROBE, url, str(memory), str(SIGNALS)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                             env={**os.environ, "PYTHONPATH": str(PACKAGE.parent)})
+    probe = subprocess.Popen([sys.executable, "-c", PROBE, url, str(memory), str(SIGNALS)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=OUR_ENVIRONMENT)
     with probe:
         while probe.stdout.read(1) == b"!":
             end = time.perf_counter() + moment.uniform(0, 0.004)
@@ -201,19 +199,30 @@ def torment(url, memory):
 
 def torment_server(command, memory):
     """Torments a client of the server that `command` starts; its first line ends with the port that it serves on."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(PACKAGE.parent)}) as server:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=OUR_ENVIRONMENT) as server:
         try:
             torment(f"tcp://127.0.0.1:{int(re.search(r':([0-9]+)', server.stdout.readline())[1])}", memory)
         finally:
             server.terminate()
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no job ignores signals here")
+def test_signals_reach_the_tests_though_whoever_began_them_ignores_them():
+    """As a job in the background of a script does: without this the interrupts below would be waited for in vain."""
+    def ignore():
+        for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+            signal.signal(number, signal.SIG_IGN)
+    done = run([sys.executable, "-c", "import signal, conftest; print([signal.getsignal(number).name for number in (signal.SIGHUP, signal.SIGQUIT)], signal.getsignal(signal.SIGINT).__name__)"],
+               preexec_fn=ignore, cwd=pathlib.Path(__file__).parent, env=OUR_ENVIRONMENT)
+    assert done.stdout == "['SIG_DFL', 'SIG_DFL'] default_int_handler\n", done.stderr
+
+
 @in_both_ways
 def test_signals_from_outside_against_our_server(memory):
-    torment_server([sys.executable, "-u", "-m", "consac.serve", "CartPole-v1", "--envs", "2", "--port", "0", "--no-render"], memory)
+    torment_server([*OUR_SERVE, "CartPole-v1", "--envs", "2", "--port", "0", "--no-render"], memory)
 
 
-@in_cpp
+@needs_program
 @in_both_ways
 def test_signals_from_outside_against_consac_serve(memory):
     torment_server([PROGRAM, "serve", "cartpole-v1", "--envs", "2", "--port", "0"], memory)

@@ -1,10 +1,7 @@
 """consac.policy: models of the C++ trainer act alike here, and what is no sound model is refused."""
 import hashlib
 import json
-import os
 import struct
-import subprocess
-from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -16,9 +13,8 @@ import consac.policy
 from consac import wire
 from consac.layout import Layout, space_to_json
 from consac.policy import ACTIVATIONS, ModelDamaged, ModelError, ModelForeign, ModelMisfit, ModelTooNew, Policy, load_policies, load_policy, read_model
+from program import PROGRAM, needs_program, run
 
-PROGRAM = Path(os.environ.get("CONSAC_BUILD_DIR", "")) / "cli" / "consac"
-needs_program = pytest.mark.skipif(not os.environ.get("CONSAC_BUILD_DIR") or not PROGRAM.exists(), reason="set CONSAC_BUILD_DIR to a build with cli/consac")
 TRAINED = {"road-v0": [], "cartpole-v1": ["net_arch=[dict(pi=[8], vf=[8])]"], "pendulum-v1": ["norm_obs=true"], "maze-v0": ["act_fun=relu"], "reach3-v0": ["norm_obs=true"],
            "pixel-catch-v0": ["algorithm=dqn", "policy=LnCnnPolicy", "dueling=true", "buffer_size=2000"], "identity-multibinary-v0": []}
 
@@ -32,7 +28,7 @@ def trained(tmp_path_factory):
     folder, paths = tmp_path_factory.mktemp("runs"), {}
     for world, settings in TRAINED.items():
         extra = [text for setting in settings for text in ("--set", setting)]
-        done = subprocess.run([PROGRAM, "train", world, "--steps", "1024", "--name", world, "--dir", folder, "--no-tensorboard", "--seed", "3", *extra], capture_output=True, text=True, timeout=60)
+        done = run([PROGRAM, "train", world, "--steps", "1024", "--name", world, "--dir", folder, "--no-tensorboard", "--seed", "3", *extra])
         assert done.returncode == 0, done.stdout + done.stderr
         paths[world] = folder / world / "model.consac"
     return paths
@@ -134,7 +130,7 @@ def test_answers_as_cpp_does(trained, world):
 def test_cpp_takes_these_models_too(tmp_path, name):
     path = tmp_path / "model.consac"
     path.write_bytes(model_bytes(*make(**MODELS[name])))
-    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    done = run([PROGRAM, "inspect", path])
     assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
 
 
@@ -254,7 +250,7 @@ def test_every_block_is_what_its_loops_say(channels_first):
 def test_cpp_takes_every_block_too(tmp_path, channels_first):
     path = tmp_path / "model.consac"
     path.write_bytes(model_bytes(*convolutional(channels_first)))
-    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    done = run([PROGRAM, "inspect", path])
     assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
 
 
@@ -322,7 +318,7 @@ def test_values_take_the_best_legal_choice():
 def test_cpp_takes_values_too(tmp_path):
     path = tmp_path / "model.consac"
     path.write_bytes(model_bytes(*duelling()))
-    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    done = run([PROGRAM, "inspect", path])
     assert done.returncode == 0 and "reproduced" in done.stdout, done.stdout + done.stderr
 
 
@@ -465,7 +461,7 @@ def renamed(s, t):
 def test_both_readers_take_and_refuse_the_same(tmp_path, fits, change):
     path = tmp_path / "model.consac"
     path.write_bytes(changed(change, normalise=True))
-    done = subprocess.run([PROGRAM, "inspect", path], capture_output=True, text=True, timeout=20)
+    done = run([PROGRAM, "inspect", path])
     assert done.returncode == (0 if fits else 6), done.stdout + done.stderr
     assert fits or str(path) in done.stderr and done.stderr.count("\n") == 1, done.stderr
     if fits:

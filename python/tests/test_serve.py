@@ -10,6 +10,8 @@ import subprocess
 import sys
 import threading
 import time
+import tracemalloc
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -17,17 +19,22 @@ import pytest
 from gymnasium import spaces
 
 from consac import wire
+from consac.address import ready
 from consac.client import connect
 from consac.layout import Layout
 from consac.serve import Limits, Server
+from consac.serve.limits import TICK
+from consac.serve.refusal import Refusals
 from consac.wire import BYE, CONFIGURE, ERROR, FRAME, GOAWAY, HELLO, PING, PONG, RENDER, RESET, RESULT, SPEC, STEP, WELCOME, Frame, pack
+from program import OUR_ENVIRONMENT, OUR_SERVE, run
+from waiting import ENDS_S, until
 
 try:
     import resource
 except ImportError:  # Windows
     resource = None
 
-QUICK = Limits(grace_s=0.15)
+PATIENT = Limits(grace_s=ENDS_S)  # nobody is taken for a trainer of text protocol 1 because the machine is slow
 
 
 class Counter(gymnasium.Env):
@@ -126,7 +133,7 @@ class Raw:
     """A client of a few lines."""
 
     def __init__(self, server, hello=None, **configure):
-        self.sock = socket.create_connection(("127.0.0.1", getattr(server, "port", server)), timeout=5)
+        self.sock = socket.create_connection(("127.0.0.1", getattr(server, "port", server)), timeout=ENDS_S)
         self.reader, self.number, self.session = wire.FrameReader(wire.LARGEST_FRAME), 0, 0
         self.welcome = self.spec = None
         if hello is not False:
@@ -157,6 +164,8 @@ class Raw:
     def ask(self, kind, payload=b"", **how):
         self.send(kind, payload, **how)
         frame = self.take()
+        while frame.type == PING:  # which a slow machine has time for
+            frame = self.take()
         assert frame.request == (0 if kind == HELLO and how.get("request") is None else self.number if how.get("request") is None else how["request"])
         return frame
 
@@ -249,7 +258,7 @@ class Result:
 
 @pytest.fixture(scope="module")
 def counters():
-    with Server(Counter, 2, limits=Limits(grace_s=0.15, max_sessions=200)) as server:
+    with Server(Counter, 2, limits=Limits(max_sessions=200)) as server:
         yield server
 
 
@@ -371,20 +380,22 @@ def test_the_servers_own_seed():
 
 
 def test_ends_after_the_wanted_sessions_in_which_a_trainer_has_stepped():
-    with Server(Counter, 1, sessions=2, training_length=9, limits=QUICK) as server:
+    with Server(Counter, 1, sessions=2, training_length=9, limits=PATIENT) as server:
         Raw(server, hello=False).sock.close()  # a port scanner
         Raw(server).send(BYE, request=0)
         only_reset = Raw(server)
         only_reset.reset(), only_reset.send(BYE, request=0)
         mute = Text(server)
         mute.line(), mute.line(), mute.sock.shutdown(socket.SHUT_RDWR)
+        until(lambda: server._text_holder is None)
         stepped = Raw(server)
         stepped.reset(), stepped.step([1]), stepped.send(BYE, request=0)
-        server._thread.join(1)
+        until(lambda: server._finished == 1)
+        server._thread.join(3 * TICK)
         assert server._thread.is_alive()
         text = Text(server)
         text.line(), text.line(), text.ask("1\n"), text.sock.shutdown(socket.SHUT_RDWR)
-        server._thread.join(3)
+        server._thread.join(ENDS_S)
         assert not server._thread.is_alive()
 
 
@@ -393,7 +404,8 @@ class Brittle(Counter):
         raise RuntimeError("boom")
 
 
-def test_an_environment_that_fails_again_and_again_is_told_in_a_few_tracebacks():
+def test_an_environment_that_fails_again_and_again_is_told_in_a_few_tracebacks(monkeypatch):
+    monkeypatch.setattr(Refusals, "EVERY_S", ENDS_S)
     said = []
     with Server(Brittle, log=said.append) as server:
         client = Raw(server)
@@ -413,7 +425,7 @@ def test_who_was_turned_away_and_why_is_one_plain_line(begins, why):
         client.sock.sendall(begins)
         peer = "127.0.0.1:%d" % client.sock.getsockname()[1]
         client.take()
-        time.sleep(0.1)
+        until(lambda: said)
     assert said == [f"{peer} was turned away: {why}"]
 
 
@@ -624,7 +636,7 @@ def test_resume_carries_a_step_out_once(counters):
     client.reset(seeds=[1, 2]), client.step([1, 1])
     number = client.number + 1
     client.sock.sendall(pack(Frame(STEP, step_payload(2, [1, 1]), number, client.session)))
-    time.sleep(0.1)
+    assert ready(client.sock, ENDS_S)  # with an answer that is never read
     client.close()
     again = Raw(counters, hello={"resume": client.welcome["resume"]})
     assert again.welcome["resumed"] and again.welcome["session"] == client.session and again.welcome["last_request"] == number
@@ -664,11 +676,11 @@ def test_resume_takes_over_from_a_connection_that_looks_alive(counters):
 
 def test_resume_is_refused_after_bye_and_after_its_time():
     with Server(Counter, 1, limits=Limits(resume_s=0.3)) as server:
-        for leave in (lambda client: client.send(BYE, request=0), lambda client: (client.close(), time.sleep(1.0))):
+        for leave in (lambda client: client.send(BYE, request=0), lambda client: client.close()):
             client = Raw(server)
             client.reset()
             leave(client)
-            time.sleep(0.1)
+            until(lambda: not server._sessions)
             late = Raw(server, hello={"resume": client.welcome["resume"]})
             assert late.welcome["code"] == "AUTH_FAILED" and late.welcome["severity"] == "connection" and late.is_closed()
 
@@ -754,8 +766,10 @@ def test_a_claim_takes_no_memory():
     with Server(Counter, 1) as server:
         client = Raw(server)
         client.sock.sendall(wire.HEADER.pack(wire.MAGIC, RESET, 0, wire.LARGEST_FRAME, 0, 3, client.session, 0) + bytes(100_000))
-        time.sleep(0.1)
-        assert [len(connection.buffer) for connection in server._connections] == [131072]
+        until(lambda: [len(connection.buffer) for connection in list(server._connections)] == [131072])
+        held, = server._connections
+        until(lambda: held.end == wire.HEADER.size + 100_000)
+        assert len(held.buffer) == 131072
 
 
 def test_crc(counters):
@@ -788,7 +802,7 @@ def test_capacity():
         error = late.ask_json(HELLO, {"protocol": [2, 2]})
         assert (error["code"], error["severity"]) == ("CAPACITY", "connection") and error["retry_after_s"] > 0 and late.is_closed()
         a.send(BYE, request=0)
-        time.sleep(0.1)
+        until(lambda: len(server._sessions) == 1)
         assert Raw(server).reset().states == [24]
         assert b.reset().states == [24]
 
@@ -799,52 +813,56 @@ def test_a_trainer_that_vanishes_before_its_first_result_leaves_no_place_taken()
             client = Raw(server)
             assert "code" not in client.welcome
             client.close()
-            time.sleep(0.2)
+            until(lambda: not server._sessions)
         late = Raw(server, hello={"resume": client.welcome["resume"]})
         assert late.welcome["code"] == "AUTH_FAILED"
         held = Raw(server)
         held.reset()
         held.close()
-        time.sleep(0.2)
+        until(lambda: [session.connection for session in list(server._sessions.values())] == [None])
         assert Raw(server, hello=False).ask_json(HELLO, {"protocol": [2, 2]})["code"] == "CAPACITY"
         assert Raw(server, hello={"resume": held.welcome["resume"]}).welcome["resumed"]
 
 
-def test_a_flood_of_refused_connections_is_told_in_a_few_lines():
+def test_a_flood_of_refused_connections_is_told_in_a_few_lines(monkeypatch):
+    monkeypatch.setattr(Refusals, "EVERY_S", ENDS_S)
     said = []
-    with Server(Counter, token="sesame", limits=Limits(), log=said.append) as server:
+    with Server(Counter, token="sesame", protocol="2", log=said.append) as server:
         for _ in range(60):
             assert Raw(server, hello=False).ask_json(HELLO, {"protocol": [2, 2]})["code"] == "AUTH_FAILED"
-        time.sleep(0.2)
+        until(lambda: not server._connections)
         assert len(said) == 5
     assert len(said) == 6 and said[-1].endswith("(and 54 more like it)"), said
 
 
 def test_whoever_says_nothing_gives_way_and_whoever_finds_no_place_hears_why():
     said = []
-    with Server(Counter, limits=Limits(max_sessions=4, handshake_s=30), log=said.append) as server:
-        served = Raw(server)
-        silent = [Raw(server, hello=False) for _ in range(60)]
+    with Server(Counter, protocol="2", limits=Limits(max_sessions=4, handshake_s=ENDS_S), log=said.append) as server:
+        served, silent = Raw(server), []
+        for _ in range(60):
+            silent.append(Raw(server, hello=False))
+            until(lambda: not any(connection.given_up for connection in list(server._connections)))  # of too many at once some would be sent away
         for _ in range(3):
             assert Raw(server).reset().states == [24]
         assert silent[0].take().type == ERROR and silent[0].is_closed()
         assert served.reset().states == [24]
         assert any(line.startswith("127.0.0.1:") and line.endswith(" was turned away: it had said nothing, and others wait") for line in said)
-    with Server(Counter, limits=Limits(max_sessions=1, handshake_s=30)) as server:
+    with Server(Counter, protocol="2", limits=Limits(max_sessions=1, handshake_s=ENDS_S)) as server:
         half = [Raw(server, hello=False) for _ in range(18)]
         for one in half:
             one.sock.sendall(b"\xc0")  # has spoken, and keeps its place
-        time.sleep(0.5)
+        until(lambda: [connection.has_spoken for connection in list(server._connections)] == [True] * 18)
         late = Raw(server, hello=False)
         late.send(HELLO, b'{"protocol":[2,2]}')
         assert json.loads(late.take().payload)["code"] == "CAPACITY" and late.is_closed()
 
 
 def test_a_silent_trainer_of_text_protocol_1_gives_its_place_to_another():
-    with Server(Counter, protocol="text1", training_length=9, limits=Limits(grace_s=0.05, handshake_s=0.1)) as server:
+    with Server(Counter, protocol="text1", training_length=9, limits=Limits(grace_s=ENDS_S, handshake_s=0.1)) as server:
         silent = Text(server)
         assert silent.line()
-        time.sleep(0.5)
+        time.sleep(0.5)  # five handshakes; after four it may be sent away
+        server.limits = replace(server.limits, grace_s=5)
         other = Text(server)
         assert other.line().startswith("D#3#0#B") and other.line() and other.ask("1\n")
 
@@ -860,12 +878,13 @@ def test_descriptors_of_any_number_serve_both_ends():
     try:
         while held[-1] < 1100:
             held.append(os.dup(held[0]))
-        with Server(Counter, training_length=9, limits=QUICK) as server:
+        with Server(Counter, training_length=9, limits=PATIENT) as server:
             with connect(f"tcp://127.0.0.1:{server.port}", shared_memory=False) as client:
                 assert client._socket.fileno() > 1023
                 client.reset()
                 client.step()
                 client._idle()
+            server.limits = replace(server.limits, grace_s=0.02)
             text = connect(f"tcp://127.0.0.1:{server.port}", protocol="text1")
             text.close()
     finally:
@@ -904,24 +923,27 @@ def test_a_space_beyond_any_frame_is_refused_before_anything_of_its_size_is_made
         def reset(self, **_):
             raise AssertionError("it was reset")
 
-    began = time.monotonic()
-    with pytest.raises(ValueError, match="1 observation of 160000000 bytes"):
-        Server(Vast)
-    assert time.monotonic() - began < 10
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match="1 observation of 160000000 bytes"):
+            Server(Vast)
+        assert tracemalloc.get_traced_memory()[1] < 16 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_bad_action_of_text_protocol_1_is_one_line():
     said = []
-    with Server(Counter, protocol="text1", training_length=9, limits=QUICK, log=said.append) as server:
+    with Server(Counter, protocol="text1", training_length=9, log=said.append) as server:
         text = Text(server)
         text.line(), text.line()
         assert text.ask("1\0\n").startswith("error: action '1\\x00'") and text.line() == ""
-        time.sleep(0.2)
+        until(lambda: said)
     assert len(said) == 1 and said[0].startswith("text protocol 1, 127.0.0.1:") and ": action '1" in said[0], said
 
 
 def test_handshake_deadline():
-    with Server(Counter, 1, protocol="2", limits=Limits(handshake_s=0.3)) as server:
+    with Server(Counter, 1, protocol="2", limits=Limits(handshake_s=2.0)) as server:
         silent, half = Raw(server, hello=False), Raw(server, hello=False)
         half.ask_json(HELLO, {"protocol": [2, 2]})
         for client in (silent, half):
@@ -940,28 +962,30 @@ def test_heartbeat():
 
 
 def test_a_long_request_is_accompanied_by_pings():
+    heard = threading.Event()
+
     class Slow(Counter):
         def step(self, action):
-            time.sleep(0.8)
+            assert heard.wait(ENDS_S)
             return super().step(action)
 
     with Server(Slow, 1, limits=Limits(heartbeat_s=0.2)) as server:
         client = Raw(server)
         client.reset()
         client.send(STEP, step_payload(1, [1]))
-        kinds = []
-        while not kinds or kinds[-1] != RESULT:
-            kinds.append(client.take().type)
-        assert kinds[0] == PING
+        assert client.take().type == PING
+        heard.set()
+        while (kind := client.take().type) == PING:
+            pass
+        assert kind == RESULT
 
 
 def test_shutting_down_says_goaway():
     server = Server(Counter, 1).start()
     client = Raw(server)
     client.reset()
-    began = time.monotonic()
     server.close(), server.close()
-    assert time.monotonic() - began < 2
+    assert not server._thread.is_alive() and not server._connections  # nobody was waited for in vain
     frame = client.take()
     assert frame.type == GOAWAY and json.loads(frame.payload)["reason"] and client.is_closed()
     with pytest.raises(OSError):
@@ -969,18 +993,24 @@ def test_shutting_down_says_goaway():
 
 
 def test_shutting_down_answers_what_is_under_way():
+    begun, go = threading.Event(), threading.Event()
+
     class Slow(Counter):
         def step(self, action):
-            time.sleep(0.5)
+            begun.set()
+            assert go.wait(ENDS_S)
             return super().step(action)
 
     server = Server(Slow, 1).start()
     client = Raw(server)
     client.reset()
     client.send(STEP, step_payload(1, [1]))
-    time.sleep(0.1)
+    assert begun.wait(ENDS_S)
+    connection, = server._connections
     closing = threading.Thread(target=server.close)
     closing.start()
+    assert connection.closing.wait(ENDS_S)
+    go.set()
     assert client.take().type == RESULT and client.take().type == GOAWAY and client.is_closed()
     closing.join()
 
@@ -1013,8 +1043,13 @@ def test_environments_that_cannot_be_served():
 # ---- text protocol 1
 
 class Text:
+    """A trainer of text protocol 1, which is known by its silence: the server is in haste until it has spoken."""
+
     def __init__(self, server):
-        self.sock = socket.create_connection(("127.0.0.1", server.port), timeout=5)
+        limits, server.limits = server.limits, replace(server.limits, grace_s=0.02)
+        self.sock = socket.create_connection(("127.0.0.1", server.port), timeout=ENDS_S)
+        self.sock.recv(1, socket.MSG_PEEK)
+        server.limits = limits
         self.file = self.sock.makefile("rb")
 
     def line(self):
@@ -1026,7 +1061,7 @@ class Text:
 
 
 def test_text_fallback():
-    with Server(Counter, 4, training_length=6, model_name="walker", seed=1, limits=QUICK) as server:
+    with Server(Counter, 4, training_length=6, model_name="walker", seed=1, limits=PATIENT) as server:
         text = Text(server)
         assert text.line() == "D#3#0#B#2#0,0,1000,1000#6#walker"
         mark = text.line().split("#")[0].split(",")[1]
@@ -1053,9 +1088,10 @@ def test_text_boxes():
 def test_text_is_not_served_where_it_does_not_fit():
     with pytest.raises(ValueError, match="training length"):
         Server(Counter, 1, protocol="text1")
-    with Server(Nested, 1, training_length=9, limits=Limits(grace_s=0.05)) as server:
+    said = []
+    with Server(Nested, 1, training_length=9, limits=Limits(grace_s=0.05), log=said.append) as server:
         client = Raw(server, hello=False)
-        time.sleep(0.2)
+        until(lambda: any("says nothing" in line for line in said))
         assert client.ask_json(HELLO, {"protocol": [2, 2]})["protocol"] == 2
 
 
@@ -1063,23 +1099,20 @@ def test_text_is_not_served_where_it_does_not_fit():
 
 def test_command_line(tmp_path):
     port_file = tmp_path / "port"
-    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path))
-    command = [sys.executable, "-m", "consac.serve", "CartPole-v1", "--envs", "2", "--port", "0", "--port-file", str(port_file), "--steps", "50"]
-    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    try:
-        deadline = time.monotonic() + 10
-        while not port_file.exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        client = Raw(int(port_file.read_text()))
-        client.reset(seeds=[1, 2])
-        assert client.step([0, 1]).states == [16, 16] and client.spec["training_length"] == 50
-        process.send_signal(signal.SIGTERM)
-        assert client.take().type == GOAWAY
-        assert process.wait(5) == 0
-    finally:
-        process.kill()
+    command = [*OUR_SERVE, "CartPole-v1", "--envs", "2", "--port", "0", "--port-file", str(port_file), "--steps", "50"]
+    with subprocess.Popen(command, env=OUR_ENVIRONMENT, stdout=subprocess.PIPE) as process:
+        try:
+            process.stdout.readline()
+            client = Raw(int(port_file.read_text()))
+            client.reset(seeds=[1, 2])
+            assert client.step([0, 1]).states == [16, 16] and client.spec["training_length"] == 50
+            process.send_signal(signal.SIGTERM)
+            assert client.take().type == GOAWAY
+            assert process.wait(ENDS_S) == 0
+        finally:
+            process.kill()
     for arguments in (["NoSuch-v0"], ["CartPole-v1", "--host", "0.0.0.0", "--port", "0"], ["no.module:thing"]):
-        done = subprocess.run([sys.executable, "-m", "consac.serve", *arguments], env=environment, capture_output=True, text=True, timeout=20)
+        done = run([*OUR_SERVE, *arguments], env=OUR_ENVIRONMENT)
         assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
 
 
@@ -1150,8 +1183,7 @@ def test_an_environment_that_fails_is_told_with_its_place_and_the_server_has_the
 
 
 def test_a_first_reset_that_fails_is_told_with_its_place(worlds, tmp_path):
-    done = subprocess.run([sys.executable, "-m", "consac.serve", f"{worlds}:Blunt", "--port", "0"], env=dict(os.environ, PYTHONPATH=os.pathsep.join([str(tmp_path), *sys.path])),
-                          capture_output=True, text=True, timeout=20)
+    done = run([*OUR_SERVE, f"{worlds}:Blunt", "--port", "0"], env=dict(os.environ, PYTHONPATH=os.pathsep.join([str(tmp_path), *sys.path])))
     last = done.stderr.splitlines()[-1]
     assert done.returncode == 2 and last.startswith("consac.serve: RuntimeError: first reset (worlds_of_ours.py, line ") and last.endswith("in reset)") and "Traceback" in done.stderr
 
@@ -1201,7 +1233,7 @@ def test_kinds_of_agents_do_not_share_a_policy_unless_asked():
 def test_the_command_says_which_agents_share_a_policy(tmp_path):
     (tmp_path / "pack.py").write_text("from test_serve import Pack\n\ndef parallel_env(render_mode=None):\n    return Pack()\n")
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(tmp_path), os.path.dirname(__file__), *sys.path]))
-    with subprocess.Popen([sys.executable, "-u", "-m", "consac.serve", "--pettingzoo", "pack", "--port", "0"], env=environment, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen([*OUR_SERVE, "--pettingzoo", "pack", "--port", "0"], env=environment, stdout=subprocess.PIPE, text=True) as process:
         process.stdout.readline()
         assert process.stdout.readline() == "agents that share a policy (--group kind): wolf: wolf_0, wolf_1; sheep: sheep_0\n"
         process.terminate()
@@ -1229,10 +1261,9 @@ def test_a_flood_of_empty_lines_does_not_defeat_the_deadline_of_text_protocol_1(
         text = Text(server)
         text.line(), text.line()
         begun = time.monotonic()
-        with pytest.raises(OSError):
-            while time.monotonic() - begun < 10:
+        with pytest.raises(ConnectionError):
+            while time.monotonic() - begun < ENDS_S:
                 text.sock.sendall(b"\n" * 10_000)
-        assert time.monotonic() - begun < 5
 
 
 ODD = ["null", "-1", "1.5", "1e999", str(1 << 70), "7" * 3000, '"x"', '"\\ud800"', "[]", "{}", "[[]]", '[{"space":1}]', '[{"space":1},{"name":[],"space":{}}]', "true", '{"a":[{"space":{}}]}']
