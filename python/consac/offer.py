@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from . import wire
 from .errors import ProtocolError
 from .layout import Behaviour, bytes_in, numbers_in
-from .names import check_names_apart, check_names_together, check_optional_name
 from .spec_check import check_spec
 
 MOST_BEHAVIOURS = 1024
@@ -33,23 +32,12 @@ def read_spec(spec: dict, autoreset: str, limit: int) -> Offer:
     """The offer that a SPEC describes, asked for with `autoreset`; ProtocolError where it cannot be, `limit` bounds the bytes of all rows."""
     try:
         check_spec(spec)
-        environments, values = spec["environments"], spec["behaviours"]
-        if environments < 1 or not values:
-            raise ValueError(f"{environments} environments and {len(values)} behaviours")
-        steps, length = wire.member(spec, "max_episode_steps", int, 0), wire.member(spec, "training_length", int, 0)
-        if steps < 0 or length < 0:
-            raise ValueError(f"max_episode_steps {steps} and training_length {length}; neither is below 0")
-        wire.member(spec, "hash", str, "")  # of its type, though of no use here
-        name, _ = check_optional_name("environment", spec.get("id", "")), check_optional_name("model", spec.get("model_name", ""))
-        check_names_together("behaviour", [value["name"] for value in values])
-        for value in values:
-            check_names_apart("agent", value["agents"])
+        environments, values, begins = spec["environments"], spec["behaviours"], spec.get("autoreset", "same_step")
         _check_budget(environments, values, limit)
-        begins = wire.member(spec, "autoreset", str, "same_step")
         if begins != autoreset:
             raise ValueError(f"autoreset is {wire.shown(begins)}, asked for was {autoreset}")
-        return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], wire.member(spec, "deterministic", bool, False),
-                     steps, name)
+        return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], spec.get("deterministic", False),
+                     spec.get("max_episode_steps", 0), spec.get("id", ""))
     except wire.WireError as error:
         raise ProtocolError(error.code, error.message) from None
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, AssertionError) as error:  # Gymnasium asserts what it does not take

@@ -14,6 +14,7 @@ from consac.layout import Layout, Leaf, numbers_in, space_from_json
 from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model
 from consac.names import check_name, quote
 from consac.network import ACTIVATIONS, LARGEST_LAYER, OPS, Memory, Network, sigmoid
+from consac.spec_check import check_space
 
 MOST_SLOTS = 1 << 20  # agents that a model remembers for
 MASKED = -1e8  # the logit of a choice that is not legal
@@ -265,7 +266,10 @@ def _check_kind(spec: dict) -> dict:
 
 def _space(interface: dict, name: str) -> spaces.Space:
     value = interface.get(name)
+    if not isinstance(value, dict):
+        raise ModelDamaged(f"the model has no {name} space")
     try:
+        check_space(value)
         if numbers_in(value, one_hot=True) > LARGEST_LAYER:
             raise ModelDamaged(f"the model's {name} space has over {LARGEST_LAYER} elements")
         return space_from_json(value)

@@ -1,10 +1,12 @@
-"""Whether the members of a SPEC are of the kinds and values that its tables allow (R9 of spec/protocol2.md), before anything is made of them.
+"""Whether the members of a SPEC are of the kinds and values that its tables allow (R9 of spec/protocol2.md) and its names are names (spec/names.md), before
+anything is made of them. Nobody else judges that: what comes after relies on it.
 
 core/src/protocol/protocol2_spec.cpp and core/src/space/space_json.cpp judge the same; spec/conformance/names/specs.json holds both to it."""
 from __future__ import annotations
 
 import math
 
+from .names import check_names_apart, check_names_together, check_optional_name
 from .wire import DTYPES, LARGEST_WHOLE, WireError, member, shown, texts
 
 _FURTHEST_START = 1 << 30  # of a discrete space's values, exclusive
@@ -12,8 +14,9 @@ _OTHERS = (("id", str), ("model_name", str), ("hash", str), ("autoreset", str), 
 
 
 def check_spec(spec: dict) -> None:
-    """WireError names the first member that is missing, of another kind than it should be, or of no value that it may have."""
-    member(spec, "environments", int)
+    """WireError names the first member that is missing, of another kind than it should be, or of no value that it may have; ValueError a name that is none."""
+    if member(spec, "environments", int) < 1:
+        raise _wrong(spec, "environments", "a whole number from 1")
     for name, kind in _OTHERS:
         member(spec, name, kind, None)
     for name in ("max_episode_steps", "training_length"):
@@ -24,15 +27,20 @@ def check_spec(spec: dict) -> None:
         member(shared, "path", str, "")
         for name in ("bytes", "request_offset", "request_bytes", "result_offset", "result_bytes", "spin_us"):
             member(shared, name, int, 0)
-    for value in member(spec, "behaviours", list):
+    check_optional_name("environment", spec.get("id", "")), check_optional_name("model", spec.get("model_name", ""))
+    if not member(spec, "behaviours", list):
+        raise _wrong(spec, "behaviours", "at least one")
+    for value in spec["behaviours"]:
         if not isinstance(value, dict):
             raise WireError("MALFORMED", f"a behaviour of SPEC is {shown(value)}, expected an object")
         member(value, "name", str), member(value, "agents", list), texts(value, "agents")
         member(value, "masks_actions", bool, False), member(value, "mask_bytes", int, 0)
         for name in ("observation", "action"):
-            _check_space(_object(value, name))
+            check_space(_object(value, name))
+        check_names_apart("agent", value["agents"])
         for name in {"observation_row", "action_row"} & value.keys():  # where one is missing, budgets come first
             _object(value, name)
+    check_names_together("behaviour", [value["name"] for value in spec["behaviours"]])
 
 
 def _wrong(value: dict, name: str, expected: str) -> WireError:
@@ -45,7 +53,8 @@ def _object(value: dict, name: str) -> dict:
     return value[name]
 
 
-def _check_space(space: dict) -> None:
+def check_space(space: dict) -> None:
+    """The same of a space as SPEC and model files write it; layout.space_from_json makes what passed."""
     kind = member(space, "type", str)
     if kind == "discrete":
         _counts(space, "n")
@@ -65,9 +74,20 @@ def _check_space(space: dict) -> None:
             if not isinstance(child, dict):
                 raise WireError("MALFORMED", f"spaces holds {shown(child)}, expected objects")
             member(child, "name", str)
-            _check_space(_object(child, "space"))
+            check_space(_object(child, "space"))
+        _check_children(kind, [child["name"] for child in children])
     else:
         raise WireError("MALFORMED", f"a space of unknown type {shown(kind)}; use a newer consac")
+
+
+def _check_children(kind: str, names: list[str]) -> None:
+    if kind == "tuple":
+        if names != [str(i) for i in range(len(names))]:
+            raise WireError("MALFORMED", f"a tuple whose items are named {shown(names, 200)}; their names are \"0\", \"1\", ... in order")
+        return
+    check_names_apart("leaf", names)
+    if names != sorted(names, key=str.encode):
+        raise WireError("MALFORMED", f"a dict whose children are not sorted by name: {shown(names, 200)}")
 
 
 def _counts(space: dict, name: str):

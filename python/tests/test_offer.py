@@ -11,7 +11,9 @@ from consac import client, offer, options, wire
 from consac.errors import EngineError, ProtocolError
 from consac.layout import Behaviour, Layout, space_from_json
 from consac.names import LONGEST_NAME
+from consac.model_file import ModelDamaged
 from consac.offer import read_spec
+from consac.policy import _space
 from consac.serve import Server
 from test_client import box
 from toy_server import ToyServer
@@ -28,6 +30,14 @@ def test_specs(case):
     with pytest.raises(ProtocolError) as told:
         read_spec(spec, "same_step", wire.LARGEST_FRAME)
     assert told.value.code == "MALFORMED" and case["refused"] in str(told.value)
+
+
+@pytest.mark.parametrize("case", [case for case in ALL["cases"] if case.get("refused") in ("low", "shape", "n", "nvec", "start", "sorted", "spaces")], ids=lambda case: case["name"])
+def test_the_space_of_a_model_is_judged_as_that_of_an_engine(case):
+    for behaviour in case["behaviours"]:
+        name, = behaviour.keys() & {"observation", "action"}
+        with pytest.raises(ModelDamaged, match=f"the model's {name} space cannot be read: .*{case['refused']}"):
+            _space(behaviour, name)
 
 
 @pytest.mark.parametrize("expect", [[{"name": "a\x1b[2J"}], [{"name": ""}], [{"agents": ["b\n"]}], [{"observation": {"spaces": [{"name": "\u202e"}]}}]])
