@@ -351,7 +351,11 @@ void ResultCheck::Remember(std::span<const std::byte> payload) {
       }
     }
     anyone_ = anyone_ || active;
-    over_[world] = !active && (ended || over_[world] != 0) ? 1 : 0;
+    // A RESET begins an episode, though nobody may take part in it yet; so does the STEP behind an end with
+    // `next_step`.
+    const bool begun = chosen_[world] != 0 &&
+                       (asked_ == FrameType::kReset || (autoreset_ == Autoreset::kNextStep && over_[world] != 0));
+    over_[world] = !active && !begun && (ended || over_[world] != 0) ? 1 : 0;
   }
 }
 

@@ -74,6 +74,13 @@ TEST(ResultCheck, SaysWhetherAnyoneTakesPartAndWhichEpisodesAreOver) {
   EXPECT_TRUE(check.over(1));
   ASSERT_TRUE(judge(kActive, kFirst | kActive, FrameType::kStep).ok());
   EXPECT_FALSE(check.over(1));
+  for (const FrameType begins : {FrameType::kReset, FrameType::kStep}) {
+    ASSERT_TRUE(judge(kFirst | kActive, kFirst | kActive, FrameType::kReset).ok());
+    ASSERT_TRUE(judge(kTerminated, kTerminated, FrameType::kStep).ok());
+    EXPECT_TRUE(check.over(0) && check.over(1));
+    ASSERT_TRUE(judge(0, 0, begins).ok());
+    EXPECT_FALSE(check.over(0) || check.over(1)) << "the next episode has begun, though nobody is there yet";
+  }
 }
 
 TEST(ResultCheck, LeavesNumbersToWhoAsksForThat) {
