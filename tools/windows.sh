@@ -22,9 +22,14 @@ toolchain=(-G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/mingw.cmake" -DCONSAC_WIN
 # Half of the work is scripts that look at the system, one after another: the pictures' libraries beside the others.
 for library in headers runtime zlib; do build_library "$library"; done
 [ "$what" = program ] || windows_plain+=(googletest)
-(for library in "${windows_plain[@]}"; do build_library "$library"; done) &
+set -m  # in a group of its own: nothing of it outlives a failure of the others
+(for library in "${windows_plain[@]}"; do build_library "$library"; done) </dev/null &
+plain=$!
+set +m
+trap 'kill -- "-$plain" 2>/dev/null && wait "$plain" || true' EXIT
 for library in "${windows_pictures[@]}"; do build_library "$library"; done
-wait $!
+wait "$plain"
+trap - EXIT
 
 if [ "$what" = program ]; then
   cmake -S . -B build/windows-program "${toolchain[@]}" -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF -DCONSAC_BUILD_GODOT=OFF \
