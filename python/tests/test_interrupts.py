@@ -141,6 +141,17 @@ def test_an_interrupted_request_of_text_protocol_1_is_mended_by_reset(what):
 
 # ---- signals from outside
 
+def test_our_server_is_told_to_end_without_a_lock():
+    """By a signal's handler: were it to come while its own thread holds that lock, it would wait for itself for ever."""
+    server, called = Server(Counter), []
+    sys.setprofile(lambda _, event, what: called.append(what.__name__) if event == "c_call" else None)
+    server.end()
+    sys.setprofile(None)
+    assert called == ["setprofile"]
+    server.run()  # to its end, at once
+    server.close()
+
+
 PROBE = """
 import contextlib, os, sys
 import numpy as np

@@ -47,7 +47,7 @@ def main(arguments=None) -> int:
         log(f"consac.serve: {describe(error)}")
         return 2
     for name in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(name, lambda *_: server._stop.set())
+        signal.signal(name, lambda *_: server.end())
     if options.port_file:
         fresh = f"{options.port_file}.{os.getpid()}"
         with open(fresh, "w") as file:

@@ -74,7 +74,7 @@ class Server:
         self._text_lock = threading.Lock()  # held by the one trainer of text protocol 1
         self._text_holder: Connection | None = None
         self._turning_away = threading.Semaphore(16)  # so many threads at most say goodbye at once
-        self._stop = threading.Event()
+        self._ending = False
         self._thread: threading.Thread | None = None
 
     def start(self) -> "Server":
@@ -85,7 +85,7 @@ class Server:
 
     def run(self) -> None:
         """Serves until `close`, or until the wanted number of sessions is over."""
-        while not self._stop.is_set():
+        while not self._ending:
             try:
                 sock, _ = self._listener.accept()
             except (TimeoutError, socket.timeout):
@@ -95,13 +95,13 @@ class Server:
                 for connection in list(self._connections):
                     connection.reassure()
                 if self.sessions_wanted and self._finished >= self.sessions_wanted:
-                    self._stop.set()
+                    self.end()
                 continue
             except OSError as error:
                 if error.errno not in _PASSING:
                     break
                 self._refusals.say(f"no connection can be taken now: {error.strerror}")
-                self._stop.wait(TICK)
+                time.sleep(TICK)
                 continue
             try:
                 connection = Connection(sock, self.limits)
@@ -162,9 +162,13 @@ class Server:
             return _TEXT_BUSY
         return connection.pack(wire.ERROR, error_json("CAPACITY", f"no further connection can be served now: {why}", retry_after_s=10))
 
+    def end(self) -> None:
+        """`run` ends soon. Takes no lock: a signal's handler calls it, perhaps in the midst of whoever holds one."""
+        self._ending = True
+
     def close(self) -> None:
         """Answers what is under way, says GOAWAY and closes; more than once does no harm."""
-        self._stop.set()
+        self.end()
         try:
             self._listener.shutdown(socket.SHUT_RDWR)
         except OSError:
@@ -342,7 +346,7 @@ class Server:
         if self.token and not _same_secret(given, self.token):
             raise Refused("AUTH_FAILED", "this server asks for a token and HELLO's is " + ("another; check it" if given else "missing; add it"))
         most = max(most, wire.LARGEST_BEFORE_WELCOME)
-        if self._stop.is_set():
+        if self._ending:
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
         has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
         capabilities = [name for name in has if name in offered and has[name]]
