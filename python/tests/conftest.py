@@ -16,8 +16,10 @@ os.environ.pop("CONSAC_TOKEN", None)
 
 import pytest  # noqa: E402
 
-from consac.serve import Server  # noqa: E402
-from program import Engines  # noqa: E402
+from consac.serve import Limits, Server  # noqa: E402
+from model_files import TRAINED  # noqa: E402
+from program import PROGRAM, Engines, run  # noqa: E402
+from toy_worlds import Counter  # noqa: E402
 
 
 @pytest.fixture
@@ -40,3 +42,22 @@ def serve_env():
     yield start
     for server in servers:
         server.close()
+
+
+@pytest.fixture(scope="module")
+def counters():
+    """Our own server of two Counters in each session."""
+    with Server(Counter, 2, limits=Limits(max_sessions=200)) as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def trained(tmp_path_factory):
+    """The model files that the program trains in the worlds of TRAINED."""
+    folder, paths = tmp_path_factory.mktemp("runs"), {}
+    for world, settings in TRAINED.items():
+        extra = [text for setting in settings for text in ("--set", setting)]
+        done = run([PROGRAM, "train", world, "--steps", "1024", "--name", world, "--dir", folder, "--no-tensorboard", "--seed", "3", *extra])
+        assert done.returncode == 0, done.stdout + done.stderr
+        paths[world] = folder / world / "model.consac"
+    return paths

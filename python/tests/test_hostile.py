@@ -27,7 +27,7 @@ from consac.model_file import ModelError, read_model
 from consac.options import Options
 from consac.serve import Server
 from consac.serve.text1 import TextReader
-from test_client import frame
+from played import frame
 from toy_server import ToyServer
 
 
@@ -158,7 +158,6 @@ def test_a_choice_of_text_protocol_1(text, choice):
             reader._value(text.encode())
     else:
         assert reader._value(text.encode()) == choice
-
 
 NUMBERS = ["7" * 5000, "1e999", "-1", "1.5", '"x"', "null", "[]", "{}", "true", str(1 << 70), str(1 << 32), "-0.0", '"' + "7" * 5000 + '"']
 

@@ -9,7 +9,7 @@ from consac import wire
 from consac.errors import EngineBusy, EngineError, ProtocolError
 from consac.layout import Behaviour, Layout, space_from_json
 from consac.names import check_name, check_names_together, printable_line
-from test_client import box, frame
+from played import box, frame
 from toy_server import ToyServer
 
 EVIL = "done\n\x1b[2Ktraining completed\u202e\u200b"

@@ -15,7 +15,7 @@ from consac.model_file import ModelDamaged
 from consac.offer import read_spec
 from consac.policy import _space
 from consac.serve import Server
-from test_client import box
+from played import box
 from toy_server import ToyServer
 
 ALL = json.loads((pathlib.Path(__file__).parents[2] / "spec/conformance/names/specs.json").read_text())

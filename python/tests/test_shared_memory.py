@@ -3,10 +3,8 @@ import _thread
 import contextlib
 import importlib.util
 import logging
-import mmap
 import os
 import signal
-import struct
 import subprocess
 import threading
 import time
@@ -17,11 +15,10 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import consac
-from consac import shared_memory, wire
-from consac.errors import ConnectionLost, DeadlineExceeded, EngineError, ProtocolError
+from consac import shared_memory
+from consac.errors import ConnectionLost, DeadlineExceeded, EngineError
 from consac.serve import Limits, Server
 from program import OUR_ENVIRONMENT, OUR_SERVE, PROGRAM, needs_program, run
-from toy_server import ToyServer
 from waiting import ENDS_S, until
 
 pytestmark = pytest.mark.skipif(not shared_memory.AVAILABLE, reason="shared memory is there on Linux with x86-64 only")
@@ -142,151 +139,6 @@ def test_a_pause_between_steps_longer_than_every_spin(serve):
         for _ in range(10):
             time.sleep(0.05)
             assert env.step(1)[1] == 1.0
-
-
-# ---- a region of our own making
-
-class Region:
-    """What an engine might share, right or wrong."""
-
-    def __init__(self, size=4096, seals=7, magic=wire.MAGIC):
-        self.descriptor = os.memfd_create("test", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
-        os.ftruncate(self.descriptor, size)
-        import fcntl
-
-        fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, seals)
-        self.memory = mmap.mmap(self.descriptor, size)
-        struct.pack_into("<II", self.memory, 0, magic, 2)
-        self.spec = {"path": f"/proc/{os.getpid()}/fd/{self.descriptor}", "bytes": size, "request_offset": 192, "request_bytes": 1000, "result_offset": 1216, "result_bytes": 2000, "spin_us": 50}
-
-
-@pytest.mark.parametrize("change", [
-    {"bytes": 4097}, {"bytes": 1 << 40}, {"bytes": -1}, {"bytes": 1.5}, {"request_offset": 191}, {"request_offset": 64}, {"result_offset": 1217}, {"result_offset": 1000}, {"result_offset": 64},
-    {"request_bytes": 99}, {"result_bytes": 199}, {"result_bytes": 3000}, {"request_bytes": 1 << 62}, {"path": "/etc/passwd"}, {"path": "/proc/self/fd/0"}, {"path": "/proc/1/fd/0\n"},
-    {"path": None}, {"spin_us": "long"}, {"request_bytes": None},
-], ids=str)
-def test_a_region_that_cannot_be_is_not_mapped(change):
-    region = Region()
-    shared_memory.open_channel(region.spec, 100, 200)
-    with pytest.raises(shared_memory.Unavailable):
-        shared_memory.open_channel(region.spec | change, 100, 200)
-
-
-@pytest.mark.parametrize("region", [{"seals": 0}, {"magic": 1}, {"seals": 4}], ids=str)
-def test_a_region_that_may_shrink_or_holds_something_else_is_not_used(region):
-    kept = Region(**region)
-    with pytest.raises(shared_memory.Unavailable):
-        shared_memory.open_channel(kept.spec, 100, 200)
-
-
-def test_no_turn_is_missed_whether_its_reader_spins_or_sleeps():
-    """Frames go to and fro between two threads, with and without sleep between them, and none is missed."""
-    region = Region()
-    client = shared_memory.open_channel(region.spec, 100, 200)
-    server = shared_memory.Channel(region.memory, (128, 1216, 2000), (64, 192, 1000), 50)
-
-    def echo():
-        for i in range(2000):
-            while not server.wait(0.02):
-                pass
-            frame, _ = server.receive()
-            if i % 100 == 0:
-                time.sleep(0.001)
-            server.send(wire.pack(wire.Frame(wire.RESULT, bytes(frame.payload), frame.request)))
-
-    thread = threading.Thread(target=echo)
-    thread.start()
-    for i in range(2000):
-        client.send(wire.pack(wire.Frame(wire.STEP, struct.pack("<I", i), i)))
-        while not client.wait(0.02):
-            pass
-        frame, _ = client.receive()
-        assert (frame.type, frame.request, bytes(frame.payload)) == (wire.RESULT, i, struct.pack("<I", i))
-        if i % 100 == 50:
-            time.sleep(0.001)
-    thread.join()
-    assert not client.wait(0)
-
-
-# ---- an engine that writes nonsense there
-
-class Nonsense(ToyServer):
-    """Shares a region; `write(memory, request)` answers every RESET and STEP in it."""
-
-    def __init__(self, write, **options):
-        self.region = Region(1 << 16)
-        self.region.spec |= {"result_bytes": (1 << 16) - 1216}
-        super().__init__(capabilities=["shm"], spec={"shm": self.region.spec}, **options)
-        self.write, self.stop = write, False
-        threading.Thread(target=self._answer, daemon=True).start()
-
-    def _answer(self):
-        channel = shared_memory.Channel(self.region.memory, (128, 1216, (1 << 16) - 1216), (64, 192, 1000), 50)
-        while not self.stop:
-            if channel.wait(0.02):
-                frame, _ = channel.receive()
-                channel.send(self.write(frame))
-
-    def __exit__(self, *_):
-        self.stop = True
-        super().__exit__()
-
-
-def plain(request, parts=0, state=wire.ACTIVE, tail=b"", kind=wire.RESULT, reward=1.0):
-    """A RESULT of one world with 8 floats."""
-    return wire.pack(wire.Frame(kind, struct.pack("<II", parts, 0) + bytes(32) + struct.pack("<dB7x", reward, state) + tail, request))
-
-
-def changed(frame):
-    """The same frame with a CRC that is another's."""
-    return frame[:6] + struct.pack("<H", wire.FLAG_CRC) + frame[8:12] + struct.pack("<I", wire.crc32c(frame[32:]) ^ 1) + frame[16:]
-
-
-def good(frame):
-    """The answer to a RESET or a STEP."""
-    return plain(frame.request, state=wire.FIRST | wire.ACTIVE, reward=0.0) if frame.type == wire.RESET else plain(frame.request)
-
-
-def test_a_toy_engine_in_memory():
-    with Nonsense(good) as server, consac.make(server.url) as env:
-        assert env.connection.in_memory
-        env.reset()
-        assert env.step(0)[1] == 1.0
-
-
-@pytest.mark.parametrize("write, code", [
-    (lambda frame: b"\0" * 40, "BAD_MAGIC"),
-    (lambda frame: plain(frame.request + 1), "MALFORMED"),
-    (lambda frame: plain(frame.request, kind=wire.SPEC), "MALFORMED"),
-    (lambda frame: plain(frame.request, tail=bytes(8)), "WRONG_SIZE"),
-    (lambda frame: plain(frame.request)[:-8].replace(struct.pack("<I", 56), struct.pack("<I", 48), 1), "WRONG_SIZE"),
-    (lambda frame: plain(frame.request, parts=1, state=wire.FINAL | wire.ACTIVE), "WRONG_SIZE"),
-    (lambda frame: plain(frame.request, parts=2, tail=struct.pack("<I", 1 << 30) + bytes(4)), "WRONG_SIZE"),
-    (lambda frame: plain(frame.request, parts=4), "WRONG_SIZE"),
-    (lambda frame: wire.HEADER.pack(wire.MAGIC, wire.RESULT, 0, 1 << 30, 0, frame.request, 0, 0), "FRAME_TOO_LARGE"),
-    (lambda frame: changed(plain(frame.request)), "CRC_MISMATCH"),
-], ids=["no frame", "another request", "another type", "too long", "too short", "a final row that is not there", "infos that are not there", "unknown parts", "beyond the region", "another CRC"])
-def test_nonsense_in_memory_is_an_error_and_no_more(write, code):
-    answers = iter([good, write])
-    with Nonsense(lambda frame: next(answers)(frame)) as server, consac.make(server.url) as env:
-        env.reset()
-        with pytest.raises(ProtocolError, match=code):
-            env.step(0)
-        with pytest.raises(ConnectionLost):
-            env.step(0)
-
-
-def test_our_server_looks_at_a_crc_in_memory_too():
-    with Server("CartPole-v1") as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
-        assert env.connection.in_memory
-        env.reset(seed=1)
-        connection, channel = env.connection, env.connection._channel
-        sent = []
-        connection._channel = type("Once", (), {"__getattr__": lambda _, name: getattr(channel, name),
-                                                "send": lambda _, frame: (sent.append(1), channel.send(changed(bytes(frame))))})()
-        with pytest.raises(EngineError, match="CRC_MISMATCH"):
-            env.step(0)
-        assert sent
 
 
 # ---- our own server
@@ -474,20 +326,6 @@ def test_pings_are_answered_while_a_step_takes_long():
     with Server(lambda: Slow(lambda: time.sleep(2.0)), limits=Limits(heartbeat_s=0.5)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
         env.reset()  # four heartbeats: three unanswered ones would end the connection
         assert [env.step(0)[0] for _ in range(3)] == [1, 2, 3] and env.connection.in_memory
-
-
-def test_deadlines_stop_while_the_engine_is_paused():
-    def write(frame):
-        if frame.type == wire.STEP:
-            server.open[-1].sendall(wire.pack(wire.Frame(wire.PAUSED)))
-            time.sleep(1.3)
-            server.open[-1].sendall(wire.pack(wire.Frame(wire.RESUMED)))
-        return good(frame)
-
-    with Nonsense(write) as server, consac.make(server.url) as env:
-        env.reset()
-        env.connection.timeout = 1.0
-        assert env.step(0)[1] == 1.0 and env.connection.in_memory
 
 
 @needs_program
