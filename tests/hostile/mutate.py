@@ -1,6 +1,7 @@
 """Ways to spoil bytes and JSON, drawn from a generator."""
 from __future__ import annotations
 
+import copy
 import json
 import random
 
@@ -21,7 +22,8 @@ def many(count: int) -> bytes:
 
 
 def nasty(rng: random.Random):
-    return rng.choice([rng.choice(NASTY_TEXTS), rng.choice(NASTY_NUMBERS), rng.choice(NASTY_VALUES)])
+    """One that is nobody else's: what spoils it further must not come back in the next experiment, nor lie inside itself."""
+    return copy.deepcopy(rng.choice([rng.choice(NASTY_TEXTS), rng.choice(NASTY_NUMBERS), rng.choice(NASTY_VALUES)]))
 
 
 def places(value, path=()):
