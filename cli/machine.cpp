@@ -25,7 +25,7 @@ namespace consac::cli {
 
 // Windows never promises memory that it does not have. Sanitizers reserve terabytes that they never touch.
 void LimitMemory() {
-#if !defined(_WIN32) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(_WIN32) && !defined(CONSAC_SANITIZED)
   std::ifstream info("/proc/meminfo");
   std::string name, unit;
   rlim_t kibibytes = 0;

@@ -9,6 +9,9 @@ endif()
 
 # A test's own code need not be fast, but there is much of it: lines in a debugger, no variables, is half the compile time.
 set(CONSAC_TEST_OPTIONS -O1 -g1)
+if(CMAKE_CXX_FLAGS MATCHES "sanitize")  # what is sanitized is optimised; half the compile time again
+  set(CONSAC_TEST_OPTIONS -O0 -g1)
+endif()
 
 function(consac_part NAME)
   cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})

@@ -23,6 +23,7 @@ fuzz_one() {
 }
 export -f fuzz_one
 
+# All at once, so that no core is left over at the end.
 targets=(build/fuzz/fuzz/*_fuzz)
-seconds=$((in_all / ${#targets[@]}))
-printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I{} bash -c 'fuzz_one {} '"$seconds"
+cores=$(($(nproc) < ${#targets[@]} ? $(nproc) : ${#targets[@]}))
+printf '%s\n' "${targets[@]}" | xargs -P 0 -I{} bash -c 'fuzz_one {} '"$((in_all / cores))"

@@ -22,7 +22,7 @@ using testing::RunProgram;
 using testing::TextOf;
 
 TEST_F(ProgramTest, MoreMemoryThanThereIsIsRefusedNotTaken) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(CONSAC_SANITIZED)
   GTEST_SKIP() << "sanitizers reserve more memory than there is";
 #endif
   const std::string command = "cd " + folder() + " && ulimit -d 1000000 && " + CONSAC_PROGRAM +

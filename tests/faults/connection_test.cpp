@@ -221,7 +221,7 @@ TEST(FaultA, A11_ATrainerThatLearnsForLongKeepsItsSession) {
 TEST(FaultA, A6_MuchTextBeforeTheSessionBeginsIsNoOverflow) {
   EnvServerOptions options;
   options.grace_s = 0.05;
-  const Engine engine(std::move((*worlds::FindWorld("road-v0"))->create(1)), options);
+  const Engine engine((*worlds::FindWorld("road-v0"))->create(1), options);
   const auto talker = engine.Connect();
   (void)Say(*talker, std::string(60000, '7'));
   (void)Listen(*talker, 1.0);
@@ -235,7 +235,7 @@ TEST(FaultA, A15_AnAccessTokenIsNotGoneAroundByTextProtocol1) {
   options.grace_s = 0.05;
   options.handshake_s = 0.3;
   options.token = "secret";
-  const Engine engine(std::move((*worlds::FindWorld("road-v0"))->create(1)), options);
+  const Engine engine((*worlds::FindWorld("road-v0"))->create(1), options);
   const auto silent = engine.Connect();
   EXPECT_THAT(Listen(*silent, 1.0), HasSubstr("asks for a token"));
   const auto talker = engine.Connect();

@@ -128,6 +128,27 @@ TEST(FaultBShared, B8_TheEngineLooksAtACrcThereToo) {
   EXPECT_EQ(again.last_type, FrameType::kResult);
 }
 
+TEST(FaultBShared, WhatATrainerWroteIntoItsRegionIsNobodyElses) {
+  const Engine engine;
+  const auto first_result = [&engine] {
+    RawTrainer trainer(engine.Connect());
+    trainer.Begin(engine.spec());
+    std::vector<std::byte> result =
+        trainer.Ask(FrameType::kReset, 2, trainer.ResetPayload(1, std::vector<int>(kCopies, 1)));
+    EXPECT_EQ(trainer.last_type, FrameType::kResult);
+    trainer.Send(FrameType::kBye, 3, "");
+    return result;
+  };
+  const std::vector<std::byte> before = first_result();
+  {
+    SharedTrainer shared(engine);
+    const std::size_t payload = shared.shared.result_offset + kHeaderBytes;
+    std::memset(shared.region->at(payload), 0xff, shared.trainer.blocks.result_bytes);
+    shared.trainer.Send(FrameType::kBye, 3, "");
+  }
+  EXPECT_EQ(first_result(), before);
+}
+
 TEST(FaultBShared, B7_ARefusedHeadersNumberIsTheErrors) {
   for (const bool magic : {true, false}) {
     const Engine engine;

@@ -92,7 +92,7 @@ TEST(Words, AStopIsSeenWhileAnEngineReadsNothing) {
   for (const Way way : {Way::kText1, Way::kTcp}) {
     EnvServerOptions serving;
     serving.grace_s = 0.05;
-    const Engine engine(std::move((*worlds::FindWorld("road-v0"))->create(1)), serving);
+    const Engine engine((*worlds::FindWorld("road-v0"))->create(1), serving);
     std::atomic<bool> stop{false}, full{false};
     EnvClientOptions options = Impatient(way);
     options.deadline_s = 10.0;
@@ -378,6 +378,36 @@ TEST(Words, AnEngineThatTakesASessionUpAndClosesIsGivenTime) {
   peer.join();
   EXPECT_GE(connections, 1);
   EXPECT_LE(connections, 8);
+}
+
+// The connection that the step began on is gone by the time that its error is told.
+TEST(Words, AnErrorAfterAnotherConnectionNamesThatOne) {
+  RawEngine engine;
+  std::thread peer([&] {
+    engine.Begin();
+    (void)engine.Next();
+    engine.Close();
+    ASSERT_TRUE(engine.Accept());
+    (void)engine.Next();
+    Welcome welcome;
+    welcome.session = 1;
+    welcome.resumed = true;
+    welcome.last_request = 2;  // RESET
+    welcome.resume = "of this session";
+    engine.Send(FrameType::kWelcome, 0, EncodeWelcome(welcome));
+    const Frame step = engine.Next();
+    engine.Send(FrameBytes(FrameType::kResult, step.header.request, engine.ResultPayload(0x80)));
+    (void)engine.Next();
+  });
+  EnvClientOptions options = Impatient(Way::kTcp);
+  options.reconnect = [&]() -> Result<std::unique_ptr<Transport>> { return engine.Connect(); };
+  {
+    Session session(engine.Connect(), options);
+    const Status status = session.Step();
+    EXPECT_EQ(status.code(), StatusCode::kProtocol) << status.message();
+    EXPECT_THAT(status.message(), HasSubstr("127.0.0.1:" + std::to_string(engine.port()) + ": "));
+  }
+  peer.join();
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ StatusCode CodeOf(std::string_view name) {
 }  // namespace
 
 Status Client2::Begin() {
-  return NamingPeer(BeginSession(), *transport_);
+  const Status status = BeginSession();
+  return NamingPeer(status, *transport_);
 }
 
 Status Client2::BeginSession() {
@@ -49,7 +50,8 @@ Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {
     const std::uint64_t own = seed + i;
     std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
   }
-  return NamingPeer(Exchange(FrameType::kReset, batches), *transport_);
+  const Status status = Exchange(FrameType::kReset, batches);
+  return NamingPeer(status, *transport_);
 }
 
 Status Client2::Step(std::span<Batch> batches, MoreSteps) {
@@ -61,8 +63,9 @@ Status Client2::Step(std::span<Batch> batches, MoreSteps) {
                 static_cast<std::size_t>(behaviour.slots) * behaviour.action_layout.row_bytes);
   }
   ++steps_;
-  const Status status = NamingPeer(Exchange(FrameType::kStep, batches), *transport_);
-  if (status.ok()) return status;
+  const Status stepped = Exchange(FrameType::kStep, batches);
+  if (stepped.ok()) return stepped;
+  const Status status = NamingPeer(stepped, *transport_);
   return {status.code(), "at step " + std::to_string(steps_) + WhoseStep() + ": " + status.message()};
 }
 

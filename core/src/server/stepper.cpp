@@ -59,6 +59,8 @@ void Stepper::WriteTo(std::byte* payload) {
 }
 
 void Stepper::Forget() {
+  // Whoever shared this memory may have written anywhere, between blocks and in rows of nobody too.
+  std::fill_n(payload_, result_room(), std::byte{0});
   std::fill(pending_.begin(), pending_.end(), std::uint8_t{0});
   begins_next_ = false;
 }

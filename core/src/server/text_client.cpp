@@ -30,7 +30,10 @@ class TextClient final : public EnvClient {
     (void)framer_.Commit(first.size());
   }
 
-  Status ReadSetup() { return NamingPeer(AskForSetup(), *transport_); }
+  Status ReadSetup() {
+    const Status status = AskForSetup();
+    return NamingPeer(status, *transport_);
+  }
 
   const EnvSpec& spec() const override { return spec_; }
   const SessionRequest& request() const override { return request_; }

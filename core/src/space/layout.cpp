@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #include "consac/base/text.h"
@@ -244,7 +245,16 @@ double ReadElement(const Leaf& leaf, const std::byte* row, std::int64_t index) {
 void WriteElement(const Leaf& leaf, std::byte* row, std::int64_t index, double value) {
   WithRowType(leaf.dtype, [&](auto zero) {
     using T = decltype(zero);
-    const T stored = std::is_integral_v<T> ? static_cast<T>(std::nearbyint(value)) : static_cast<T>(value);
+    T stored;
+    if constexpr (std::is_integral_v<T>) {
+      constexpr T kLowest = std::numeric_limits<T>::min(), kHighest = std::numeric_limits<T>::max();
+      const double whole = std::nearbyint(value);
+      stored = !(whole > static_cast<double>(kLowest))  ? kLowest
+               : whole >= static_cast<double>(kHighest) ? kHighest
+                                                        : static_cast<T>(whole);
+    } else {
+      stored = static_cast<T>(value);
+    }
     std::memcpy(row + leaf.offset + static_cast<std::size_t>(index) * sizeof(stored), &stored, sizeof(stored));
   });
 }

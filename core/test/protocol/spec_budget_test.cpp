@@ -88,7 +88,7 @@ TEST(SpecBudget, ASpacesCopiesShareItsBounds) {
   EXPECT_NE(camera, *Space::Box(0, 254, {1080, 1920, 3}, DType::kU8));
 }
 
-#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__linux__) && !defined(CONSAC_SANITIZED)
 /// Bytes of address space that this process has.
 std::uint64_t AddressSpace() {
   unsigned long pages = 0;

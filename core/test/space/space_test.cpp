@@ -120,6 +120,23 @@ TEST(Layout, CheckNamesLeafValueAndBound) {
   EXPECT_EQ(CheckRow(layout, row.data()).code(), StatusCode::kNonFinite);
 }
 
+TEST(Layout, AnIntegerTakesTheNearestValueThatItHas) {
+  const Layout layout =
+      Layout::Of(*Space::Dict({{"pixel", *Space::Box(0, 255, {1}, DType::kU8)}, {"choice", *Space::Discrete(3)}}));
+  std::vector<std::byte> row(layout.row_bytes);
+  const auto written = [&](std::size_t leaf, double value) {
+    WriteElement(layout.leaves[leaf], row.data(), 0, value);
+    return ReadElement(layout.leaves[leaf], row.data(), 0);
+  };
+  for (std::size_t leaf = 0; leaf < 2; ++leaf) {
+    const double lowest = written(leaf, -1e30), highest = written(leaf, 1e30);
+    EXPECT_EQ(lowest, layout.leaves[leaf].dtype == DType::kU8 ? 0.0 : -2147483648.0);
+    EXPECT_EQ(highest, layout.leaves[leaf].dtype == DType::kU8 ? 255.0 : 2147483647.0);
+    EXPECT_EQ(written(leaf, std::nan("")), lowest);
+    EXPECT_EQ(written(leaf, 2.4), 2.0);
+  }
+}
+
 TEST(Layout, EachChoiceOfAMaskIsLookedAtByItself) {
   const Layout layout = Layout::Of(*Space::Dict({{"bits", *Space::MultiBinary(1)},
                                                  {"gear", *Space::MultiDiscrete({2, 3})},

@@ -91,14 +91,14 @@ TEST(Tcp, ASignalDoesNotEndAWait) {
   auto [a, b] = TcpPair();
   const pthread_t reader = pthread_self();
   std::atomic<bool> over{false};
-  std::thread disturber([&] {
+  std::thread disturber([&, sender = a.get()] {
     for (int i = 0; i < 20; ++i) {
       pthread_kill(reader, SIGUSR1);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     over = true;
     const std::byte byte{1};
-    EXPECT_TRUE(a->Write({&byte, 1}, 1.0).ok());
+    EXPECT_TRUE(sender->Write({&byte, 1}, 1.0).ok());
   });
   std::byte got{};
   const auto count = b->Read({&got, 1}, 5.0);

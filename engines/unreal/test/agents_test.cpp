@@ -209,7 +209,7 @@ TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {
   std::vector<std::string> errors;
   Agents agents = Spawn(game, 8);
   AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Serve, &errors);
-  trainer->TotalSteps = 40000;
+  trainer->TotalSteps = 20000;
   trainer->MaxStepsPerTick = 100;
   trainer->bLockStep = true;
   trainer->MaxWaitSeconds = 0.05f;
@@ -227,7 +227,7 @@ TEST(Agents, ATrainerOutsideTrainsThemAsOneBatchInLockStep) {
   ASSERT_TRUE(TickUntil(
       100.0, [&] { game.Tick(); }, [&] { return completed > 0 || !errors.empty(); }));
   EXPECT_EQ(errors, std::vector<std::string>());
-  EXPECT_EQ(trainer->GetTrainerProgress().Steps, 40000);
+  EXPECT_EQ(trainer->GetTrainerProgress().Steps, 20000);
   EXPECT_GT(Shim::ShownStat(TEXT("Milliseconds of a step")), 0.0f);
   EXPECT_GT(
       Shim::ShownStat(TEXT("Mean reward of an episode")) + static_cast<float>(trainer->GetTrainerProgress().Episodes),

@@ -57,7 +57,7 @@ void ClipRow(const Layout& layout, std::byte* row);
 std::pair<double, double> ElementBounds(const Leaf& leaf, std::int64_t index);
 /// Element `index` of a leaf in a row, as a double.
 double ReadElement(const Leaf& leaf, const std::byte* row, std::int64_t index);
-/// Writes element `index` of a leaf in a row, rounding for integer types.
+/// Writes element `index` of a leaf in a row. An integer type takes the nearest value that it has, for NaN its lowest.
 void WriteElement(const Leaf& leaf, std::byte* row, std::int64_t index, double value);
 
 }  // namespace consac
