@@ -235,6 +235,41 @@ def test_a_fault_of_pasteable_text_is_told(catalogue, pattern, new, message):
     assert any(message in line for line in paste.faults(changed, catalogue)), paste.faults(changed, catalogue)
 
 
+BOUND = """title Bound
+component Agent UConsacAgentComponent
+event Act
+node observe at 0 0 on Agent: On Observe
+node act at 20 0 call Act
+observe -> act
+node begin at 0 9 on Agent: On Episode Begin
+node again at 20 9 call Act
+begin -> again
+"""
+BOUND_FAULTS = [
+    (r"   EventReference=.*\n", "", "K2Node_ComponentBoundEvent_0: its EventReference is not ConsacAgentEvent__DelegateSignature"),
+    ("ConsacEpisodeEvent__DelegateSignature\"\\)", "ConsacAgentEvent__DelegateSignature\")", "_1: its EventReference is not ConsacEpisodeEvent"),
+    (r"   CustomFunctionName=.*\n", "", "K2Node_ComponentBoundEvent_1: it has no CustomFunctionName of its own"),
+    (r"   CustomFunctionName=.*", '   CustomFunctionName="BndEvt__Same"', "K2Node_ComponentBoundEvent_1: it has no CustomFunctionName of its own"),
+    ('"OnObserve"', '"OnLook"', "no component of the plugin has such an event"),
+]
+
+
+@pytest.mark.parametrize("pattern, new, message", BOUND_FAULTS, ids=[str(n) for n in range(len(BOUND_FAULTS))])
+def test_an_event_that_nobody_would_call_is_told(catalogue, pattern, new, message):
+    text = paste.paste(graph.read("bound", BOUND, catalogue), catalogue)
+    assert paste.faults(text, catalogue) == []
+    changed = re.sub(pattern, lambda _: new, text)
+    assert changed != text
+    assert any(message in line for line in paste.faults(changed, catalogue)), paste.faults(changed, catalogue)
+
+
+def test_a_components_event_is_written_as_the_editor_writes_it(catalogue):
+    text = paste.paste(graph.read("bound", BOUND, catalogue), catalogue)
+    assert ("EventReference=(MemberParent=\"/Script/CoreUObject.Package'/Script/Consac'\",MemberName=\"ConsacAgentEvent__DelegateSignature\")"
+            in text)
+    assert 'CustomFunctionName="BndEvt__Consac_Agent_K2Node_ComponentBoundEvent_1_ConsacEpisodeEvent__DelegateSignature"' in text
+
+
 def test_pasteable_text_has_the_shape_of_the_editors(catalogue):
     text = paste.paste(graph.read("small", GOOD, catalogue), catalogue)
     assert text.count("Begin Object Class=/Script/BlueprintGraph.K2Node_") == text.count("\nEnd Object") == 5

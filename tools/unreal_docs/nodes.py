@@ -153,7 +153,7 @@ def as_async(plugin: Plugin, type_: Type, node: dict) -> None:
 def event_node(plugin: Plugin, file: File, type_: Type, member: Member) -> dict:
     what, _ = read_doc(doc_above(file, member.line))
     return {"node": display(member.name), "kind": "event", "class": type_.name, "function": member.name, "static": False,
-            "category": member.specifiers.get("Category", ""), "header": file.name, "tooltip": what,
+            "delegate": member.type, "category": member.specifiers.get("Category", ""), "header": file.name, "tooltip": what,
             "pins": [pin("then", "out", "exec"), *delegate_pins(plugin, member.type)]}
 
 

@@ -6,6 +6,7 @@ import re
 from .graph import Catalogue, Graph, Node
 
 SELF_MODULE = "/Script/Consac"
+PACKAGE = f"/Script/CoreUObject.Package'{SELF_MODULE}'"
 CLASSES = {"function": "K2Node_CallFunction", "pure": "K2Node_CallFunction", "own": "K2Node_CallFunction", "async": "K2Node_AsyncAction",
            "override": "K2Node_Event", "custom": "K2Node_CustomEvent", "event": "K2Node_ComponentBoundEvent", "branch": "K2Node_IfThenElse",
            "get": "K2Node_VariableGet", "set": "K2Node_VariableSet", "break": "K2Node_BreakStruct"}
@@ -52,7 +53,21 @@ def number(graph: Graph, node: Node) -> str:
     return f"{CLASSES[node.row['kind']]}_{same.index(node)}"
 
 
-def head(node: Node) -> list[str]:
+def signature(row: dict) -> str:
+    """The function that the header tool makes of an event's delegate."""
+    return f"{row['delegate'][1:]}__DelegateSignature"
+
+
+def bound(graph: Graph, node: Node) -> list[str]:
+    """What ties an event's node to its component: without the last two it is pasted and never called."""
+    row = node.row
+    name = f"BndEvt__Consac_{row['component']}_{number(graph, node)}_{signature(row)}"
+    return [f'DelegatePropertyName="{row["function"]}"', f"DelegateOwnerClass={ref('Class', row['class'])}",
+            f'ComponentPropertyName="{row["component"]}"', f"EventReference=(MemberParent=\"{PACKAGE}\",MemberName=\"{signature(row)}\")",
+            "bInternalEvent=True", f'CustomFunctionName="{name}"']
+
+
+def head(graph: Graph, node: Node) -> list[str]:
     """What tells the editor which node it is."""
     row, kind = node.row, node.row["kind"]
     if kind in ("function", "pure"):
@@ -68,8 +83,7 @@ def head(node: Node) -> list[str]:
     if kind == "custom":
         return [f'CustomFunctionName="{row["function"]}"']
     if kind == "event":
-        return [f'DelegatePropertyName="{row["function"]}"', f"DelegateOwnerClass={ref('Class', row['class'])}",
-                f'ComponentPropertyName="{row["component"]}"', "bInternalEvent=True"]
+        return bound(graph, node)
     if kind in ("get", "set"):
         return [f'VariableReference=(MemberName="{row["function"]}",bSelfContext=True)']
     if kind == "break":
@@ -112,7 +126,7 @@ def paste(graph: Graph, catalogue: Catalogue) -> str:
     for node in graph.nodes.values():
         row = node.row
         out.append(f'Begin Object Class=/Script/BlueprintGraph.{CLASSES[row["kind"]]} Name="{number(graph, node)}"')
-        out += [f"   {line}" for line in head(node)]
+        out += [f"   {line}" for line in head(graph, node)]
         out += [f"   NodePosX={node.x * 16}", f"   NodePosY={node.y * 16}", f"   NodeGuid={identity(graph.name, node.id)}"]
         out += [pin_line(graph, node, pin, links) for pin in row["pins"]]
         if row["kind"] == "custom":
@@ -129,9 +143,31 @@ BLOCK = re.compile(r'^Begin Object Class=(\S+) Name="(\w+)"\n(.*?)^End Object$',
 PIN = re.compile(r'CustomProperties Pin \(PinId=(\w+),PinName="([^"]*)"(.*)\)$', re.M)
 
 
+def events_faults(text: str, catalogue: Catalogue) -> list[str]:
+    """What a component's event lacks of that which has it called."""
+    rows = {(row["class"][1:], row["function"]): row for rows in catalogue.nodes.values() for row in rows if row["kind"] == "event"}
+    found, given = [], []
+    for class_, name, body in BLOCK.findall(text):
+        if not class_.endswith(CLASSES["event"]):
+            continue
+        fields = dict(re.findall(r"^ *(\w+)=(.*)$", body, re.M))
+        owner = re.search(r"\.(\w+)'\"$", fields.get("DelegateOwnerClass", ""))
+        row = rows.get((owner.group(1) if owner else "", fields.get("DelegatePropertyName", "").strip('"')))
+        if row is None:
+            found.append(f"{name}: no component of the plugin has such an event")
+            continue
+        if fields.get("EventReference") != f'(MemberParent="{PACKAGE}",MemberName="{signature(row)}")':
+            found.append(f"{name}: its EventReference is not {signature(row)}")
+        function = fields.get("CustomFunctionName", "")
+        if not function.startswith('"BndEvt__') or function in given:
+            found.append(f"{name}: it has no CustomFunctionName of its own")
+        given.append(function)
+    return found
+
+
 def faults(text: str, catalogue: Catalogue) -> list[str]:
     """What does not fit in pasteable text: functions, pins and types that no header has, links with one end only."""
-    found, pins, asked = [], {}, []
+    found, pins, asked = events_faults(text, catalogue), {}, []
     rows = {(row["class"], row["function"]): row for rows in catalogue.nodes.values() for row in rows}
     for class_, name, body in BLOCK.findall(text):
         for parent, member in re.findall(r"FunctionReference=\(MemberParent=\"[^']*'/Script/Consac\.(\w+)'\",MemberName=\"(\w+)\"", body):
