@@ -1,6 +1,7 @@
 // What a learner gets of agents that end, die, come back and are reset alone: the rows themselves.
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "ConsacHerd.h"
 #include "ConsacRaySensorComponent.h"
@@ -284,6 +285,107 @@ TEST_F(HerdTest, AChoiceThatDoesNotExistIsRefusedAndNumbersAreKeptWithinTheirBou
   });
   herd_.Act(true);
   EXPECT_EQ(asked, 1);
+}
+
+TEST_F(HerdTest, AnAgentThatAnotherHerdHasGatheredIsThatOnes) {
+  Seer& seer = Add();
+  std::optional<FConsacHerd> dying(std::in_place);
+  ASSERT_TRUE(dying->Gather({seer.agent}, 0).ok());
+  BatchBuffer buffer(dying->World().spec().behaviours[0]);
+  dying->World().Reset(1, std::span(&buffer.batch(), 1));
+  ASSERT_TRUE(dying->Begin().ok());
+  buffer.Advance();
+  dying->World().Step(std::span(&buffer.batch(), 1));
+  dying->Act(false);
+  Gather(0);
+  const int observed = seer.observed;
+  ASSERT_TRUE(dying->Settle().ok()) << "it comes to the end of its step";
+  EXPECT_EQ(seer.observed, observed) << "whom it asks nothing any more";
+  EXPECT_EQ(buffer.batch().truncated[0], 1);
+  dying.reset();
+  Ask();
+  Settle();
+  EXPECT_EQ(seer.observed, observed + 1);
+  EXPECT_EQ(batch().rewards[0], 1.0f);
+}
+
+TEST_F(HerdTest, AnAgentThatIsGarbageAlreadyForgetsAHerdThatGoes) {
+  Seer& seer = Add();
+  std::optional<FConsacHerd> herd(std::in_place);
+  ASSERT_TRUE(herd->Gather({seer.agent}, 0).ok());
+  seer.agent->ShimKill();  // marked as garbage before its End Play
+  herd.reset();
+  Shim::ForgetLog();
+  EXPECT_FALSE(seer.agent->SetObservationNumber(TEXT("number"), 1.0f));
+  ASSERT_EQ(Shim::Log().size(), 1U);
+  EXPECT_NE(Shim::Log()[0].find("no Consac Trainer drives this agent"), std::string::npos) << Shim::Log()[0];
+}
+
+TEST_F(HerdTest, OnObserveSaysHowAnEpisodeEndsAlsoAtItsLastStep) {
+  Seer& goal = Add();
+  Seer& other = Add();
+  Seer& silent = Add();
+  for (const Seer* seer : {&goal, &other, &silent}) seer->agent->MaxEpisodeSteps = 2;
+  Gather(0);
+  Ask();
+  Settle();
+  EXPECT_EQ(batch().truncated[0] + batch().truncated[1] + batch().truncated[2], 0);
+  // The last to look finds that it, and one that has looked already, are at a terminal state.
+  silent.sees = [&] {
+    other.agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+    return 0.0f;
+  };
+  goal.sees = [&] {
+    goal.agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+    return 0.0f;
+  };
+  Ask();
+  Settle();
+  for (const int place : {0, 1}) {
+    EXPECT_EQ(batch().terminated[place], 1) << "place " << place;
+    EXPECT_EQ(batch().truncated[place], 0) << "place " << place;
+  }
+  EXPECT_EQ(batch().terminated[2], 0);
+  EXPECT_EQ(batch().truncated[2], 1) << "time was up for it";
+  // Whoever destroys an agent at its last step ends its episode there.
+  goal.sees = silent.sees = nullptr;
+  Ask();
+  Settle();
+  other.agent->OnObserve.ShimBind(nullptr, [&](UConsacAgentComponent*) { Shim::Destroy(*other.actor); });
+  Ask();
+  Settle();
+  EXPECT_EQ(batch().truncated[1], 1);
+  EXPECT_EQ(batch().truncated[0], 1);
+}
+
+TEST_F(HerdTest, ANewcomerHasNoActionYet) {
+  Add();
+  Gather(2);
+  Ask();
+  Seer& newcomer = Add();
+  ASSERT_TRUE(herd_.Join(*newcomer.agent).ok());
+  EXPECT_EQ(newcomer.agent->GetActionChoice(TEXT("walk")), -1);
+  EXPECT_EQ(newcomer.agent->GetActionNumbers(TEXT("walk")).Num(), 0);
+  EXPECT_FALSE(newcomer.agent->SetActionChoice(TEXT("walk"), 1));
+  Settle();
+  Ask();
+  EXPECT_EQ(newcomer.agent->GetActionChoice(TEXT("walk")), 0);
+  EXPECT_EQ(newcomer.agent->GetActionNumbers(TEXT("walk")).Num(), 1);
+}
+
+TEST_F(HerdTest, AnEventOfOneMayBeAboutAnotherFromTheFirstDecisionOn) {
+  Seer& first = Add();
+  Seer& second = Add();
+  Gather(0);
+  first.agent->OnAction.ShimBind(nullptr, [&](UConsacAgentComponent*) {
+    EXPECT_EQ(second.agent->GetActionChoice(TEXT("walk")), 0);
+    second.agent->AddReward(10.0f);
+    second.agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+  });
+  Ask();
+  Settle();
+  EXPECT_EQ(batch().rewards[1], 11.0f);
+  EXPECT_EQ(batch().terminated[1], 1);
 }
 
 TEST_F(HerdTest, ASensorThatIsGoneIsNoObservationAnyMore) {

@@ -70,7 +70,9 @@ FConsacHerd::~FConsacHerd()
 {
 	for (FPlace& Taken : Places)
 	{
-		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
+		// Also one that is garbage already: its end of play may still come. Not one that another herd has by now.
+		UConsacAgentComponent* Agent = Taken.Agent.Get(true);
+		if (Agent != nullptr && Agent->Herd == this)
 		{
 			Agent->Herd = nullptr;
 			Agent->Place = -1;
@@ -179,6 +181,10 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 		{
 			return Id.status();
 		}
+		if (Agent.Herd != nullptr && Agent.Herd != this)
+		{
+			Agent.Herd->Leave(Agent); // of a trainer that dies in the event in which this one begins
+		}
 		const consac::BehaviourSpec& Behaviour = TheWorld->spec().behaviours[B];
 		FPlace& Taken = Places[static_cast<std::size_t>(*Id)];
 		Taken.Agent = &Agent;
@@ -230,6 +236,11 @@ bool FConsacHerd::Knows(const UConsacAgentComponent& Agent) const
 	return Agent.Place >= 0 && static_cast<std::size_t>(Agent.Place) < Places.size() && Places[static_cast<std::size_t>(Agent.Place)].Agent.Get() == &Agent;
 }
 
+bool FConsacHerd::Acts(const UConsacAgentComponent& Agent) const
+{
+	return Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew;
+}
+
 void FConsacHerd::Record()
 {
 	for (std::size_t B = 0; B < Kinds.size(); ++B)
@@ -257,7 +268,7 @@ void FConsacHerd::Release(FConsacFarewell& Into)
 
 void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
 {
-	if (Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew)
+	if (Acts(Agent))
 	{
 		TheWorld->AddReward(Agent.Place, Reward);
 		Agent.EpisodeReward += Reward;
@@ -266,7 +277,7 @@ void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
 
 void FConsacHerd::EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End)
 {
-	if (Knows(Agent) && IsActing() && !bJudged && !Places[static_cast<std::size_t>(Agent.Place)].bNew)
+	if (Acts(Agent) && !bJudged)
 	{
 		TheWorld->EndEpisode(Agent.Place, End);
 	}
@@ -317,7 +328,7 @@ consac::Status FConsacHerd::SetActionChoice(const UConsacAgentComponent& Agent, 
 consac::Status FConsacHerd::SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count)
 {
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	if (Leaf == nullptr || !IsActing())
+	if (Leaf == nullptr || !Acts(Agent))
 	{
 		return consac::Status(consac::StatusCode::kNotFound, "there is no such action, or none is wanted now");
 	}
@@ -351,7 +362,7 @@ bool FConsacHerd::SetAllowed(const UConsacAgentComponent& Agent, FName Name, int
 float FConsacHerd::GetActionNumber(const UConsacAgentComponent& Agent, FName Name, int32 Index, float Otherwise) const
 {
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	const bool bThere = Leaf != nullptr && IsActing() && Index >= 0 && Index < Leaf->count;
+	const bool bThere = Leaf != nullptr && Acts(Agent) && Index >= 0 && Index < Leaf->count;
 	return bThere ? static_cast<float>(consac::ReadElement(*Leaf, TheWorld->Action(Agent.Place), Index)) : Otherwise;
 }
 
@@ -359,7 +370,7 @@ bool FConsacHerd::GetAction(const UConsacAgentComponent& Agent, FName Name, TArr
 {
 	Values.Reset();
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	if (Leaf == nullptr || !IsActing())
+	if (Leaf == nullptr || !Acts(Agent))
 	{
 		return false;
 	}

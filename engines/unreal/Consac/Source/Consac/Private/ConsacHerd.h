@@ -82,12 +82,15 @@ private:
 	consac::Status Place(UConsacAgentComponent& Agent);
 	const FKind& Of(consac::host::AgentId Id) const { return Kinds[TheWorld->BehaviourOf(Id)]; }
 	bool Knows(const UConsacAgentComponent& Agent) const;
+	/** Whether it carries out the decision: no newcomer does. */
+	bool Acts(const UConsacAgentComponent& Agent) const;
 	const consac::Leaf* ActionLeaf(const UConsacAgentComponent& Agent, FName Name) const;
 	void BeginEpisode(consac::host::AgentId Id, int64 Seed);
 	void Prepare(consac::host::AgentId Id);
 	void Observe(consac::host::AgentId Id);
 	void Publish(consac::host::AgentId Id);
 	void Judge(consac::host::AgentId Id);
+	void CutOff(consac::host::AgentId Id);
 	void Turn(consac::host::AgentId Id);
 	consac::Status Offer();
 

@@ -119,11 +119,14 @@ void FConsacHerd::Act(bool bByHand)
 	bActing = true;
 	for (FPlace& Taken : Places)
 	{
+		Taken.bNew = Taken.bNew && !Taken.bShown; // before any event: what it does may be about another agent
+	}
+	for (FPlace& Taken : Places)
+	{
 		if (!Taken.bShown) // it came after this decision was asked for
 		{
 			continue;
 		}
-		Taken.bNew = false;
 		if (UConsacAgentComponent* Agent = bByHand ? Taken.Agent.Get() : nullptr)
 		{
 			Agent->OnHeuristic.Broadcast(Agent);
@@ -135,7 +138,7 @@ void FConsacHerd::Act(bool bByHand)
 	}
 }
 
-// Whether time is up for its agent, and what it sees.
+// A step more for its agent, and what it sees.
 void FConsacHerd::Judge(consac::host::AgentId Id)
 {
 	const FPlace& Taken = Places[static_cast<std::size_t>(Id)];
@@ -148,12 +151,18 @@ void FConsacHerd::Judge(consac::host::AgentId Id)
 	if (!Taken.bNew)
 	{
 		++Agent->EpisodeSteps;
-		if (Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps)
-		{
-			TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
-		}
 	}
 	Observe(Id);
+}
+
+// Where time is up for its agent, and nobody has said how its episode ends.
+void FConsacHerd::CutOff(consac::host::AgentId Id)
+{
+	const UConsacAgentComponent* Agent = Places[static_cast<std::size_t>(Id)].Agent.Get();
+	if (Agent != nullptr && Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps)
+	{
+		TheWorld->EndEpisode(Id, consac::host::EpisodeEnd::kTruncated);
+	}
 }
 
 // From an episode that ends to the next one.
@@ -185,6 +194,10 @@ consac::Status FConsacHerd::Settle()
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
 		Judge(Id);
+	}
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	{
+		CutOff(Id); // after every On Observe: any of them may end any episode
 	}
 	bJudged = true;
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
