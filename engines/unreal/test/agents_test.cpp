@@ -338,6 +338,32 @@ TEST(Agents, AnEventMayStopTheTrainingOrDestroyAnyone) {
   }
 }
 
+TEST(Agents, ATrainerThatDiesInAnEventLeavesTheAgentsToTheOneThatBegins) {
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 2);
+  AConsacTrainer* first = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  AConsacTrainer* second = SpawnTrainer(game, EConsacMode::ByHand, &errors);
+  second->bAutoStart = false;
+  int calls = 0;
+  agents[0]->agent->OnAction.ShimBind(nullptr, [&](UConsacAgentComponent*) {
+    if (++calls != 3) return;
+    Shim::Destroy(*first);
+    EConsacResult result = EConsacResult::Failed;
+    FString error;
+    second->StartTraining(result, error);
+    EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  });
+  for (int k = 0; k < 3; ++k) game.Tick();
+  ASSERT_GE(calls, 3);
+  EXPECT_TRUE(second->IsTraining());
+  const double before = TotalReward(agents);
+  for (int k = 0; k < 10; ++k) game.Tick();
+  EXPECT_GT(calls, 10) << "the agents act on";
+  EXPECT_GT(TotalReward(agents), before) << "by their own rules";
+  EXPECT_EQ(errors, std::vector<std::string>());
+}
+
 TEST(Agents, FixedStepsArePutBackHoweverItEnds) {
   FApp::SetUseFixedTimeStep(false);
   FApp::SetFixedDeltaTime(0.25);
@@ -381,6 +407,13 @@ TEST(Agents, FixedStepsOfTwoGamesAreKeptUntilTheLastEnds) {
   trainer->StopTraining();
   EXPECT_TRUE(FApp::UseFixedTimeStep());
   EXPECT_EQ(FApp::GetFixedDeltaTime(), static_cast<double>(0.1f));
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  trainer->StartTraining(result, error);
+  EXPECT_EQ(FApp::GetFixedDeltaTime(), static_cast<double>(0.05f));
+  trainer->StopTraining();
+  EXPECT_TRUE(FApp::UseFixedTimeStep());
+  EXPECT_EQ(FApp::GetFixedDeltaTime(), static_cast<double>(0.1f)) << "its own ticks are as long as it wants them";
   other->StopTraining();
   EXPECT_FALSE(FApp::UseFixedTimeStep());
   EXPECT_EQ(FApp::GetFixedDeltaTime(), 0.25);
@@ -499,6 +532,24 @@ TEST(Samples, TheRoadPlaysByItself) {
   AConsacRoad* walker = game.SpawnWith<AConsacRoad>([&](AConsacRoad& made) { made.ModelPath = model; });
   for (int k = 0; k < 2000; ++k) game.Tick();
   EXPECT_GT(walker->GetCoinsCollected(), 80);
+}
+
+TEST(Samples, ARoadThatDoesNotBeginOpensNoPort) {
+  for (const char* path : {"/nowhere/at/all.consac", ""}) {
+    Shim::Game game;
+    AConsacRoad* road = game.SpawnWith<AConsacRoad>([path](AConsacRoad& made) {
+      made.Port = 0;
+      made.ModelPath = Text(path);
+      made.TrainingLength = *path == 0 ? -1 : 100;  // refused
+    });
+    Shim::ForgetLog();
+    for (int k = 0; k < 3; ++k) game.Tick();
+    EXPECT_EQ(road->Environment->GetTrainingPort(), 0) << path;
+    EConsacConnection connection = EConsacConnection::Connected;
+    FString error;
+    road->Environment->TrainingConnection(connection, error);
+    EXPECT_EQ(connection, EConsacConnection::Failed) << path << ": it was never set up";
+  }
 }
 
 TEST(Samples, TheChaseIsLearnedInside) {

@@ -295,6 +295,30 @@ TEST(Lifetime, AStopHoldsTheGameNoLongerThanItSays) {
   ConsacPlugin::AwaitFarewells();
 }
 
+TEST(Lifetime, TrainingsThatEndAtOnceWriteTheirFilesOneAfterAnother) {
+  const ScratchFolder scratch("unreal_one_file");
+  const std::string path = scratch.path() + "/default.stopped.consac";
+  for (int round = 0; round < 5; ++round) {
+    std::vector<ConsacPlugin::FLeaving*> leaving;
+    for (const std::byte value : {std::byte{1}, std::byte{2}, std::byte{3}}) {
+      ModelFile model;
+      model.spec_json = "{}";
+      model.tensors["row"] = {DType::kU8, {1 << 20}, std::vector<std::byte>(std::size_t{1} << 20, value)};
+      FConsacFarewell farewell;
+      farewell.Models.emplace_back(path, std::move(model));
+      leaving.push_back(&ConsacPlugin::SendOut(std::move(farewell)));
+    }
+    for (ConsacPlugin::FLeaving* one : leaving) {
+      ASSERT_TRUE(ConsacPlugin::IsOut(*one, 60.0));
+      EXPECT_EQ(ConsacPlugin::Leave(*one), "") << "round " << round;
+    }
+    const auto written = ModelFile::Load(path);
+    ASSERT_TRUE(written.ok()) << written.status().message();
+    const std::vector<std::byte>& row = written->tensors.at("row").bytes;
+    EXPECT_EQ(row, std::vector<std::byte>(row.size(), row[0])) << "round " << round;
+  }
+}
+
 TEST(Lifetime, NoTickWaitsForTheModelsOfATrainingThatIsComplete) {
   const ScratchFolder scratch("unreal_slow_disk");
   // A file that whoever opens it waits for: its other end opens once the game has ticked on, or after so long anyway.

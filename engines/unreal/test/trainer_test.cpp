@@ -297,6 +297,19 @@ TEST(Trainings, AnAlgorithmThatIsNotTheHyperparametersIsRefused) {
   EXPECT_NE(told[0].find("dqn"), std::string::npos) << told[0];
 }
 
+TEST(Trainings, ProgramsThatAreStartedAtOnceHaveARunEach) {
+  const ScratchFolder scratch("unreal_two_programs");
+  FConsacProgramSettings settings;
+  settings.Program = TEXT("/bin/true");  // no run of it is ever there
+  settings.RunsFolder = Text(scratch.path());
+  for (const std::string run : {"unreal", "unreal-2", "unreal-3"}) {
+    FString error;
+    UConsacTrainerProgram* program = NewObject<UConsacTrainerProgram>();
+    ASSERT_TRUE(program->Start(settings, {}, error)) << Text(error);
+    EXPECT_EQ(Text(program->GetModelPath()), scratch.path() + "/" + run + "/model.consac");
+  }
+}
+
 TEST(Trainings, AnEnvironmentsPortIsClosedAtItsEnd) {
   ForgetFrameLimit();
   Shim::Game game;

@@ -1,5 +1,6 @@
 #pragma once
 #include "UObject/Object.h"
+#include "UObject/ObjectMacros.h"
 
 /// Neither null nor destroyed.
 inline bool IsValid(const UObject* object) {
@@ -14,7 +15,8 @@ inline bool packaged = true;
 }  // namespace Shim
 
 template <class T>
-T* NewObject(UObject* outer = nullptr) {
+T* NewObject(UObject* outer = nullptr, FName name = NAME_None, EObjectFlags flags = RF_NoFlags) {
+  check(name == NAME_None && (flags == RF_NoFlags || flags == RF_Transient));
   ++Shim::constructing;
   T* made = new T();
   --Shim::constructing;

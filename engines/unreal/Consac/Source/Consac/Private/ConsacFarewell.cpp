@@ -29,13 +29,11 @@ static consac::Status SaveDemonstration(const consac::host::Recorder& Recorder, 
 	return Status;
 }
 
-std::string FConsacFarewell::Do()
+std::string FConsacFarewell::Save(std::string Fault) const
 {
-	std::string Fault;
-	if (Driver && !ModelFolder.empty())
-	{
-		Fault = ConsacPlugin::CollectModels(*Driver, Behaviours, ModelFolder, ".stopped.consac", Models);
-	}
+	// One after another: two at once may want one file, or find the same name free. The learner's end is not waited for in here.
+	static std::mutex Saving;
+	const std::lock_guard<std::mutex> Lock(Saving);
 	for (const auto& [File, Model] : Models)
 	{
 		const consac::Status Status = Model.Save(File);
@@ -53,6 +51,17 @@ std::string FConsacFarewell::Do()
 		const consac::Status Status = RecordFolder.empty() ? consac::Status::Ok() : SaveDemonstration(*Recorders[B], RecordFolder, Behaviours[B]);
 		Fault = Status.ok() ? Fault : Status.message();
 	}
+	return Fault;
+}
+
+std::string FConsacFarewell::Do()
+{
+	std::string Fault;
+	if (Driver && !ModelFolder.empty())
+	{
+		Fault = ConsacPlugin::CollectModels(*Driver, Behaviours, ModelFolder, ".stopped.consac", Models);
+	}
+	Fault = Save(std::move(Fault));
 	Models.clear();
 	Driver.reset();
 	Recorders.clear();

@@ -22,6 +22,10 @@ struct FConsacFarewell
 
 	/** Saves and ends it. What went wrong, or nothing. */
 	std::string Do();
+
+private:
+	/** Writes the files. What went wrong: `Fault`, or something newer. */
+	std::string Save(std::string Fault) const;
 };
 
 namespace ConsacPlugin

@@ -1,6 +1,7 @@
 // Copyright CONSAC authors. MIT License.
 #include "ConsacStepGuard.h"
 
+#include "ConsacCoreInclude.h"
 #include "ConsacLog.h"
 #include "Engine/World.h"
 #include "GameFramework/WorldSettings.h"
@@ -19,7 +20,7 @@ namespace ConsacPlugin
 // The settings as they were before the first guard of a kind.
 struct FStepBefore
 {
-	int32 Guards = 0; // that live
+	std::vector<std::pair<const FConsacStepGuard*, double>> Guards; // that live, and the seconds of their ticks
 	bool bUsedFixedStep = false;
 	double FixedSeconds = 0.0;
 };
@@ -102,11 +103,12 @@ static void LetEditorSleep()
 FConsacStepGuard::FConsacStepGuard(double StepSeconds, const UWorld& World)
 {
 	using ConsacPlugin::StepBefore;
-	if (StepBefore.Guards++ == 0)
+	if (StepBefore.Guards.empty())
 	{
 		StepBefore.bUsedFixedStep = FApp::UseFixedTimeStep();
 		StepBefore.FixedSeconds = FApp::GetFixedDeltaTime();
 	}
+	StepBefore.Guards.emplace_back(this, StepSeconds);
 	FApp::SetFixedDeltaTime(StepSeconds);
 	FApp::SetUseFixedTimeStep(true);
 	// The project's settings are not ours to change: they are a file that may be saved while this goes on.
@@ -127,10 +129,15 @@ FConsacStepGuard::FConsacStepGuard(double StepSeconds, const UWorld& World)
 FConsacStepGuard::~FConsacStepGuard()
 {
 	using ConsacPlugin::StepBefore;
-	if (--StepBefore.Guards == 0)
+	std::erase_if(StepBefore.Guards, [this](const auto& Guard) { return Guard.first == this; });
+	if (StepBefore.Guards.empty())
 	{
 		FApp::SetUseFixedTimeStep(StepBefore.bUsedFixedStep);
 		FApp::SetFixedDeltaTime(StepBefore.FixedSeconds);
+	}
+	else
+	{
+		FApp::SetFixedDeltaTime(StepBefore.Guards.back().second);
 	}
 }
 

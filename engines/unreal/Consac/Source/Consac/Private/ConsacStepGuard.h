@@ -8,7 +8,7 @@
 class UWorld;
 
 /** While it lives, every tick is `StepSeconds` of game time; a warning where `World` allows no such ticks. Of several at once, in several games of one process, the latest
- *  says how long a tick is, and the last to go puts everything back. */
+ *  that is left says how long a tick is, and the last to go puts everything back. */
 class FConsacStepGuard
 {
 public:

@@ -15,6 +15,7 @@
 #include "Logging/LogMacros.h"
 #include "Misc/App.h"
 #include "Templates/PimplPtr.h"
+#include "UObject/ObjectMacros.h"
 #include "UObject/UObjectGlobals.h"
 #include "UObject/WeakObjectPtrTemplates.h"
 
@@ -378,7 +379,7 @@ void AConsacTrainer::StartProgram()
 	}
 	if (!IsValid(RunningProgram.Get()))
 	{
-		RunningProgram = NewObject<UConsacTrainerProgram>(this);
+		RunningProgram = NewObject<UConsacTrainerProgram>(this, NAME_None, RF_Transient); // no part of the level that an editor saves
 	}
 	FString Error;
 	if (!RunningProgram->Start(Settings, Arguments, Error))

@@ -66,11 +66,20 @@ static FString HostToReach(const FString& Host)
 	return Text.find(':') != std::string::npos && Text.front() != '[' ? FString::Printf(TEXT("[%s]"), *Reached) : Reached;
 }
 
+// Runs that programs were started for: their folders are there only once the programs have made them. Game thread.
+static std::vector<std::string> RunsGiven;
+
 // A name that no run has yet, so that nothing is written over.
 static FString FreeRunName(const FString& Folder, const FString& Wanted)
 {
+	const auto IsTaken = [&Folder](const FString& Name)
+	{
+		const FString Run = FPaths::Combine(Folder, Name);
+		return FPaths::FileExists(FPaths::Combine(Run, TEXT("config.yaml"))) ||
+			std::find(RunsGiven.begin(), RunsGiven.end(), ToUtf8(Run)) != RunsGiven.end();
+	};
 	FString Name = Wanted;
-	for (int32 Number = 2; FPaths::FileExists(FPaths::Combine(Folder, Name, TEXT("config.yaml"))); ++Number)
+	for (int32 Number = 2; IsTaken(Name); ++Number)
 	{
 		Name = FString::Printf(TEXT("%s-%d"), *Wanted, Number);
 	}
@@ -138,6 +147,7 @@ bool UConsacTrainerProgram::Start(const FConsacProgramSettings& Settings, const 
 	{
 		return ConsacPlugin::Explain(Status(StatusCode::kUnavailable, ConsacPlugin::ToUtf8(Program) + " could not be started"), Error);
 	}
+	ConsacPlugin::RunsGiven.push_back(ConsacPlugin::ToUtf8(FPaths::Combine(Folder, Name)));
 	// Not the arguments: an access token may be among them.
 	UE_LOG(LogConsac, Display, TEXT("started %s; its run is %s"), *Program, *Name);
 	return ConsacPlugin::Explain(Status::Ok(), Error);

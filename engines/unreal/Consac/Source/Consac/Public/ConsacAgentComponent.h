@@ -53,7 +53,7 @@ public:
 	UPROPERTY(BlueprintAssignable, Category="Consac|Agent")
 	FConsacEpisodeEvent OnEpisodeBegin;
 
-	/** Say what the agent sees, with Set Observation. Comes after its sensors have looked. */
+	/** Say what the agent sees, with Set Observation Number, Numbers, Vector or Choice. Comes after its sensors have looked. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Agent")
 	FConsacAgentEvent OnObserve;
 

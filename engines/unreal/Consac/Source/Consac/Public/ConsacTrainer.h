@@ -122,7 +122,8 @@ public:
 	EConsacWhileLearning WhileLearning = EConsacWhileLearning::GoOn;
 
 	/** Train Inside: the folder where each kind of agent's model is saved, as BEHAVIOUR.consac at the end, and as
-	 *  BEHAVIOUR.stopped.consac when it is stopped before. A relative path is one below Saved/Consac of the project; empty: nothing is
+	 *  BEHAVIOUR.stopped.consac when it is stopped before. What could not be written at the end, as On Trainer Error says, a stop does
+	 *  not try again: Save Model does. A relative path is one below Saved/Consac of the project; empty: nothing is
 	 *  saved. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	FString SaveFolder;
@@ -207,7 +208,7 @@ public:
 	UFUNCTION(BlueprintCallable, BlueprintPure=false, Category="Consac|Trainer", meta=(DisplayName="Get Trainer Progress"))
 	FConsacProgress GetTrainerProgress() const;
 
-	/** Whether it has begun and was not stopped: also after its end, when the agents go on by what was learned, or a further trainer
+	/** Whether it has begun, with the trainer's first tick or later, and was not stopped: also after its end, when the agents go on by what was learned, or a further trainer
 	 *  may come. */
 	UFUNCTION(BlueprintPure, Category="Consac|Trainer", meta=(DisplayName="Is Training"))
 	bool IsTraining() const;

@@ -44,22 +44,26 @@ void AConsacRoad::BeginPlay()
 	Super::BeginPlay();
 	Random = FRandomStream(Seed);
 
-	EConsacResult Result = EConsacResult::Failed;
+	EConsacResult Result = EConsacResult::Success;
 	FString Error;
+	UConsacModel* Model = nullptr;
+	if (!ModelPath.IsEmpty())
+	{
+		UConsacBlueprintLibrary::LoadConsacModel(this, ModelPath, Result, Model, Error);
+	}
 	// In loop mode a tick waits for the trainer; in tick mode never.
 	Environment->LoopWaitSeconds = StepsPerTick > 1 ? 1.0f : 0.0f;
-	Environment->SetupEnvironment(UConsacBlueprintLibrary::MakeBoxSpace(2, 0.0f, 40.0f), UConsacBlueprintLibrary::MakeDiscreteSpace(3), TrainingLength,
-		TEXT("road"), Result, Error, TEXT("127.0.0.1"), Port);
+	if (Result == EConsacResult::Success)
+	{
+		Environment->SetupEnvironment(UConsacBlueprintLibrary::MakeBoxSpace(2, 0.0f, 40.0f), UConsacBlueprintLibrary::MakeDiscreteSpace(3), TrainingLength,
+			TEXT("road"), Result, Error, TEXT("127.0.0.1"), Port);
+	}
 	if (Result == EConsacResult::Success && !ModelPath.IsEmpty())
 	{
-		UConsacModel* Model = nullptr;
-		UConsacBlueprintLibrary::LoadConsacModel(this, ModelPath, Result, Model, Error);
-		if (Result == EConsacResult::Success)
-		{
-			Environment->ModelConnection(Model, Result, Error);
-		}
+		Environment->ModelConnection(Model, Result, Error);
 	}
-	if (Result == EConsacResult::Failed)
+	bBegun = Result == EConsacResult::Success;
+	if (!bBegun)
 	{
 		UE_LOG(LogConsacSamples, Error, TEXT("the road does not begin: %s"), *Error);
 	}
@@ -70,7 +74,7 @@ void AConsacRoad::Tick(float DeltaSeconds)
 	Super::Tick(DeltaSeconds);
 	EConsacConnection Connection = EConsacConnection::Failed;
 	FString Error;
-	if (Environment->IsTrainingCompleted())
+	if (!bBegun || Environment->IsTrainingCompleted()) // what Begin Play could not do, no port is opened for
 	{
 		return;
 	}

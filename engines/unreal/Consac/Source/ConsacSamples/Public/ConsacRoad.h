@@ -85,4 +85,5 @@ private:
 	int32 Collected = 0;
 	float Reward = 0.0f;
 	bool bDone = false;
+	bool bBegun = false; // Begin Play went well
 };
