@@ -6,6 +6,7 @@
 
 #include "algo/algorithms.h"
 #include "algo/on_policy.h"
+#include "algo/progress.h"
 #include "buffer/moments.h"
 #include "collect/rollout_minibatch.h"
 #include "collect/sums.h"
@@ -155,11 +156,8 @@ class A2c final : public Learner, private BlockLoss {
  private:
   // The named schedule is read at the last sample of what was collected, as Stable Baselines 2 does.
   float LearningRate() const {
-    const auto total = static_cast<double>(std::max(total_steps_, std::int64_t{1}));
-    const double elapsed = static_cast<double>(steps() - 1) / total;
-    const double remaining =
-        TrainingProgress{total_steps_, steps(), updates_, steps_per_update()}.Remaining(Generation::kStableBaselines3);
-    return static_cast<float>(a2c_.learning_rate.At(remaining) * LrMultiplier(a2c_.lr_schedule, elapsed));
+    return static_cast<float>(a2c_.learning_rate.At(RemainingShare(steps(), total_steps_)) *
+                              LrMultiplier(a2c_.lr_schedule, ElapsedShare(steps() - 1, total_steps_)));
   }
 
   void Gather(const LossBlock& block) override { minibatch_.Gather(block); }

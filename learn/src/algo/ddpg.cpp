@@ -6,16 +6,15 @@
 // Stable Baselines3 ddpg.py for the rest.
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
+#include "algo/adaptive_noise_rows.h"
 #include "algo/algorithms.h"
 #include "algo/continuous_options.h"
-#include "algo/off_policy_learner.h"
 #include "collect/action_minibatch.h"
-#include "collect/parameter_noise.h"
 #include "collect/pop_art.h"
 #include "collect/sums.h"
 #include "grad/action_gradient.h"
+#include "optim/weight_penalty.h"
 
 namespace consac::learn {
 namespace {
@@ -31,9 +30,7 @@ struct DdpgOptions : ContinuousOptions {
   ActorStep actor_step;
   std::int64_t action_layer;          // hidden layers of the critic that read the observation alone
   double output_bound, return_range;  // of initial outputs; of what the critic says and learns; 0: as they are
-  bool param_noise;                   // adaptive, 2.10.2's
-  double param_noise_stddev, desired_action_stddev, adoption_coefficient;
-  std::int64_t param_noise_adaption_interval;  // gradient steps
+  AdaptiveNoiseOptions noise;         // 2.10.2's
 };
 
 using G = DdpgOptions;
@@ -68,16 +65,6 @@ constexpr ParameterRow<G> kDdpgOwn[] = {
      "hidden layers of the critic that read the observation alone", kConsac},
     {"output_bound", "output_bound", Into<G, &G::output_bound>, "3e-3", "none", 0, 1e6, "none",
      "initial outputs have weights within this; none: as the rest", kConsac},
-    {"param_noise", "param_noise", Into<G, &G::param_noise>, "false", "false", 0, 0, "",
-     "explore by noise in the actor's parameters", kSb2},
-    {"param_noise_stddev", "param_noise_stddev", Into<G, &G::param_noise_stddev>, "0.1", "0.1", 1e-30, 1e6, "",
-     "its deviation at the start", kSb2},
-    {"desired_action_stddev", "desired_action_stddev", Into<G, &G::desired_action_stddev>, "0.1", "0.1", 0, 2, "",
-     "how far it shall move actions, which go from -1 to 1", kSb2},
-    {"adoption_coefficient", "adoption_coefficient", Into<G, &G::adoption_coefficient>, "1.01", "1.01", 1, 10, "",
-     "factor by which its deviation grows or shrinks", kSb2},
-    {"param_noise_adaption_interval", "param_noise_adaption_interval", Into<G, &G::param_noise_adaption_interval>, "50",
-     "50", 1, 1e9, "", "gradient steps between two of those", kSb2},
 };
 constexpr auto& kDdpgVecNormalise = off_policy_rows::kNormalise;
 constexpr off_policy_rows::Row kDdpgNormalise[] = {
@@ -85,54 +72,58 @@ constexpr off_policy_rows::Row kDdpgNormalise[] = {
     kDdpgVecNormalise[2].WithSb2Name("observation_range").WithDefaults("5", "10"), kDdpgVecNormalise[3],
     kDdpgVecNormalise[4]};
 constexpr auto kDdpgNetwork = continuous_rows::NetworkRows("[64, 64]", "[400, 300]");
-constexpr auto kDdpgRows = std::tie(kDdpgCollecting, kDdpgBatch, kDdpgOwn, continuous_rows::kExploration,
-                                    continuous_rows::kOptimiser, kDdpgNetwork, off_policy_rows::kHer, kDdpgNormalise);
+constexpr auto kDdpgRows =
+    std::tie(kDdpgCollecting, kDdpgBatch, kDdpgOwn, kAdaptiveNoiseRows<G, &G::noise>, continuous_rows::kExploration,
+             continuous_rows::kOptimiser, kDdpgNetwork, off_policy_rows::kHer, kDdpgNormalise);
 
 constexpr const char* kDdpgTerms[] = {"critic_loss", "actor_loss"};
 enum DdpgTerm { kDdpgCritic, kDdpgActor };
-constexpr std::int64_t kDdpgReportEvery = 4;  // episodes: Stable Baselines3's log_interval
+constexpr const char* kDdpgCriticHead = "qf0/head";  // the layer that says Q
 
 /// See learner.h. An update is one gradient step of actor and critic.
-class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
+class Ddpg final : public Learner {
  public:
   Ddpg(const LearnerOptions& options, const DdpgOptions& ddpg, ContinuousModel model, std::string hyperparameters)
-      : OffPolicyLearner(options, std::move(hyperparameters), kDdpgReportEvery, std::move(model.head), ddpg.collect,
-                         ddpg.exploration, options.seed, options.ranks),
-        ddpg_(ddpg),
-        actions_(head().raw_size()),
-        ranks_(options.ranks),
+      : ddpg_(ddpg),
+        hyperparameters_(std::move(hyperparameters)),
+        executor_(options.executor),
+        total_steps_(options.total_steps),
+        collector_(options.behaviour, std::move(model.head), ddpg.collect, ddpg.exploration, options.seed,
+                   options.ranks),
+        actions_(collector_.action_head().raw_size()),
         return_range_(ddpg.return_range > 0.0 ? static_cast<float>(ddpg.return_range) : HUGE_VALF),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               Learned(ddpg, std::max<std::int64_t>(behaviour_.slots, ddpg.batch_size)), options.ranks),
+               Learned(ddpg, std::max<std::int64_t>(options.behaviour.slots, ddpg.batch_size)), options.ranks),
         critic_(std::move(model.critics), Rng(options.seed, StreamId("critics")), Learned(ddpg, ddpg.batch_size),
                 options.ranks),
+        noise_(ddpg.noise, &actor_, options.seed, options.ranks),
         action_gradient_(critic_.network(), actions_, ddpg.batch_size),
-        minibatch_(behaviour_, {ddpg.batch_size, ddpg.n_steps, actions_}, options.ranks),
-        pop_art_(options.ranks),
+        minibatch_(options.behaviour, {ddpg.batch_size, ddpg.n_steps, actions_}, options.ranks),
+        penalty_(critic_.network(), kDdpgCriticHead, ddpg.critic_l2_reg / static_cast<double>(options.ranks.size)),
+        pop_art_(&critic_, kDdpgCriticHead, options.ranks),
         targets_(static_cast<std::size_t>(ddpg.batch_size)),
         losses_(ddpg.batch_size, options.ranks) {
-    if (!ddpg.param_noise) return;
-    noise_.emplace(actor_.network(), options.seed, std::max<std::int64_t>(behaviour_.slots, ddpg.batch_size),
-                   ddpg.param_noise_stddev);
-    noise_->Perturb(actor_.parameters());
+    metrics_.reserve(16);
   }
 
-  // The actor's own actions, or those of a disturbed copy, with noise: collect/continuous_collector.h.
+  // Collecting: collect/continuous_collector.h.
+  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
+  void Begin(const Batch& batch) override { collector_.Begin(batch); }
+  // The actor's own actions, or those of a disturbed copy, with noise.
   void Act(Batch& batch) override {
     collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
-      const float* chosen =
-          noise_ ? noise_->Values(acting.features, batch.rows()) : actor_.Output(acting.features, batch.rows());
-      std::copy_n(chosen, batch.rows() * actions_, acting.raw);
+      std::copy_n(noise_.Output(acting.features, batch.rows()), batch.rows() * actions_, acting.raw);
     });
   }
   // Parameter noise lasts as long as an episode of each agent.
   void Record(const Batch& batch) override {
-    const std::int64_t noises = episodes_each();
-    OffPolicyLearner::Record(batch);
-    if (noise_ && episodes_each() != noises) noise_->Perturb(actor_.parameters());
+    const std::int64_t noises = collector_.episodes_each();
+    if (collector_.Record(batch)) WriteMetrics();
+    if (collector_.episodes_each() != noises) noise_.Perturb();
   }
 
   // Learning: one minibatch after another, as many as the collector says.
+  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
         budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
@@ -142,20 +133,30 @@ class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
         });
   }
 
+  std::int64_t steps() const override { return collector_.steps(); }
+  std::int64_t updates() const override { return updates_; }
+  std::int64_t reports() const override { return collector_.reports(); }
+  std::int64_t steps_per_update() const override { return 0; }
+  std::int64_t memory_bytes() const override { return collector_.memory_bytes(); }
+  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
+  std::span<const Metric> metrics() const override { return metrics_; }
   Status StartFrom(const PolicyData& model) override {
-    CONSAC_RETURN_IF_ERROR(StartActingFrom(model, &collector_, &actor_));
-    if (noise_) noise_->Perturb(actor_.parameters());
+    CONSAC_RETURN_IF_ERROR(collector_.StartFrom(model, &actor_));
+    noise_.Perturb();
     return Status::Ok();
   }
   Status health() const override { return critic_.health().ok() ? actor_.health() : critic_.health(); }
-  PolicyData Snapshot() const override { return SnapshotOf(actor_); }
+  PolicyData Snapshot() const override {
+    return collector_.Snapshot(actor_, TrainingJson(hyperparameters_, steps(), updates_));
+  }
   void Visit(Archive& archive) override {
-    OffPolicyLearner::Visit(archive);
+    collector_.Visit(archive);
+    archive("learning_rate", learning_rate_);
+    archive("updates", updates_);
     archive("actor", actor_);
     archive("critic", critic_);
-    if (noise_) archive("parameter_noise", *noise_);
+    noise_.Visit(archive);
     losses_.Visit(archive);
-    archive("distance", distance_);
     archive("pop_art", pop_art_);
   }
 
@@ -175,12 +176,7 @@ class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
     losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
     actor_.UpdateTarget(ddpg_.tau);
     critic_.UpdateTarget(ddpg_.tau);
-    if (++updates_ % ddpg_.param_noise_adaption_interval != 0 || !noise_) return;
-    const float* seen = minibatch_.features().data();
-    const double own =
-        noise_->Distance(actor_.parameters(), seen, actor_.Output(seen, minibatch_.size()), minibatch_.size());
-    distance_ = ranks_.Sum(own) / static_cast<double>(ranks_.size);
-    noise_->AdaptTo(distance_, ddpg_.desired_action_stddev, ddpg_.adoption_coefficient);
+    noise_.AfterStep(++updates_, minibatch_.features().data(), minibatch_.size());
   }
 
   // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n Q'(s_n, mu'(s_n)). Nothing follows a terminal state. With Pop-Art
@@ -192,7 +188,7 @@ class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
     for (std::size_t i = 0; i < targets_.size(); ++i)
       targets_[i] = static_cast<float>(ddpg_.reward_scale * static_cast<double>(minibatch_.rewards()[i]) +
                                        minibatch_.discounts()[i] * pop_art_.Value(critic_.Target().output(0)[i]));
-    if (ddpg_.normalize_returns && ddpg_.enable_popart) pop_art_.Take(targets_, "qf0/head", &critic_);
+    if (ddpg_.normalize_returns && ddpg_.enable_popart) pop_art_.Take(targets_);
     for (float& target : targets_)
       target = std::clamp(static_cast<float>(pop_art_.Output(target)), -return_range_, return_range_);
   }
@@ -210,7 +206,7 @@ class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
                   }
                 });
     const std::span<float> gradient = critic_.Gradient(minibatch_.size(), executor_, loss);
-    critic_.AddPenalty(ddpg_.critic_l2_reg / static_cast<double>(ranks_.size), "qf0/head", gradient);
+    penalty_.AddGradient(critic_.parameters(), gradient);
     critic_.Step(gradient, learning_rate_);
   }
 
@@ -231,15 +227,13 @@ class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
           }
         });
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
-                [this](const LossBlock& block) {
-                  std::copy_n(action_gradient_.row(block.first_row), block.rows * actions_, block.output_gradients[0]);
-                });
+                [this](const LossBlock& block) { action_gradient_.Backward(block); });
     const float rate = ddpg_.actor_lr.absent ? learning_rate_ : RateAt(ddpg_.actor_lr, steps(), total_steps_);
     actor_.Step(actor_.Gradient(minibatch_.size(), executor_, loss), rate);
   }
 
   // Source: Stable Baselines 2.10.2, ddpg/ddpg.py, and Stable Baselines3, td3.py.
-  void WriteMetrics() override {
+  void WriteMetrics() {
     const auto put = [this](std::string_view key, std::string_view tag, double number) {
       metrics_.push_back({key, tag, number});
     };
@@ -256,23 +250,29 @@ class Ddpg final : public OffPolicyLearner<ContinuousCollector> {
     if (updates_ == 0) return;
     put("train/loss_actor", "Adam_mpi/actor_loss", means[kDdpgActor]);
     put("train/loss_critic", "Adam_mpi/critic_loss", means[kDdpgCritic]);
-    if (!noise_) return;
-    put("train/param_noise_distance", "", distance_);
-    put("param_noise_stddev", "input_info/param_noise_stddev", noise_->deviation());
+    if (!noise_.on()) return;
+    put("train/param_noise_distance", "", noise_.distance());
+    put("param_noise_stddev", "input_info/param_noise_stddev", noise_.deviation());
   }
 
   const DdpgOptions ddpg_;
+  const std::string hyperparameters_;  // JSON, for the model file
+  const Executor executor_;
+  std::int64_t total_steps_;
+  ContinuousCollector collector_;
   const std::int64_t actions_;  // numbers of one
-  const Communicator ranks_;
   const float return_range_;
   LearnedNetwork actor_, critic_;
-  std::optional<ParameterNoise> noise_;
+  AdaptiveNoise noise_;
   ActionGradient action_gradient_;  // dL/da
   ActionMinibatch minibatch_;
+  WeightPenalty penalty_;
   PopArt pop_art_;
   std::vector<float> targets_;  // [B] y
   LossLog<kDdpgTerms> losses_;  // of the round under way, or the latest
-  double distance_ = 0.0;       // that the noise was adapted by last
+  float learning_rate_ = 0;     // of the latest update
+  std::int64_t updates_ = 0;
+  std::vector<Metric> metrics_;
 };
 
 }  // namespace
@@ -286,12 +286,12 @@ std::span<const Hyperparameter> DdpgTable() {
 Result<std::unique_ptr<Learner>> CreateDdpg(const LearnerOptions& options, const HyperparameterSet& values) {
   DdpgOptions ddpg{};
   CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kDdpgRows, values, options, &ddpg));
-  Result<ContinuousModel> model = MakeContinuousModel(options, ddpg,
-                                                      {.algorithm = "ddpg",
-                                                       .critics = 1,
-                                                       .action_layer = ddpg.action_layer,
-                                                       .output_bound = ddpg.output_bound,
-                                                       .parameter_noise = ddpg.param_noise});
+  const ContinuousWants wants = {.algorithm = "ddpg",
+                                 .critics = 1,
+                                 .action_layer = ddpg.action_layer,
+                                 .output_bound = ddpg.output_bound,
+                                 .parameter_noise = ddpg.noise.on};
+  Result<ContinuousModel> model = MakeContinuousModel(options, ddpg, wants);
   if (!model.ok()) return model.status();
   return std::unique_ptr<Learner>(
       std::make_unique<Ddpg>(options, ddpg, std::move(*model), HyperparametersJson(values)));

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "algo/algorithms.h"
-#include "algo/off_policy_learner.h"
+#include "algo/progress.h"
 #include "algo/q_options.h"
 #include "collect/parameter_noise.h"
 #include "collect/replay_minibatch.h"
@@ -61,30 +61,35 @@ enum DqnTerm { kDqnError, kDqnLoss, kDqnReward, kDqnWeight };
 using DqnSums = Sums<kDqnTerms>;
 
 /// See learner.h. An update is one gradient step.
-class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
+class Dqn final : public Learner, private BlockLoss {
  public:
   Dqn(const LearnerOptions& options, const DqnOptions& dqn, QModel model, std::string hyperparameters)
-      : OffPolicyLearner(options, std::move(hyperparameters),
-                         dqn.log_keys == Generation::kStableBaselines2 ? 100 : 4,  // Stable Baselines' log_interval
-                         std::move(model.head), dqn.collect, options.seed, options.ranks),
-        dqn_(dqn),
-        choices_(head().size()),
+      : dqn_(dqn),
+        hyperparameters_(std::move(hyperparameters)),
+        executor_(options.executor),
+        total_steps_(options.total_steps),
+        collector_(options.behaviour, std::move(model.head), dqn.collect, options.seed, options.ranks),
+        choices_(collector_.action_head().size()),
         q_(std::move(model.network), Rng(options.seed, StreamId("network_initialisation")),
-           {.run_rows = std::max<std::int64_t>(behaviour_.slots, dqn.batch_size),
+           {.run_rows = std::max<std::int64_t>(options.behaviour.slots, dqn.batch_size),
             .batch_rows = dqn.batch_size,
             .adam = dqn.adam,
             .max_grad_norm = dqn.max_grad_norm,
             .clip_each = dqn.clip == GradientClip::kVariable},
            options.ranks),
         explorer_(choices_, options.seed),
-        minibatch_(behaviour_, dqn.batch_size, dqn.n_steps, options.ranks),
+        minibatch_(options.behaviour, dqn.batch_size, dqn.n_steps, options.ranks),
         targets_(static_cast<std::size_t>(dqn.batch_size)),
         losses_(dqn.batch_size, options.ranks) {
+    metrics_.reserve(16);
     if (!dqn.param_noise) return;
-    noise_.emplace(q_.network(), options.seed, behaviour_.slots);
+    noise_.emplace(q_.network(), options.seed, options.behaviour.slots);
     noise_->Perturb(q_.parameters());
   }
 
+  // Collecting: collect/replay_collector.h.
+  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
+  void Begin(const Batch& batch) override { collector_.Begin(batch); }
   void Act(Batch& batch) override {
     const ReplayCollector::Acting acting = collector_.BeginAct(batch);
     const std::int64_t rows = batch.rows();
@@ -100,27 +105,39 @@ class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
 
   // The target network follows the steps of all agents; noise lasts as long as an episode of each.
   void Record(const Batch& batch) override {
-    const std::int64_t targets = steps() / dqn_.target_update_interval, noises = episodes_each();
-    OffPolicyLearner::Record(batch);
+    const std::int64_t targets = steps() / dqn_.target_update_interval, noises = collector_.episodes_each();
+    if (collector_.Record(batch)) WriteMetrics();
     if (steps() / dqn_.target_update_interval != targets) q_.UpdateTarget(dqn_.tau);
-    if (noise_ && episodes_each() != noises) noise_->Perturb(q_.parameters());
+    if (noise_ && collector_.episodes_each() != noises) noise_->Perturb(q_.parameters());
   }
 
   // Learning: one minibatch after another, as many as the collector says.
+  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
         budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); }, [this] { q_.FinishRound(updates_); });
   }
 
+  std::int64_t steps() const override { return collector_.steps(); }
+  std::int64_t updates() const override { return updates_; }
+  std::int64_t reports() const override { return collector_.reports(); }
+  std::int64_t steps_per_update() const override { return 0; }
+  std::int64_t memory_bytes() const override { return collector_.memory_bytes(); }
+  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
+  std::span<const Metric> metrics() const override { return metrics_; }
   Status StartFrom(const PolicyData& model) override {
-    CONSAC_RETURN_IF_ERROR(StartActingFrom(model, &collector_, &q_));
+    CONSAC_RETURN_IF_ERROR(collector_.StartFrom(model, &q_));
     if (noise_) noise_->Perturb(q_.parameters());
     return Status::Ok();
   }
   Status health() const override { return q_.health(); }
-  PolicyData Snapshot() const override { return SnapshotOf(q_); }
+  PolicyData Snapshot() const override {
+    return collector_.Snapshot(q_, TrainingJson(hyperparameters_, steps(), updates_));
+  }
   void Visit(Archive& archive) override {
-    OffPolicyLearner::Visit(archive);
+    collector_.Visit(archive);
+    archive("learning_rate", learning_rate_);
+    archive("updates", updates_);
     q_.Visit(archive);
     explorer_.Visit(archive);
     if (noise_) archive("parameter_noise", *noise_);
@@ -128,10 +145,7 @@ class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
   }
 
  private:
-  double Epsilon() const {
-    return dqn_.exploration.At(static_cast<double>(steps()) /
-                               static_cast<double>(std::max(total_steps_, std::int64_t{1})));
-  }
+  double Epsilon() const { return dqn_.exploration.At(ElapsedShare(steps(), total_steps_)); }
 
   void GradientStepOnDraws() {
     minibatch_.Draw(collector_, dqn_.BetaAt(steps(), total_steps_));
@@ -177,7 +191,7 @@ class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
   }
 
   // Source: Stable Baselines 2.10.2, deepq/dqn.py, and Stable Baselines3, off_policy_algorithm.py and dqn.py.
-  void WriteMetrics() override {
+  void WriteMetrics() {
     const auto episodes = static_cast<double>(collector_.episodes().count());
     metrics_.clear();
     const bool learned = losses_.minibatches() > 0;
@@ -204,6 +218,10 @@ class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
   }
 
   const DqnOptions dqn_;
+  const std::string hyperparameters_;  // JSON, for the model file
+  const Executor executor_;
+  std::int64_t total_steps_;
+  ReplayCollector collector_;
   const std::int64_t choices_;
   LearnedNetwork q_;
   EpsilonGreedy explorer_;
@@ -211,6 +229,9 @@ class Dqn final : public OffPolicyLearner<ReplayCollector>, private BlockLoss {
   ReplayMinibatch minibatch_;
   std::vector<float> targets_;  // [B] y
   LossLog<kDqnTerms> losses_;   // of the round under way, or the latest
+  float learning_rate_ = 0;     // of the latest update
+  std::int64_t updates_ = 0;
+  std::vector<Metric> metrics_;
 };
 
 }  // namespace
@@ -224,6 +245,7 @@ std::span<const Hyperparameter> DqnTable() {
 Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const HyperparameterSet& values) {
   DqnOptions dqn{};
   CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kDqnRows, values, options, &dqn));
+  if (dqn.log_keys == Generation::kStableBaselines2) dqn.collect.report_every = 100;  // its log_interval
   Result<QModel> model = MakeQModel(options, dqn, "dqn");
   if (!model.ok()) return model.status();
   // Two networks' parameters, each packed, a packed form to learn, the optimiser's two columns, initialisation in

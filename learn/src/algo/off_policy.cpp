@@ -2,18 +2,18 @@
 
 #include <algorithm>
 
+#include "algo/progress.h"
+
 namespace consac::learn {
 
 float RateAt(const Schedule& rate, std::int64_t steps, std::int64_t total_steps) {
-  const double elapsed = static_cast<double>(steps) / static_cast<double>(std::max<std::int64_t>(total_steps, 1));
-  return static_cast<float>(rate.At(std::max(0.0, 1.0 - elapsed)));
+  return static_cast<float>(rate.At(RemainingShare(steps, total_steps)));
 }
 
 // Source: Stable Baselines 2.10.2, LinearSchedule.
 double OffPolicyOptions::BetaAt(std::int64_t steps, std::int64_t total_steps) const {
-  const std::int64_t whole =
-      prioritized_beta_steps > 0 ? prioritized_beta_steps : std::max<std::int64_t>(total_steps, 1);
-  const double over = std::min(1.0, static_cast<double>(steps) / static_cast<double>(whole));
+  const double over =
+      std::min(1.0, ElapsedShare(steps, prioritized_beta_steps > 0 ? prioritized_beta_steps : total_steps));
   return prioritized_beta0 + over * (1.0 - prioritized_beta0);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "algo/progress.h"
 #include "consac/learn/grad/backpropagation.h"
 
 namespace consac::learn {
@@ -72,8 +73,8 @@ double MeanDeviation(std::span<const float> log_std) {
 }
 
 double TrainingProgress::Remaining(Generation generation) const {
+  if (generation == Generation::kStableBaselines3) return RemainingShare(steps, total_steps);
   const auto total = static_cast<double>(std::max(total_steps, std::int64_t{1}));
-  if (generation == Generation::kStableBaselines3) return std::max(0.0, 1.0 - static_cast<double>(steps) / total);
   const double planned = std::max(1.0, std::floor(total / static_cast<double>(steps_per_update)));
   return std::max(0.0, 1.0 - static_cast<double>(updates) / planned);
 }

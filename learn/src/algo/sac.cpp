@@ -8,7 +8,6 @@
 #include "algo/algorithms.h"
 #include "algo/continuous_options.h"
 #include "algo/entropy_coefficient.h"
-#include "algo/off_policy_learner.h"
 #include "collect/action_minibatch.h"
 #include "collect/sums.h"
 #include "grad/action_gradient.h"
@@ -46,41 +45,52 @@ constexpr auto kSacRows = std::tie(kSacRounds, continuous_rows::kCollecting, kSa
 constexpr const char* kSacTerms[] = {"loss/policy_loss", "loss/qf1_loss",      "loss/qf2_loss", "loss/value_loss",
                                      "loss/entropy",     "loss/ent_coef_loss", "loss/ent_coef"};
 enum SacTerm { kSacActor, kSacQ1, kSacQ2, kSacValue, kSacEntropy, kSacEntCoefLoss, kSacEntCoef };
-constexpr std::size_t kValueOutput = 2;   // of the critics' network, behind Q_1 and Q_2
-constexpr std::int64_t kReportEvery = 4;  // episodes: Stable Baselines' log_interval
+constexpr std::size_t kValueOutput = 2;  // of the critics' network, behind Q_1 and Q_2
 
 /// See learner.h. An update is one gradient step of everything.
-class Sac final : public OffPolicyLearner<ContinuousCollector> {
+class Sac final : public Learner {
  public:
   Sac(const LearnerOptions& options, const SacOptions& sac, ContinuousModel model, std::string hyperparameters)
-      : OffPolicyLearner(options, std::move(hyperparameters), kReportEvery, std::move(model.head), sac.collect,
-                         sac.exploration, options.seed, options.ranks),
-        sac_(sac),
+      : sac_(sac),
+        hyperparameters_(std::move(hyperparameters)),
+        executor_(options.executor),
+        total_steps_(options.total_steps),
+        collector_(options.behaviour, std::move(model.head), sac.collect, sac.exploration, options.seed, options.ranks),
         target_entropy_(sac.target_entropy.Of(head().raw_size())),  // auto: minus the action's elements
         ent_coef_(sac.ent_coef, sac.adam, options.ranks),
         acting_rng_(options.seed, StreamId("action_sampling")),
         learning_rng_(options.seed, StreamId("sac_samples")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               {std::max<std::int64_t>(behaviour_.slots, sac.batch_size), sac.batch_size, sac.adam}, options.ranks),
+               {std::max<std::int64_t>(options.behaviour.slots, sac.batch_size), sac.batch_size, sac.adam},
+               options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
                  {sac.batch_size, sac.batch_size, sac.adam}, options.ranks),
         action_gradient_(critics_.network(), head().raw_size(), sac.batch_size),
-        minibatch_(behaviour_, {sac.batch_size, sac.n_steps, head().raw_size()}, options.ranks),
+        minibatch_(options.behaviour, {sac.batch_size, sac.n_steps, head().raw_size()}, options.ranks),
         now_(head(), sac.batch_size),
         next_(head(), sac.batch_size),
         targets_(static_cast<std::size_t>(sac.batch_size)),
         value_targets_(targets_.size()),
-        losses_(sac.batch_size, options.ranks) {}
+        losses_(sac.batch_size, options.ranks) {
+    metrics_.reserve(16);
+  }
 
-  // What the policy draws, with noise: collect/continuous_collector.h.
+  // Collecting: collect/continuous_collector.h.
+  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
+  void Begin(const Batch& batch) override { collector_.Begin(batch); }
+  // What the policy draws, with noise.
   void Act(Batch& batch) override {
     collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
       head().Select(actor_.Output(acting.features, batch.rows()), nullptr, nullptr, batch.rows(), ActionMode::kSample,
                     acting_rng_, acting.raw);
     });
   }
+  void Record(const Batch& batch) override {
+    if (collector_.Record(batch)) WriteMetrics();
+  }
 
   // Learning: one minibatch after another, as many as the collector says.
+  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
         budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
@@ -91,14 +101,25 @@ class Sac final : public OffPolicyLearner<ContinuousCollector> {
         });
   }
 
-  Status StartFrom(const PolicyData& model) override { return StartActingFrom(model, &collector_, &actor_); }
+  std::int64_t steps() const override { return collector_.steps(); }
+  std::int64_t updates() const override { return updates_; }
+  std::int64_t reports() const override { return collector_.reports(); }
+  std::int64_t steps_per_update() const override { return 0; }
+  std::int64_t memory_bytes() const override { return collector_.memory_bytes(); }
+  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
+  std::span<const Metric> metrics() const override { return metrics_; }
+  Status StartFrom(const PolicyData& model) override { return collector_.StartFrom(model, &actor_); }
   Status health() const override {
     CONSAC_RETURN_IF_ERROR(critics_.health());
     return actor_.health().ok() ? ent_coef_.health() : actor_.health();
   }
-  PolicyData Snapshot() const override { return SnapshotOf(actor_); }
+  PolicyData Snapshot() const override {
+    return collector_.Snapshot(actor_, TrainingJson(hyperparameters_, steps(), updates_));
+  }
   void Visit(Archive& archive) override {
-    OffPolicyLearner::Visit(archive);
+    collector_.Visit(archive);
+    archive("learning_rate", learning_rate_);
+    archive("updates", updates_);
     archive("actor", actor_);
     archive("critics", critics_);
     archive("ent_coef", ent_coef_);
@@ -108,6 +129,8 @@ class Sac final : public OffPolicyLearner<ContinuousCollector> {
   }
 
  private:
+  const ActionHead& head() const { return collector_.action_head(); }
+
   // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
   void GradientStepOnDraws() {
     minibatch_.Draw(collector_);
@@ -211,7 +234,7 @@ class Sac final : public OffPolicyLearner<ContinuousCollector> {
   }
 
   // Source: Stable Baselines 2.10.2, sac/sac.py, and Stable Baselines3, off_policy_algorithm.py and sac.py.
-  void WriteMetrics() override {
+  void WriteMetrics() {
     BeginMetrics(sac_, collector_.episodes(), {learning_rate_, updates_}, &metrics_);
     if (updates_ == 0) return;
     const Sums<kSacTerms> means = losses_.UpdateMeans();
@@ -228,6 +251,10 @@ class Sac final : public OffPolicyLearner<ContinuousCollector> {
   }
 
   const SacOptions sac_;
+  const std::string hyperparameters_;  // JSON, for the model file
+  const Executor executor_;
+  std::int64_t total_steps_;
+  ContinuousCollector collector_;
   const double target_entropy_;
   EntropyCoefficient ent_coef_;
   Rng acting_rng_, learning_rng_;
@@ -237,6 +264,9 @@ class Sac final : public OffPolicyLearner<ContinuousCollector> {
   SquashedSamples now_, next_;                  // a~ and a'
   std::vector<float> targets_, value_targets_;  // [B] of Q and of V
   LossLog<kSacTerms> losses_;                   // of the round under way, or the latest
+  float learning_rate_ = 0;                     // of the latest update
+  std::int64_t updates_ = 0;
+  std::vector<Metric> metrics_;
 };
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include "algo/algorithms.h"
 #include "algo/continuous_options.h"
-#include "algo/off_policy_learner.h"
 #include "collect/action_minibatch.h"
 #include "collect/sums.h"
 #include "grad/action_gradient.h"
@@ -41,36 +40,47 @@ constexpr auto kTd3Rows =
 constexpr const char* kTd3Terms[] = {"loss/qf1_loss", "loss/qf2_loss"};
 constexpr const char* kTd3ActorTerms[] = {"loss/policy_loss"};
 enum Td3Term { kTd3Q1, kTd3Q2 };
-constexpr std::int64_t kTd3ReportEvery = 4;  // episodes: Stable Baselines' log_interval
 
 /// See learner.h. An update is one gradient step of the critics.
-class Td3 final : public OffPolicyLearner<ContinuousCollector> {
+class Td3 final : public Learner {
  public:
   Td3(const LearnerOptions& options, const Td3Options& td3, ContinuousModel model, std::string hyperparameters)
-      : OffPolicyLearner(options, std::move(hyperparameters), kTd3ReportEvery, std::move(model.head), td3.collect,
-                         td3.exploration, options.seed, options.ranks),
-        td3_(td3),
-        actions_(head().raw_size()),
+      : td3_(td3),
+        hyperparameters_(std::move(hyperparameters)),
+        executor_(options.executor),
+        total_steps_(options.total_steps),
+        collector_(options.behaviour, std::move(model.head), td3.collect, td3.exploration, options.seed, options.ranks),
+        actions_(collector_.action_head().raw_size()),
         learning_rng_(options.seed, StreamId("target_policy_noise")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               {std::max<std::int64_t>(behaviour_.slots, td3.batch_size), td3.batch_size, td3.adam}, options.ranks),
+               {std::max<std::int64_t>(options.behaviour.slots, td3.batch_size), td3.batch_size, td3.adam},
+               options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
                  {td3.batch_size, td3.batch_size, td3.adam}, options.ranks),
         action_gradient_(*nn::Network::Create(nn::FirstOutputOf(critics_.network().spec())), actions_, td3.batch_size),
-        minibatch_(behaviour_, {td3.batch_size, td3.n_steps, actions_}, options.ranks),
+        minibatch_(options.behaviour, {td3.batch_size, td3.n_steps, actions_}, options.ranks),
         next_actions_(static_cast<std::size_t>(td3.batch_size * actions_)),
         targets_(static_cast<std::size_t>(td3.batch_size)),
         losses_(td3.batch_size, options.ranks),
-        actor_losses_(td3.batch_size, options.ranks) {}
+        actor_losses_(td3.batch_size, options.ranks) {
+    metrics_.reserve(16);
+  }
 
-  // The actor's own actions, with noise: collect/continuous_collector.h.
+  // Collecting: collect/continuous_collector.h.
+  Batch Stage(std::span<const std::int32_t> slots) override { return collector_.Stage(slots); }
+  void Begin(const Batch& batch) override { collector_.Begin(batch); }
+  // The actor's own actions, with noise.
   void Act(Batch& batch) override {
     collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
       std::copy_n(actor_.Output(acting.features, batch.rows()), batch.rows() * actions_, acting.raw);
     });
   }
+  void Record(const Batch& batch) override {
+    if (collector_.Record(batch)) WriteMetrics();
+  }
 
   // Learning: one minibatch after another, as many as the collector says.
+  bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
         budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
@@ -80,11 +90,22 @@ class Td3 final : public OffPolicyLearner<ContinuousCollector> {
         });
   }
 
-  Status StartFrom(const PolicyData& model) override { return StartActingFrom(model, &collector_, &actor_); }
+  std::int64_t steps() const override { return collector_.steps(); }
+  std::int64_t updates() const override { return updates_; }
+  std::int64_t reports() const override { return collector_.reports(); }
+  std::int64_t steps_per_update() const override { return 0; }
+  std::int64_t memory_bytes() const override { return collector_.memory_bytes(); }
+  void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
+  std::span<const Metric> metrics() const override { return metrics_; }
+  Status StartFrom(const PolicyData& model) override { return collector_.StartFrom(model, &actor_); }
   Status health() const override { return critics_.health().ok() ? actor_.health() : critics_.health(); }
-  PolicyData Snapshot() const override { return SnapshotOf(actor_); }
+  PolicyData Snapshot() const override {
+    return collector_.Snapshot(actor_, TrainingJson(hyperparameters_, steps(), updates_));
+  }
   void Visit(Archive& archive) override {
-    OffPolicyLearner::Visit(archive);
+    collector_.Visit(archive);
+    archive("learning_rate", learning_rate_);
+    archive("updates", updates_);
     archive("actor", actor_);
     archive("critics", critics_);
     archive("learning_rng", learning_rng_);
@@ -155,15 +176,13 @@ class Td3 final : public OffPolicyLearner<ContinuousCollector> {
           std::fill_n(block.output_gradients[0], block.rows, -inverse);
         });
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
-                [this](const LossBlock& block) {
-                  std::copy_n(action_gradient_.row(block.first_row), block.rows * actions_, block.output_gradients[0]);
-                });
+                [this](const LossBlock& block) { action_gradient_.Backward(block); });
     actor_.Step(actor_.Gradient(minibatch_.size(), executor_, loss), learning_rate_);
     actor_losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
   }
 
   // Source: Stable Baselines 2.10.2, td3/td3.py, and Stable Baselines3, td3.py.
-  void WriteMetrics() override {
+  void WriteMetrics() {
     BeginMetrics(td3_, collector_.episodes(), {learning_rate_, updates_}, &metrics_);
     if (updates_ == 0) return;
     const Sums<kTd3Terms> means = losses_.UpdateMeans();
@@ -180,6 +199,10 @@ class Td3 final : public OffPolicyLearner<ContinuousCollector> {
   }
 
   const Td3Options td3_;
+  const std::string hyperparameters_;  // JSON, for the model file
+  const Executor executor_;
+  std::int64_t total_steps_;
+  ContinuousCollector collector_;
   const std::int64_t actions_;  // numbers of one
   Rng learning_rng_;
   LearnedNetwork actor_, critics_;
@@ -189,6 +212,9 @@ class Td3 final : public OffPolicyLearner<ContinuousCollector> {
   std::vector<float> targets_;            // [B] y
   LossLog<kTd3Terms> losses_;             // of the round under way, or the latest
   LossLog<kTd3ActorTerms> actor_losses_;  // of the latest round in which the actor learned
+  float learning_rate_ = 0;               // of the latest update
+  std::int64_t updates_ = 0;
+  std::vector<Metric> metrics_;
 };
 
 }  // namespace

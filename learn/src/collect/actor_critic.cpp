@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "collect/same_network.h"
+#include "collect/acting_model.h"
 
 namespace consac::learn {
 ActorCritic::ActorCritic(nn::Network network, ActionHead head, const BehaviourSpec& behaviour, std::uint64_t seed,
@@ -36,17 +36,10 @@ void ActorCritic::ValuesOf(const float* features, std::int64_t rows, float* valu
 
 PolicyData ActorCritic::Snapshot(const BehaviourSpec& behaviour, const ObservationNormaliser& normaliser,
                                  std::string training_json) const {
-  PolicyData data;
-  data.behaviour = behaviour.name;
-  data.observation_space = behaviour.observation_space;
-  data.action_space = behaviour.action_space;
-  data.network = network_.spec();
-  data.heads = action_head_.specs();
+  PolicyData data = ActingModel(behaviour, network_, action_head_, normaliser, std::move(training_json));
   const auto network_end = parameters_.begin() + static_cast<std::ptrdiff_t>(network_count());
   data.parameters.assign(parameters_.begin(), network_end);
   data.log_std.assign(network_end, parameters_.end());
-  if (normaliser.active()) data.normaliser = normaliser;
-  data.training_json = std::move(training_json);
   return data;
 }
 

@@ -31,10 +31,10 @@ class ContinuousCollector final : public ReplayCollector {
     exploration_.Explore(batch.slots, warming_up(), acting.raw);
     FinishAct(batch);
   }
-  /// As Learner::Record.
-  void Record(const Batch& batch) {
-    ReplayCollector::Record(batch);
+  /// As Learner::Record; true when a report is to be made.
+  [[nodiscard]] bool Record(const Batch& batch) {
     exploration_.Record(batch);
+    return ReplayCollector::Record(batch);
   }
 
   /// Everything.

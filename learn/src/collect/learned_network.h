@@ -2,7 +2,6 @@
 // A network with what belongs to learning it: parameters, the target network, which follows, what runs either,
 // gradients and an optimiser. Private to learn.
 
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,6 +29,7 @@ class LearnedNetwork {
   /// Fresh parameters from the first rank's `rng`, the target's alike.
   LearnedNetwork(nn::Network network, Rng rng, const LearnedNetworkOptions& options, const Communicator& ranks = {})
       : network_(std::move(network)),
+        run_rows_(options.run_rows),
         parameters_(static_cast<std::size_t>(network_.parameter_count())),
         evaluator_(network_, options.run_rows),
         target_evaluator_(network_, options.run_rows),
@@ -45,6 +45,8 @@ class LearnedNetwork {
 
   /// The network.
   const nn::Network& network() const { return network_; }
+  /// Most rows that are run at once.
+  std::int64_t run_rows() const { return run_rows_; }
   /// [parameters]
   std::span<const float> parameters() const { return parameters_; }
   /// Other parameters from now on, for the target too; as many.
@@ -53,18 +55,10 @@ class LearnedNetwork {
     packed_ = false;
     UpdateTarget(1.0);
   }
-  /// The layer `block`, "qf0/head", says `scale` times what it said and `shift` more, the target's too.
-  void MoveOutput(std::string_view block, double scale, double shift) {
-    for (const nn::Parameter& tensor : network_.parameters()) {
-      const std::string_view name = tensor.name;
-      if (!name.starts_with(block)) continue;
-      const double more = name.substr(block.size()) == "/b" ? shift : 0.0;
-      for (std::vector<float>* of : {&parameters_, &target_}) {
-        for (float& number :
-             std::span(*of).subspan(static_cast<std::size_t>(tensor.offset), static_cast<std::size_t>(tensor.count)))
-          number = static_cast<float>(scale * static_cast<double>(number) + more);
-      }
-    }
+  /// `change`(numbers) alters the parameters, [parameters], and the target's alike.
+  template <class Change>
+  void Alter(Change&& change) {
+    for (std::vector<float>* of : {&parameters_, &target_}) change(std::span<float>(*of));
     packed_ = target_packed_ = false;
   }
   /// target = tau parameters + (1 - tau) target.
@@ -92,16 +86,6 @@ class LearnedNetwork {
   std::span<float> Gradient(std::int64_t rows, const Executor& executor, BlockLoss& loss) {
     backpropagation_.Run(parameters_, rows, executor, loss);
     return backpropagation_.gradient();
-  }
-  /// Adds the gradient of `weight` / 2 sum w^2 over all weights but biases and those of the layer `but`.
-  void AddPenalty(double weight, std::string_view but, std::span<float> gradient) const {
-    if (weight == 0.0) return;
-    for (const nn::Parameter& tensor : network_.parameters()) {
-      if (tensor.shape.size() < 2 || std::string_view(tensor.name).starts_with(but)) continue;
-      const auto begin = static_cast<std::size_t>(tensor.offset);
-      for (std::size_t i = begin; i < begin + static_cast<std::size_t>(tensor.count); ++i)
-        gradient[i] += static_cast<float>(weight) * parameters_[i];
-    }
   }
   /// One step along it.
   void Step(std::span<float> gradient, float learning_rate) {
@@ -134,6 +118,7 @@ class LearnedNetwork {
   }
 
   nn::Network network_;
+  std::int64_t run_rows_;
   std::vector<float> parameters_, target_;  // [parameters]
   nn::Evaluator evaluator_, target_evaluator_;
   bool packed_ = false, target_packed_ = false;  // into the evaluators

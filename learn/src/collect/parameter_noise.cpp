@@ -94,6 +94,7 @@ void ParameterNoise::Visit(Archive& archive) {
   archive("acting", std::span<float>(acting_));
   archive("rng", rng_);
   archive("deviation", deviation_);
+  archive.Check("deviation", deviation_ >= 0.0);
   if (archive.loading()) acting_evaluator_.Load(acting_);
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <string_view>
+#include <vector>
 
 #include "collect/learned_network.h"
 
@@ -15,8 +17,18 @@ namespace consac::learn {
 /// Moments of the targets of one critic. Mean 0 and deviation 1 until there are some.
 class PopArt {
  public:
-  /// Over all of `ranks`.
-  explicit PopArt(const Communicator& ranks = {}) : ranks_(ranks) {}
+  /// Of `critic`, which must stay, whose output the layer `block` says, "qf0/head"; targets are those of all of
+  /// `ranks`.
+  PopArt(LearnedNetwork* critic, std::string_view block, const Communicator& ranks = {})
+      : critic_(*critic), ranks_(ranks) {
+    for (const nn::Parameter& tensor : critic_.network().parameters()) {
+      const std::string_view name = tensor.name;
+      if (!name.starts_with(block)) continue;
+      layer_.push_back({static_cast<std::size_t>(tensor.offset), static_cast<std::size_t>(tensor.count),
+                        name.substr(block.size()) == "/b"});
+    }
+    CONSAC_ASSERT(!layer_.empty());
+  }
 
   /// The value that a critic's output means.
   double Value(float output) const { return mean() + deviation() * static_cast<double>(output); }
@@ -27,8 +39,8 @@ class PopArt {
   /// Of the targets, 0.1 at least.
   double deviation() const { return std::sqrt(std::max(of_[kSquares] / of_[kCount] - mean() * mean(), kEpsilon)); }
 
-  /// Takes `targets` in, and moves the output of `critic` whose layer is `block`, "qf0/head", and the target's.
-  void Take(std::span<const float> targets, std::string_view block, LearnedNetwork* critic) {
+  /// Takes `targets` in, and moves the critic's output and its target's so that both mean what they meant.
+  void Take(std::span<const float> targets) {
     const double old_mean = mean(), old_deviation = deviation();
     double more[kNumbers] = {0.0, 0.0, static_cast<double>(targets.size())};
     for (const float target : targets) {
@@ -37,16 +49,37 @@ class PopArt {
     }
     ranks_.Sum(more);
     for (std::size_t i = 0; i < kNumbers; ++i) of_[i] += more[i];
-    critic->MoveOutput(block, old_deviation / deviation(), (old_mean - mean()) / deviation());
+    MoveOutput(old_deviation / deviation(), (old_mean - mean()) / deviation());
   }
 
   /// The sums.
-  void Visit(Archive& archive) { archive("sums", std::span<double>(of_)); }
+  void Visit(Archive& archive) {
+    archive("sums", std::span<double>(of_));
+    archive.Check("sums", of_[kSquares] >= 0.0 && of_[kCount] >= kEpsilon && std::isfinite(of_[kSum]) &&
+                              std::isfinite(of_[kSquares]) && std::isfinite(of_[kCount]));
+  }
 
  private:
   enum Number : std::size_t { kSum, kSquares, kCount, kNumbers };
   static constexpr double kEpsilon = 0.01;  // the least variance, and how many targets it began with
+  /// A tensor of the layer that says the output.
+  struct Tensor {
+    std::size_t offset, count;
+    bool bias;
+  };
 
+  /// The layer says `scale` times what it said and `shift` more.
+  void MoveOutput(double scale, double shift) {
+    critic_.Alter([&](std::span<float> parameters) {
+      for (const Tensor& tensor : layer_) {
+        for (float& number : parameters.subspan(tensor.offset, tensor.count))
+          number = static_cast<float>(scale * static_cast<double>(number) + (tensor.bias ? shift : 0.0));
+      }
+    });
+  }
+
+  LearnedNetwork& critic_;
+  std::vector<Tensor> layer_;
   Communicator ranks_;
   double of_[kNumbers] = {0.0, kEpsilon, kEpsilon};
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "collect/acting_model.h"
+
 namespace consac::learn {
 namespace {
 
@@ -30,6 +32,23 @@ ReplayCollector::ReplayCollector(const BehaviourSpec& behaviour, ActionHead head
   if (options_.hindsight.buffer == ReplayBufferClass::kHindsight) hindsight_.emplace(behaviour_, options_.hindsight);
 }
 
+Status ReplayCollector::StartFrom(const PolicyData& model, LearnedNetwork* acts) {
+  CONSAC_RETURN_IF_ERROR(normalise_.StartFrom(model.normaliser));
+  if (!SameNetwork(model.network, acts->network().spec()) || model.parameters.size() != acts->parameters().size()) {
+    return {StatusCode::kInvalidArgument,
+            "its network is another than this run's; give the policy, net_arch, activation_fn, layer_norm and, where "
+            "the algorithm has it, dueling that it was trained with"};
+  }
+  acts->StartFrom(model.parameters);
+  return Status::Ok();
+}
+
+PolicyData ReplayCollector::Snapshot(const LearnedNetwork& acts, std::string training_json) const {
+  PolicyData data = ActingModel(behaviour_, acts.network(), action_head_, normaliser(), std::move(training_json));
+  data.parameters.assign(acts.parameters().begin(), acts.parameters().end());
+  return data;
+}
+
 void ReplayCollector::Begin(const Batch& batch) {
   for (const std::int32_t slot : batch.slots) {
     normalise_.Forget(slot);
@@ -53,7 +72,7 @@ void ReplayCollector::FinishAct(Batch& batch) {
 }
 
 // Learning is due when the quickest agent has taken train_freq steps: where all step together, after so many of them.
-void ReplayCollector::Record(const Batch& batch) {
+bool ReplayCollector::Record(const Batch& batch) {
   normalise_.Observe(batch.next_observations, batch.rows());
   normalise_.ObserveRewards(batch);
   Batch kept = batch;
@@ -61,6 +80,7 @@ void ReplayCollector::Record(const Batch& batch) {
     for (std::size_t i = 0; i < batch.slots.size(); ++i) terminated_[i] = batch.terminated[i] | batch.truncated[i];
     kept.terminated = terminated_.data();
   }
+  const std::int64_t reports_before = reports();
   bool quickest = false;
   for (std::size_t i = 0; i < batch.slots.size(); ++i) {
     const auto slot = static_cast<std::size_t>(batch.slots[i]);
@@ -72,10 +92,12 @@ void ReplayCollector::Record(const Batch& batch) {
   round_steps_ += batch.rows();
   round_episodes_ += episodes_.Add(batch);
   const bool whole = options_.train_freq_unit == TrainUnit::kStep ? quickest : round_episodes_ >= options_.train_freq;
-  if (!whole) return;
-  if (steps_ > options_.learning_starts) due_ += options_.gradient_steps < 0 ? round_steps_ : options_.gradient_steps;
-  round_steps_ = round_episodes_ = 0;
-  std::fill(round_slot_steps_.begin(), round_slot_steps_.end(), 0);
+  if (whole) {
+    if (steps_ > options_.learning_starts) due_ += options_.gradient_steps < 0 ? round_steps_ : options_.gradient_steps;
+    round_steps_ = round_episodes_ = 0;
+    std::fill(round_slot_steps_.begin(), round_slot_steps_.end(), 0);
+  }
+  return reports() != reports_before;
 }
 
 void ReplayCollector::Visit(Archive& archive) {

@@ -4,14 +4,17 @@
 // gradient step is are the algorithm's. Private to learn.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "buffer/replay.h"
 #include "collect/episode_window.h"
 #include "collect/hindsight.h"
+#include "collect/learned_network.h"
 #include "collect/rollout_collector.h"
 #include "collect/vec_normalise.h"
 #include "consac/policy/head.h"
+#include "consac/policy/policy.h"
 
 namespace consac::learn {
 
@@ -27,6 +30,7 @@ struct ReplayCollectorOptions {
   std::int64_t gradient_steps = 1;               ///< of a round; -1: as many as transitions came since the last
   double gamma = 0.99;                           ///< discount per step
   Truncation truncation = Truncation::kBootstrap;  ///< of episodes that were cut
+  std::int64_t report_every = 4;                   ///< episodes between reports; Stable Baselines' log_interval
   VecNormaliseOptions normalise;                   ///< its gamma is this one's
   HindsightOptions hindsight;                      ///< of what is drawn; replay.episodes with it
 };
@@ -41,8 +45,11 @@ class ReplayCollector {
   /// How actions follow from the network.
   const ActionHead& action_head() const { return action_head_; }
 
-  /// Begins with these statistics of observations; the error says what does not fit.
-  Status StartFrom(const ObservationNormaliser& normaliser) { return normalise_.StartFrom(normaliser); }
+  /// As Learner::StartFrom, of one that acts by `acts`: that begins with the parameters of `model`, whose network must
+  /// be the same, and this with its statistics of observations.
+  Status StartFrom(const PolicyData& model, LearnedNetwork* acts);
+  /// As Learner::Snapshot, of one that acts by `acts`; `training_json` is told to people.
+  PolicyData Snapshot(const LearnedNetwork& acts, std::string training_json) const;
   /// As Learner::Stage.
   Batch Stage(std::span<const std::int32_t> slots) {
     CONSAC_ASSERT(due_ == 0);
@@ -58,8 +65,8 @@ class ReplayCollector {
   Acting BeginAct(const Batch& batch);
   /// The raw actions are there: writes batch.actions, and files them under their slots until they are recorded.
   void FinishAct(Batch& batch);
-  /// As Learner::Record.
-  void Record(const Batch& batch);
+  /// As Learner::Record; true when a report is to be made.
+  [[nodiscard]] bool Record(const Batch& batch);
 
   /// Gradient steps that are due.
   std::int64_t due() const { return due_; }
@@ -85,6 +92,10 @@ class ReplayCollector {
   bool warming_up() const { return steps_ < options_.learning_starts; }
   /// Episodes and their returns.
   const EpisodeWindow& episodes() const { return episodes_; }
+  /// Episodes that have ended, for each agent.
+  std::int64_t episodes_each() const { return episodes_.count() / behaviour_.slots; }
+  /// As Learner::reports.
+  std::int64_t reports() const { return episodes_.count() / options_.report_every; }
   /// Bytes of what is remembered, once full.
   std::int64_t memory_bytes() const { return Replay::Bytes(behaviour_, action_head_.raw_size(), options_.replay); }
   /// The normaliser that acts.

@@ -34,6 +34,10 @@ class ActionGradient {
   }
   /// d loss / d action of a row of the last Run, [raw].
   const float* row(std::int64_t row) const { return gradients_.data() + row * raw_; }
+  /// Those of a block's rows as the gradient of its first output: of an actor whose outputs are the actions.
+  void Backward(const LossBlock& block) const {
+    std::copy_n(row(block.first_row), block.rows * raw_, block.output_gradients[0]);
+  }
 
  private:
   std::int64_t raw_;

@@ -242,8 +242,8 @@ TEST(Hindsight, AMinibatchHasOtherGoalsInFront) {
     ReplayCollector collector(behaviour, *ActionHead::Create(behaviour.action_layout, {&values, 1}), options, 3);
     Hand hand(1);
     hand.Begin(collector, 0, 0);
-    collector.Record(hand.Step(0, 1));
-    collector.Record(hand.Step(0, 2, Hand::End::kTerminated, 0));
+    EXPECT_FALSE(collector.Record(hand.Step(0, 1))) << "four episodes make a report";
+    EXPECT_FALSE(collector.Record(hand.Step(0, 2, Hand::End::kTerminated, 0)));
     ReplayMinibatch minibatch(behaviour, 6, 1);
     minibatch.Draw(collector, 0.0);
     const float goal = form == GoalForm::kAfter ? 2.0f : 1.0f;

@@ -1,4 +1,4 @@
-// The pieces that algorithms are composed of, each alone. What they do together is ppo_test.cpp's and a2c_test.cpp's.
+// The pieces that algorithms are composed of, each alone. What they do together is the algorithms' tests'.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "algo/parameter_rows.h"
+#include "algo/progress.h"
 #include "collect/shuffled_passes.h"
 #include "collect/step_memory.h"
 #include "collect/sums.h"
@@ -73,6 +74,15 @@ TEST(VecNormalise, WithoutItNumbersPassAsTheyAre) {
   normalise.Encode(reinterpret_cast<const std::byte*>(&seen), 1, &feature);
   EXPECT_EQ(feature, 7.5f);
   EXPECT_FALSE(normalise.frozen().active());
+}
+
+TEST(Progress, IsAShareOfTheTrainingWhateverItsLength) {
+  EXPECT_EQ(ElapsedShare(0, 200), 0.0);
+  EXPECT_EQ(ElapsedShare(50, 200), 0.25);
+  EXPECT_EQ(ElapsedShare(300, 200), 1.5);
+  EXPECT_EQ(RemainingShare(50, 200), 0.75);
+  EXPECT_EQ(RemainingShare(300, 200), 0.0) << "a run that went on for longer";
+  EXPECT_EQ(RemainingShare(0, 0), 1.0) << "no steps are planned";
 }
 
 TEST(StepMemory, RowsOfAPartAreFiledUnderTheirSlots) {
