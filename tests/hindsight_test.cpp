@@ -82,24 +82,11 @@ TEST(HindsightReplay, ARestoredLearnerGoesOnToTheSameBits) {
     for (const char* strategy : {"future", "episode", "random"}) {
       const Setting setting = Small(algorithm, strategy);
       for (const int cut : {3, 17, 110}) {  // before anything is learned; in an episode; when the ring is full
-        const std::unique_ptr<VectorEnv> env = Bits(algorithm, 4), other_env = Bits(algorithm, 4);
-        const std::unique_ptr<learn::Learner> learner = learn::Make(*env, setting),
-                                              other = learn::Make(*other_env, setting);
-        BatchBuffer first(env->spec().behaviours[0]);
-        learn::Begin(*env, *learner, first);
-        for (int i = 0; i < cut; ++i) learn::Step(*env, *learner, first.batch().slots);
-        StateWriter writer;
-        writer("learner", *learner);
-        writer("env", *env);
-        StateReader reader(writer.fields());
-        reader("learner", *other);
-        reader("env", *other_env);
-        ASSERT_TRUE(reader.status().ok()) << reader.status().message();
-        for (int i = 0; i < 40; ++i) {
-          learn::Step(*env, *learner, first.batch().slots);
-          learn::Step(*other_env, *other, first.batch().slots, 1);
-        }
-        EXPECT_EQ(HashState(*learner), HashState(*other)) << algorithm << " " << strategy << " cut after " << cut;
+        SCOPED_TRACE(algorithm + " " + strategy + " cut after " + std::to_string(cut));
+        learn::LearnerTwins twins(Bits(algorithm, 4), Bits(algorithm, 4), setting);
+        twins.Step(cut);
+        ASSERT_NO_FATAL_FAILURE(twins.Restore());
+        twins.ExpectTheSameBitsAfter(40);
       }
     }
   }

@@ -1,5 +1,5 @@
-// A2C as a whole: it learns trivial tasks with every kind of action, its first update is the equations' by hand, one
-// seed is one result whatever the threads and wherever it is saved.
+// A2C as a whole: it learns trivial tasks with every kind of action, and its first update is the equations' by hand.
+// What holds of every algorithm is every_learner_test.cpp's.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -118,32 +118,6 @@ TEST(A2c, LearnsTheIdentityOfEveryKindOfAction) {
   EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"a2c", values, 60000}), 0.8);
 }
 
-TEST(A2c, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{"a2c", {{"n_steps", "64"}, {"norm_obs", "true"}, {"norm_reward", "true"}}, 8192, 7};
-  const std::uint64_t alone = WeightsAfter(setting);
-  for (int threads : {2, 5}) {
-    setting.executor = Threads(threads);
-    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
-  }
-  setting.executor = {};
-  setting.seed = 8;
-  EXPECT_NE(WeightsAfter(setting), alone);
-}
-
-TEST(A2c, ARestoredLearnerGoesOnToTheSameBits) {
-  for (const char* use_rms_prop : {"true", "false"}) {
-    ExpectARestoredLearnerGoesOnToTheSameBits({"a2c",
-                                               {{"n_steps", "7"},
-                                                {"norm_obs", "true"},
-                                                {"norm_reward", "true"},
-                                                {"lr_schedule", "linear"},
-                                                {"use_rms_prop", use_rms_prop}},
-                                               4096,
-                                               3},
-                                              {5, 6, 7, 100});
-  }
-}
-
 /// The learning rate of an update after `steps` of 1000 steps.
 double RateAfter(const char* schedule, std::int64_t steps) {
   IdentityEnv env(*Space::Discrete(3), 1);
@@ -214,10 +188,6 @@ TEST(Tables, A2cHasBothGenerationsNamesAndDefaults) {
   EXPECT_DOUBLE_EQ(values.Real("epsilon"), 1e-5);
   EXPECT_EQ(values.Text("optimizer"), "tensorflow");
   EXPECT_EQ(LogStyleOf(**FindAlgorithm("a2c"), values), LogStyle::kStableBaselines2);
-}
-
-TEST(A2c, SlotsMayStepAloneAndBeginAgain) {
-  ExpectSlotsMayStepAloneAndBeginAgain({"a2c", {}, 1000}, *Space::Discrete(3));
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
-// DDPG as a whole: its updates are the equations' in float64, it learns trivial tasks, one seed is one result whatever
-// the threads and wherever it is saved; and the adaptive noise in its parameters.
+// DDPG as a whole: its updates are the equations' in float64, it learns trivial tasks; and the adaptive noise in its
+// parameters. What holds of every algorithm is every_learner_test.cpp's.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "collect/learned_network.h"
@@ -140,41 +141,6 @@ TEST(Ddpg, LearnsTheIdentity) {
   EXPECT_GE(TrainedReward(*Space::Box(-2, 3, {1}), 2, {"ddpg", noisy, 3000}), 0.8);
 }
 
-Settings DdpgSettings() {
-  return {{"buffer_size", "300"},   {"learning_starts", "40"}, {"batch_size", "100"},
-          {"n_steps", "3"},         {"gradient_steps", "3"},   {"action_noise", "ornstein_uhlenbeck"},
-          {"param_noise", "true"},  {"clip_norm", "0.5"},      {"param_noise_adaption_interval", "5"},
-          {"net_arch", "[24, 16]"}, {"action_layer", "1"},     {"critic_l2_reg", "0.01"},
-          {"norm_obs", "true"},     {"norm_reward", "true"},   {"normalize_returns", "true"},
-          {"enable_popart", "true"}};
-}
-
-TEST(Ddpg, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{"ddpg", DdpgSettings(), 400, 7};
-  setting.values.push_back({"batch_size", "1024"});
-  const std::uint64_t alone = WeightsAfter(setting);
-  for (int threads : {2, 5}) {
-    setting.executor = Threads(threads);
-    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
-  }
-}
-
-TEST(Ddpg, ARestoredLearnerGoesOnToTheSameBits) {
-  ExpectARestoredLearnerGoesOnToTheSameBits({"ddpg", DdpgSettings(), 4096, 3}, {1, 11, 12, 13, 100});
-  ExpectARoundCutInTwoGoesOnToTheSameBits({"ddpg", DdpgSettings(), 4096, 3});
-}
-
-TEST(Ddpg, SlotsMayStepAloneAndBeginAgain) {
-  ExpectSlotsMayStepAloneAndBeginAgain({"ddpg",
-                                        {{"learning_starts", "10"},
-                                         {"buffer_size", "200"},
-                                         {"n_steps", "4"},
-                                         {"batch_size", "16"},
-                                         {"net_arch", "[8]"},
-                                         {"param_noise", "true"}},
-                                        1000});
-}
-
 TEST(Ddpg, ReportsUnderTheKeysThatWereAskedFor) {
   Settings small = {{"net_arch", "[8]"}, {"batch_size", "8"}, {"param_noise", "true"}};
   ExpectReportsEveryFourthEpisode({"ddpg", small, 10000}, {"time/episodes", "train/learning_rate", "train/n_updates",
@@ -185,10 +151,7 @@ TEST(Ddpg, ReportsUnderTheKeysThatWereAskedFor) {
                                "train/param_noise_distance", "param_noise_stddev"});
 }
 
-TEST(Ddpg, WhatItCannotLearnIsOneLine) {
-  const BehaviourSpec discrete = BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), *Space::Discrete(3), 1);
-  EXPECT_NE(ErrorOf("ddpg", discrete, {}, 1 << 30).find("ddpg learns numbers between finite bounds"),
-            std::string::npos);
+TEST(Ddpg, NoiseInItsParametersTakesMemoryToo) {
   const BehaviourSpec good = BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), *Space::Box(-1, 1, {2}), 1);
   const Settings large = {{"buffer_size", "100"}, {"net_arch", "[2000, 2000]"}};
   Settings noisy = large;
@@ -199,17 +162,13 @@ TEST(Ddpg, WhatItCannotLearnIsOneLine) {
       << "noise has networks of its own";
 }
 
-TEST(Ddpg, StartsFromAModelOfTheSameActor) {
+TEST(Ddpg, StartsFromAModelOfAnotherAlgorithmWhoseActorIsAlike) {
   IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
-  const Settings settings = {{"net_arch", "[8]"}, {"batch_size", "8"}, {"learning_starts", "4"}};
+  const Settings settings = {{"net_arch", "[8]"}};
   const std::unique_ptr<Learner> learner = Make(env, {"ddpg", settings, 1000, 1}),
-                                 other = Make(env, {"ddpg", settings, 1000, 2}),
-                                 td3 = Make(env, {"td3", settings, 1000, 2}),
-                                 wider = Make(env, {"ddpg", {{"net_arch", "[9]"}}, 1000, 2});
-  ASSERT_TRUE(other->StartFrom(learner->Snapshot()).ok());
-  EXPECT_EQ(learner->Snapshot().parameters, other->Snapshot().parameters);
-  EXPECT_TRUE(td3->StartFrom(learner->Snapshot()).ok()) << "their actors are alike";
-  EXPECT_NE(wider->StartFrom(learner->Snapshot()).message().find("net_arch"), std::string::npos);
+                                 td3 = Make(env, {"td3", settings, 1000, 2});
+  ASSERT_TRUE(td3->StartFrom(learner->Snapshot()).ok());
+  EXPECT_EQ(td3->Snapshot().parameters, learner->Snapshot().parameters);
 }
 
 // Stable Baselines3, DDPG.__init__, and Stable Baselines 2.10.2's.
@@ -279,6 +238,19 @@ TEST(ParameterNoise, ItsStrengthFollowsTheDistanceOfActions) {
   EXPECT_DOUBLE_EQ(noise.deviation(), 0.1 / 1.01) << "further than wanted";
   noise.AdaptTo(0.1, 0.2, 1.01);
   EXPECT_DOUBLE_EQ(noise.deviation(), 0.1) << "nearer";
+}
+
+TEST(ParameterNoise, ANegativeDeviationIsRefused) {
+  const nn::Network network =
+      *nn::Network::Create(*nn::Actor(Layout::Of(*Space::Box(-1, 1, {3})), {.tower = KnownTower({8})}, {}));
+  ParameterNoise noise(network, 1, 4), other(network, 1, 4);
+  StateWriter writer;
+  writer("noise", noise);
+  const double deviation = -0.01;
+  std::memcpy(writer.fields()["noise/deviation"].bytes.data(), &deviation, sizeof(deviation));
+  StateReader reader(writer.fields());
+  reader("noise", other);
+  EXPECT_EQ(reader.status().code(), StatusCode::kDataLoss);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// DQN as a whole: its updates are the equations' in float64, it learns trivial tasks, one seed is one result whatever
-// the threads and wherever it is saved, and it learns when its hyperparameters say.
+// DQN as a whole: its updates are the equations' in float64, it learns trivial tasks, and when its hyperparameters say.
+// What holds of every algorithm is every_learner_test.cpp's.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -219,46 +219,6 @@ TEST(Dqn, LearnsTheIdentityOfFourStates) {
             0.9);
 }
 
-Settings Everything() {
-  return {{"buffer_size", "300"},
-          {"learning_starts", "40"},
-          {"batch_size", "100"},
-          {"prioritized_replay", "true"},
-          {"n_steps", "3"},
-          {"gradient_steps", "3"},
-          {"param_noise", "true"},
-          {"double_q", "true"},
-          {"target_update_interval", "90"},
-          {"tau", "0.5"},
-          {"dueling", "true"},
-          {"norm_obs", "true"},
-          {"norm_reward", "true"}};
-}
-
-TEST(Dqn, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{"dqn", Everything(), 1200, 7};
-  setting.values.push_back({"batch_size", "1024"});
-  const std::uint64_t alone = WeightsAfter(setting, *Space::Discrete(5));
-  for (int threads : {2, 5}) {
-    setting.executor = Threads(threads);
-    EXPECT_EQ(WeightsAfter(setting, *Space::Discrete(5)), alone) << threads;
-  }
-  setting.executor = {};
-  setting.seed = 8;
-  EXPECT_NE(WeightsAfter(setting, *Space::Discrete(5)), alone);
-}
-
-TEST(Dqn, ARestoredLearnerGoesOnToTheSameBits) {
-  ExpectARestoredLearnerGoesOnToTheSameBits({"dqn", Everything(), 4096, 3}, {1, 11, 12, 13, 14, 15, 100, 250},
-                                            *Space::Discrete(3));
-  ExpectARestoredLearnerGoesOnToTheSameBits({"dqn", {{"learning_starts", "0"}}, 4096, 3}, {1, 150},
-                                            *Space::Discrete(3));
-}
-
-TEST(Dqn, SavedInTheMiddleOfARoundItGoesOnToTheSameBits) {
-  ExpectARoundCutInTwoGoesOnToTheSameBits({"dqn", Everything(), 4096, 3}, *Space::Discrete(3));
-}
-
 /// Updates after each of the first `steps` steps of `copies` worlds.
 std::vector<std::int64_t> UpdatesOver(int steps, std::int32_t copies, const Settings& settings) {
   IdentityEnv env(*Space::Discrete(3), copies);
@@ -405,11 +365,6 @@ TEST(Dqn, WhatItCannotLearnIsOneLine) {
   EXPECT_NE(
       ErrorOf("dqn", image, {{"buffer_size", "100"}, {"net_arch", "[dict(pi=[4], vf=[4])]"}}, 1 << 30).find("widths"),
       std::string::npos);
-}
-
-TEST(Dqn, SlotsMayStepAloneAndBeginAgain) {
-  ExpectSlotsMayStepAloneAndBeginAgain(
-      {"dqn", {{"learning_starts", "10"}, {"buffer_size", "200"}, {"n_steps", "4"}}, 1000}, *Space::Discrete(3));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-// Drives learners that learn from a replay: cut rounds, reports, what cannot be learned.
+// Drives learners that learn from a replay: reports, what cannot be learned.
 
 #include <string>
 #include <vector>
@@ -7,38 +7,6 @@
 #include "learn/test/algo/training_harness.h"
 
 namespace consac::learn {
-
-/// Saved between two gradient steps of one round, it goes on to the same bits as one that was not; each round of
-/// `setting` must have more than one.
-inline void ExpectARoundCutInTwoGoesOnToTheSameBits(const Setting& setting,
-                                                    const Space& space = *Space::Box(-1, 1, {2})) {
-  IdentityEnv env(space, 4), other_env(space, 4);
-  const std::unique_ptr<Learner> learner = Make(env, setting), other = Make(other_env, setting);
-  BatchBuffer first(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  for (int i = 0; i < 31; ++i) Step(env, *learner, first.batch().slots);
-  Batch batch = learner->Stage(first.batch().slots);
-  learner->Act(batch);
-  env.Step({&batch, 1});
-  learner->Record(batch);
-  ASSERT_TRUE(learner->Learn({1})) << "gradient steps are left";
-  StateWriter writer;
-  writer("learner", *learner);
-  writer("env", env);
-  StateReader reader(writer.fields());
-  reader("learner", *other);
-  reader("env", other_env);
-  ASSERT_TRUE(reader.status().ok()) << reader.status().message();
-  while (learner->Learn({})) {
-  }
-  while (other->Learn({1})) {
-  }
-  for (int i = 0; i < 60; ++i) {
-    Step(env, *learner, first.batch().slots);
-    Step(other_env, *other, first.batch().slots, 1);
-  }
-  EXPECT_EQ(HashState(*learner), HashState(*other));
-}
 
 /// Reports after four episodes of a hundred steps, in the table under `keys`, in their order. Two agents.
 inline void ExpectReportsEveryFourthEpisode(const Setting& setting, const std::vector<std::string>& keys) {

@@ -1,10 +1,6 @@
-// PPO as a whole: it learns trivial tasks with every kind of action, one seed is one result whatever the threads and
-// wherever it is saved, and part of the slots may step alone.
+// PPO as a whole: it learns trivial tasks with every kind of action, in pieces and from batches under way at once. What
+// holds of every algorithm is every_learner_test.cpp's.
 #include <gtest/gtest.h>
-
-#if defined(__linux__)
-#include <sys/resource.h>
-#endif
 
 #include <algorithm>
 #include <cmath>
@@ -32,33 +28,6 @@ TEST(Ppo, LearnsTheIdentityOfEveryKindOfAction) {
             0.9);
 }
 
-TEST(Ppo, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{
-      "ppo",
-      {{"n_steps", "256"}, {"batch_size", "1024"}, {"n_epochs", "3"}, {"norm_obs", "true"}, {"norm_reward", "true"}},
-      8192,
-      7};
-  const std::uint64_t alone = WeightsAfter(setting);
-  EXPECT_EQ(alone, WeightsAfter(setting));
-  for (int threads : {2, 5}) {
-    setting.executor = Threads(threads);
-    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
-  }
-  setting.executor = {};
-  setting.seed = 8;
-  EXPECT_NE(WeightsAfter(setting), alone);
-}
-
-// In the middle of a rollout, between two gradient steps, and with normalisation.
-TEST(Ppo2, ARestoredLearnerGoesOnToTheSameBits) {
-  ExpectARestoredLearnerGoesOnToTheSameBits(
-      {"ppo2",
-       {{"n_steps", "64"}, {"norm_obs", "true"}, {"norm_reward", "true"}, {"learning_rate", "lin_1e-3"}},
-       4096,
-       3},
-      {5, 63, 64, 100});
-}
-
 TEST(Ppo, ABudgetBoundsTheWorkOfOneCall) {
   IdentityEnv env(*Space::Discrete(3), 2);
   const std::unique_ptr<Learner> learner =
@@ -78,38 +47,6 @@ TEST(Ppo, ABudgetBoundsTheWorkOfOneCall) {
   EXPECT_EQ(calls, 8);  // 128 rows, 4 minibatches, 2 epochs
   EXPECT_FALSE(learner->LearningDue());
   EXPECT_EQ(learner->updates(), 1);
-}
-
-TEST(Ppo, SlotsMayStepAloneAndBeginAgain) {
-  IdentityEnv env(*Space::Discrete(3), 4);
-  const std::unique_ptr<Learner> learner = Make(env, {"ppo2", {{"n_steps", "16"}}, 1000});
-  BatchBuffer first(env.spec().behaviours[0]), world(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  Rng rng(1, 1);
-  for (int i = 0; i < 400; ++i) {
-    std::vector<std::int32_t> slots;
-    for (std::int32_t slot = 0; slot < 4; ++slot) {
-      if (rng.Below(2) == 0) slots.push_back(slot);
-    }
-    if (slots.empty()) continue;
-    Batch batch = learner->Stage(slots);
-    learner->Act(batch);
-    for (std::size_t r = 0; r < slots.size(); ++r) {
-      const std::int32_t seen = reinterpret_cast<std::int32_t*>(batch.observations)[r],
-                         done = reinterpret_cast<std::int32_t*>(batch.actions)[r];
-      batch.rewards[r] = seen == done ? 1.0f : 0.0f;
-      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
-      batch.truncated[r] = 0;
-      reinterpret_cast<std::int32_t*>(batch.next_observations)[r] = static_cast<std::int32_t>(rng.Below(3));
-    }
-    learner->Record(batch);
-    while (learner->Learn({})) {
-    }
-    if (i % 50 == 0) learner->Begin(first.batch());
-  }
-  EXPECT_GT(learner->updates(), 5);
-  const PolicyData snapshot = learner->Snapshot();
-  for (const float parameter : snapshot.parameters) ASSERT_TRUE(std::isfinite(parameter));
 }
 
 /// Answers a batch of an identity task by itself.
@@ -263,31 +200,6 @@ TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
   ASSERT_TRUE(values.Set("net_arch", "[64, dict(pi=[x])]").ok());
   EXPECT_NE(algorithm->create(options, values).status().message().find("net_arch"), std::string::npos);
 }
-
-#if defined(__linux__)
-/// The most memory that this process has had so far [MiB].
-std::int64_t MostMemory() {
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_maxrss >> 10;
-}
-
-TEST(OnPolicy, AHeadTooWideToActIsRefusedBeforeAnythingOfItsWidthIsMade) {
-  const Space wide[] = {*Space::Discrete(1 << 24), *Space::Box(-1, 1, {1 << 22})};
-  for (const char* name : {"ppo2", "ppo", "a2c"}) {
-    for (const Space& action : wide) {
-      const std::int64_t before = MostMemory();
-      LearnerOptions options;
-      options.behaviour = BehaviourSpec::Of("default", *Space::Box(-1, 1, {2}), action, 1);
-      const Algorithm* algorithm = *FindAlgorithm(name);
-      const Status status = algorithm->create(options, HyperparameterSet(algorithm->hyperparameters)).status();
-      EXPECT_FALSE(status.ok());
-      EXPECT_NE(status.message().find("widths go from 1 to 1048576"), std::string::npos) << status.message();
-      EXPECT_LT(MostMemory() - before, 256) << name << ": 64 rows of such a head are 8 GiB";
-    }
-  }
-}
-#endif
 
 TEST(Ppo2, ReportsEveryKeyOfStableBaselines) {
   IdentityEnv env(*Space::Discrete(3), 2);

@@ -1,5 +1,5 @@
-// SAC as a whole: its updates are the equations' in float64, it learns trivial tasks, one seed is one result whatever
-// the threads and wherever it is saved.
+// SAC as a whole: its updates are the equations' in float64, and it learns trivial tasks. What holds of every algorithm
+// is every_learner_test.cpp's.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -226,38 +226,6 @@ TEST(Sac, LearnsTheIdentity) {
             0.9);
 }
 
-Settings SacSettings() {
-  return {{"buffer_size", "300"},   {"learning_starts", "40"},       {"batch_size", "100"},
-          {"n_steps", "3"},         {"gradient_steps", "3"},         {"action_noise", "ornstein_uhlenbeck"},
-          {"noise_std", "0.3"},     {"random_exploration", "0.1"},   {"ent_coef", "auto_0.1"},
-          {"net_arch", "[24, 16]"}, {"target_update_interval", "2"}, {"norm_obs", "true"},
-          {"norm_reward", "true"}};
-}
-
-TEST(Sac, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{"sac", SacSettings(), 400, 7};
-  setting.values.push_back({"batch_size", "1024"});
-  const std::uint64_t alone = WeightsAfter(setting);
-  for (int threads : {2, 5}) {
-    setting.executor = Threads(threads);
-    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
-  }
-  setting.executor = {};
-  setting.seed = 8;
-  EXPECT_NE(WeightsAfter(setting), alone);
-}
-
-TEST(Sac, ARestoredLearnerGoesOnToTheSameBits) {
-  ExpectARestoredLearnerGoesOnToTheSameBits({"sac", SacSettings(), 4096, 3}, {1, 11, 12, 13, 100});
-  Settings first = SacSettings();
-  first.push_back({"value_network", "true"});
-  ExpectARestoredLearnerGoesOnToTheSameBits({"sac", first, 4096, 3}, {1, 50});
-}
-
-TEST(Sac, SavedInTheMiddleOfARoundItGoesOnToTheSameBits) {
-  ExpectARoundCutInTwoGoesOnToTheSameBits({"sac", SacSettings(), 4096, 3});
-}
-
 TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
   ExpectReportsEveryFourthEpisode(
       {"sac", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"value_network", "true"}}, 10000},
@@ -348,27 +316,13 @@ TEST(Sac, WhatItCannotLearnIsOneLine) {
   expect(good, {{"buffer_size", "1000000000"}}, "lower buffer_size");
 }
 
-TEST(Sac, SlotsMayStepAloneAndBeginAgain) {
-  ExpectSlotsMayStepAloneAndBeginAgain({"sac",
-                                        {{"learning_starts", "10"},
-                                         {"buffer_size", "200"},
-                                         {"n_steps", "4"},
-                                         {"batch_size", "16"},
-                                         {"net_arch", "[8]"},
-                                         {"action_noise", "normal"}},
-                                        1000});
-}
-
-TEST(Sac, StartsFromAModelOfTheSameActor) {
-  IdentityEnv env(*Space::Box(-1, 1, {2}), 2);
-  const Settings settings = {{"net_arch", "[8]"}, {"batch_size", "8"}, {"learning_starts", "4"}};
-  const std::unique_ptr<Learner> learner = Make(env, {"sac", settings, 1000, 1}),
-                                 other = Make(env, {"sac", settings, 1000, 2}),
-                                 wider = Make(env, {"sac", {{"net_arch", "[9]"}}, 1000, 2});
-  EXPECT_NE(learner->Snapshot().parameters, other->Snapshot().parameters);
-  ASSERT_TRUE(other->StartFrom(learner->Snapshot()).ok());
-  EXPECT_EQ(learner->Snapshot().parameters, other->Snapshot().parameters);
-  EXPECT_NE(wider->StartFrom(learner->Snapshot()).message().find("net_arch"), std::string::npos);
+// What sac, td3 and ddpg have alike: algo/continuous_options.h.
+TEST(ContinuousActions, OthersAreRefusedInTheNameOfTheAlgorithm) {
+  const BehaviourSpec discrete = BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), *Space::Discrete(3), 1);
+  for (const std::string name : {"sac", "td3", "ddpg"}) {
+    const std::string error = ErrorOf(name.c_str(), discrete, {}, 1 << 30);
+    EXPECT_TRUE(error.starts_with(name + " learns numbers between finite bounds")) << error;
+  }
 }
 
 }  // namespace

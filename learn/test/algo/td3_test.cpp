@@ -1,5 +1,5 @@
-// TD3 as a whole: its updates are the equations' in float64, it learns trivial tasks, one seed is one result whatever
-// the threads and wherever it is saved; and the noise that explores.
+// TD3 as a whole: its updates are the equations' in float64, it learns trivial tasks; and the noise that explores. What
+// holds of every algorithm is every_learner_test.cpp's.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -102,46 +102,6 @@ TEST(Td3, LearnsTheIdentity) {
   EXPECT_GE(TrainedReward(*Space::Box(-2, 3, {1}), 4, {"td3", many, 3000}), 0.8);
 }
 
-Settings Td3Settings() {
-  return {{"buffer_size", "300"},
-          {"learning_starts", "40"},
-          {"batch_size", "100"},
-          {"n_steps", "3"},
-          {"gradient_steps", "3"},
-          {"policy_delay", "2"},
-          {"action_noise", "ornstein_uhlenbeck"},
-          {"random_exploration", "0.1"},
-          {"net_arch", "[24, 16]"},
-          {"norm_obs", "true"},
-          {"norm_reward", "true"}};
-}
-
-TEST(Td3, OneSeedIsOneResultWithAnyNumberOfThreads) {
-  Setting setting{"td3", Td3Settings(), 400, 7};
-  setting.values.push_back({"batch_size", "1024"});
-  const std::uint64_t alone = WeightsAfter(setting);
-  for (int threads : {2, 5}) {
-    setting.executor = Threads(threads);
-    EXPECT_EQ(WeightsAfter(setting), alone) << threads;
-  }
-}
-
-TEST(Td3, ARestoredLearnerGoesOnToTheSameBits) {
-  ExpectARestoredLearnerGoesOnToTheSameBits({"td3", Td3Settings(), 4096, 3}, {1, 11, 12, 13, 100});
-  ExpectARoundCutInTwoGoesOnToTheSameBits({"td3", Td3Settings(), 4096, 3});
-}
-
-TEST(Td3, SlotsMayStepAloneAndBeginAgain) {
-  ExpectSlotsMayStepAloneAndBeginAgain({"td3",
-                                        {{"learning_starts", "10"},
-                                         {"buffer_size", "200"},
-                                         {"n_steps", "4"},
-                                         {"batch_size", "16"},
-                                         {"net_arch", "[8]"},
-                                         {"action_noise", "ornstein_uhlenbeck"}},
-                                        1000});
-}
-
 TEST(Td3, ReportsUnderTheKeysThatWereAskedFor) {
   ExpectReportsEveryFourthEpisode({"td3", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}}, 10000},
                                   {"episodes", "mean 100 episode reward", "current_lr", "qf1_loss", "qf2_loss", ""});
@@ -175,12 +135,6 @@ TEST(Tables, Td3HasBothGenerationsNamesAndDefaults) {
                   {"random_exploration", "0"},
                   {"layers", "[64, 64]"},
                   {"action_noise", "none"}});
-}
-
-TEST(Td3, WhatItCannotLearnIsOneLine) {
-  const BehaviourSpec discrete = BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), *Space::Discrete(3), 1);
-  const std::string error = ErrorOf("td3", discrete, {}, 1 << 30);
-  EXPECT_NE(error.find("td3 learns numbers between finite bounds"), std::string::npos) << error;
 }
 
 // The golden vector: deviation 0.2, theta 0.15, dt 0.01 from 0 with the normal numbers 1, -0.5, 2.

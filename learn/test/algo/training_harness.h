@@ -1,12 +1,10 @@
 #pragma once
-// Drives learners in tests: makes one for an identity task, trains it, judges its model, saves and restores it, lets
-// its agents come and go; and looks into an algorithm's table.
+// Drives learners in tests: makes one for an identity task, trains it, judges its model, saves and restores it; and
+// looks into an algorithm's table.
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <cstring>
-#include <initializer_list>
+#include <memory>
 #include <string>
 #include <thread>
 #include <utility>
@@ -116,64 +114,44 @@ inline std::uint64_t WeightsAfter(const Setting& setting, const Space& space = *
   return HashState(*learner);
 }
 
-/// Saved after `cut` steps, and what was restored from it goes on beside the one that was never saved: both end in the
-/// same state.
-inline void ExpectARestoredLearnerGoesOnToTheSameBits(const Setting& setting, std::initializer_list<int> cuts,
-                                                      const Space& space = *Space::Box(-1, 1, {2})) {
-  for (const int cut : cuts) {
-    IdentityEnv env(space, 4), other_env(space, 4);
-    const std::unique_ptr<Learner> learner = Make(env, setting), other = Make(other_env, setting);
-    BatchBuffer first(env.spec().behaviours[0]);
-    Begin(env, *learner, first);
-    for (int i = 0; i < cut; ++i) Step(env, *learner, first.batch().slots, 1);
+/// Two learners in worlds of their own, of which the second takes over what the first has saved.
+struct LearnerTwins {
+  std::unique_ptr<VectorEnv> env, other_env;
+  std::unique_ptr<Learner> learner, other;
+  BatchBuffer first;
+
+  LearnerTwins(std::unique_ptr<VectorEnv> world, std::unique_ptr<VectorEnv> other_world, const Setting& setting)
+      : env(std::move(world)),
+        other_env(std::move(other_world)),
+        learner(Make(*env, setting)),
+        other(Make(*other_env, setting)),
+        first(env->spec().behaviours[0]) {
+    Begin(*env, *learner, first);
+  }
+  /// The first goes on alone.
+  void Step(int steps, std::int64_t budget = INT64_MAX) {
+    for (int i = 0; i < steps; ++i) learn::Step(*env, *learner, first.batch().slots, budget);
+  }
+  void Restore() {
     StateWriter writer;
     writer("learner", *learner);
-    writer("env", env);
+    writer("env", *env);
     ASSERT_TRUE(writer.status().ok()) << writer.status().message();
     StateReader reader(writer.fields());
     reader("learner", *other);
-    reader("env", other_env);
+    reader("env", *other_env);
     ASSERT_TRUE(reader.status().ok()) << reader.status().message();
-    for (int i = 0; i < 200; ++i) {
-      Step(env, *learner, first.batch().slots);
-      Step(other_env, *other, first.batch().slots, 1);
+  }
+  /// Both go on, the second by one gradient step at a time, and end in the same state.
+  void ExpectTheSameBitsAfter(int steps) {
+    for (int i = 0; i < steps; ++i) {
+      Step(1);
+      learn::Step(*other_env, *other, first.batch().slots, 1);
     }
-    EXPECT_EQ(HashState(*learner), HashState(*other)) << cut;
+    EXPECT_EQ(HashState(*learner), HashState(*other));
     EXPECT_GE(learner->updates(), 3);
   }
-}
-
-/// Any of the slots may step, and all begin again now and then.
-inline void ExpectSlotsMayStepAloneAndBeginAgain(const Setting& setting, const Space& space = *Space::Box(-1, 1, {2})) {
-  IdentityEnv env(space, 4);
-  const std::unique_ptr<Learner> learner = Make(env, setting);
-  const Layout& seen = env.spec().behaviours[0].observation_layout;
-  BatchBuffer first(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  Rng rng(1, 1);
-  for (int i = 0; i < 400; ++i) {
-    std::vector<std::int32_t> slots;
-    for (std::int32_t slot = 0; slot < 4; ++slot) {
-      if (rng.Below(2) == 0) slots.push_back(slot);
-    }
-    if (slots.empty()) continue;
-    Batch batch = learner->Stage(slots);
-    learner->Act(batch);
-    for (std::size_t r = 0; r < slots.size(); ++r) {
-      batch.rewards[r] = 1.0f;
-      batch.terminated[r] = i % 7 == 0 ? 1 : 0;
-      batch.truncated[r] = 0;
-      SampleRow(seen, rng, batch.next_observations + r * seen.row_bytes);
-    }
-    std::memcpy(batch.final_observations, batch.next_observations, slots.size() * seen.row_bytes);
-    learner->Record(batch);
-    while (learner->Learn({})) {
-    }
-    if (i % 50 == 0) learner->Begin(first.batch());
-  }
-  EXPECT_GT(learner->updates(), 20);
-  for (const float parameter : learner->Snapshot().parameters) ASSERT_TRUE(std::isfinite(parameter));
-}
+};
 
 /// The algorithm's defaults: Stable Baselines3's at first, 2.10.2's where they are asked for, each under its names, and
 /// logs in the same generation's style.
