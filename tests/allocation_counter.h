@@ -1,6 +1,6 @@
 #pragma once
-// Counts every heap allocation of a test program. Included by exactly one source of the program, because it replaces
-// operator new.
+// Counts every heap allocation of a test program and keeps the size of the largest. Included by exactly one source of
+// the program, because it replaces operator new.
 
 #include <atomic>
 #include <cstddef>
@@ -13,10 +13,14 @@
 
 namespace {
 std::atomic<std::int64_t> allocations{0};
+std::atomic<std::size_t> largest{0};
 
 /// Null when there is no memory.
 void* TryCountedAllocate(std::size_t bytes, std::size_t alignment) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
+  for (std::size_t seen = largest.load(std::memory_order_relaxed);
+       bytes > seen && !largest.compare_exchange_weak(seen, bytes, std::memory_order_relaxed);) {
+  }
 #if defined(_WIN32)
   return _aligned_malloc(bytes == 0 ? 1 : bytes,
                          alignment < alignof(std::max_align_t) ? alignof(std::max_align_t) : alignment);
@@ -100,6 +104,11 @@ namespace consac::testing {
 /// Heap allocations so far, by any thread.
 std::int64_t AllocationCount() {
   return allocations.load();
+}
+
+/// Bytes of the largest one since this was called last, by any thread.
+std::size_t TakeLargestAllocation() {
+  return largest.exchange(0);
 }
 
 }  // namespace consac::testing

@@ -8,6 +8,9 @@
 #include "tests/support.h"
 
 namespace consac {
+namespace testing {
+std::size_t TakeLargestAllocation();  // tests/allocation_counter.h
+}  // namespace testing
 namespace {
 
 using testing::AllocationCount;
@@ -86,6 +89,24 @@ TEST(Allocations, NoneOfTheFirstUpdateEither) {
   }
   EXPECT_EQ(AllocationCount(), before);
   EXPECT_EQ(learner->updates(), 1);
+}
+
+// What learns a head has work space for many rows of it; one that no model can act by is refused before.
+TEST(Allocations, NoneOfTheWidthOfAHeadTooWideToAct) {
+  const Space choices = *Space::Discrete(1 << 24), numbers = *Space::Box(-1, 1, {1 << 22});
+  const std::pair<const char*, const Space*> learners[] = {
+      {"ppo2", &choices}, {"ppo2", &numbers}, {"ppo", &choices}, {"ppo", &numbers}, {"a2c", &choices},
+      {"a2c", &numbers},  {"dqn", &choices},  {"sac", &numbers}, {"td3", &numbers}, {"ddpg", &numbers}};
+  for (const auto& [name, actions] : learners) {
+    learn::LearnerOptions options;
+    options.behaviour = BehaviourSpec::Of("default", *Space::Box(-1, 1, {2}), *actions, 1);
+    const learn::Algorithm* algorithm = *learn::FindAlgorithm(name);
+    (void)testing::TakeLargestAllocation();
+    const Status status = algorithm->create(options, learn::HyperparameterSet(algorithm->hyperparameters)).status();
+    const std::size_t largest = testing::TakeLargestAllocation();
+    EXPECT_NE(status.message().find("widths go from 1 to 1048576"), std::string::npos) << name << status.message();
+    EXPECT_LT(largest, std::size_t{1} << 20) << name << ": a row of it takes at least 16 MiB";
+  }
 }
 
 TEST(Allocations, NonePerActionOfAModel) {
