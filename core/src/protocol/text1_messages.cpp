@@ -1,4 +1,5 @@
 // Observations and actions of text protocol 1, straight between bytes and rows: no allocation but for an error.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -15,8 +16,30 @@ Status MessageError(std::string_view kind, std::string_view message, const std::
   return {StatusCode::kProtocol, std::string(kind) + " " + Quote(message, 120) + ": " + what};
 }
 
-// NaN and infinity are told apart from other text, because they point at a fault in the world, not in the wire.
+// A decimal number without a negative exponent: one that cannot be had all the same is too large.
+bool IsDecimal(std::string_view text) {
+  const auto skip_digits = [&text] {
+    const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+    text.remove_prefix(digits);
+    return digits;
+  };
+  if (text.starts_with('+') || text.starts_with('-')) text.remove_prefix(1);
+  std::size_t digits = skip_digits();
+  if (text.starts_with('.')) {
+    text.remove_prefix(1);
+    digits += skip_digits();
+  }
+  if (digits == 0 || text.empty()) return digits > 0;
+  if (!text.starts_with('e') && !text.starts_with('E')) return false;
+  text.remove_prefix(1);
+  if (text.starts_with('+')) text.remove_prefix(1);
+  return skip_digits() > 0 && text.empty();
+}
+
+// NaN, infinity and what is too large for a number are told apart from other text, because they point at a fault in
+// the world, not in the wire.
 bool LooksNonFinite(std::string_view text) {
+  if (IsDecimal(text)) return true;
   std::string lower;
   for (const char c : text.substr(0, 16)) lower += static_cast<char>(c | 0x20);
   return lower.find("nan") != std::string::npos || lower.find("inf") != std::string::npos ||

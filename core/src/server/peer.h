@@ -8,16 +8,17 @@
 
 namespace consac {
 
-/// What somebody said that cannot be used, with `who.peer()`, a transport's or a session's. Anything else as it is. For
-/// the last caller before people alone: behind an address protocol2::FaultName finds no name any more. The status is
-/// made before this is called: what makes it may give a client another transport.
+/// What somebody said that cannot be used, behind `who.peer()`, a transport's or a session's, where it does not begin
+/// with that. Anything else as it is. For the last caller before people alone: behind an address protocol2::FaultName
+/// finds no name any more. The status is made before this is called: what makes it may give a client another transport.
 template <class Who>
 Status NamingPeer(Status&& status, const Who& who) = delete;
 template <class Who>
 Status NamingPeer(const Status& status, const Who& who) {
-  if (status.code() != StatusCode::kProtocol && status.code() != StatusCode::kDataLoss) return status;
+  const bool said = status.code() == StatusCode::kProtocol || status.code() == StatusCode::kDataLoss ||
+                    status.code() == StatusCode::kNonFinite;
   const std::string peer = who.peer();
-  if (status.message().find(peer) != std::string::npos) return status;
+  if (!said || status.message().starts_with(peer)) return status;
   return {status.code(), peer + ": " + status.message()};
 }
 

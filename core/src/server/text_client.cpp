@@ -75,7 +75,7 @@ class TextClient final : public EnvClient {
 
  private:
   static constexpr const char* kAfterEndHint =
-      "the engine is silent after an episode's end; if it waits for an answer there, use --answer-done";
+      " is silent after an episode's end; if it waits for an answer there, use --answer-done";
 
   Status AskForSetup() {
     framer_.SetExpect(Framer::Expect::kSetup, false);
@@ -152,7 +152,7 @@ class TextClient final : public EnvClient {
     return NamingPeer(read, *transport_);
   }
 
-  /// The next message, within `deadline_s`. `hint` is logged once when nothing came for after_end_s.
+  /// The next message, within `deadline_s`. `hint` is logged once, behind the peer, when nothing came for after_end_s.
   Result<std::string_view> ReadMessage(double deadline_s, const char* hint) {
     const double start = Now();
     while (true) {
@@ -181,7 +181,7 @@ class TextClient final : public EnvClient {
         if (!message.empty()) return message;
       }
       if (hint != nullptr && Now() - start >= options_.after_end_s) {
-        warnings_.Say(hint);
+        warnings_.Say(transport_->peer() + hint);
         hint = nullptr;
       }
     }

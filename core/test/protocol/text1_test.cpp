@@ -101,12 +101,14 @@ TEST(Observation, WhatDoesNotFitIsQuoted) {
     StatusCode code;
     const char* quoted;
   } cases[] = {
-      {"1,2", StatusCode::kProtocol, "reward#done"},  {"1,2#3", StatusCode::kProtocol, "reward#done"},
-      {"1#0#0", StatusCode::kProtocol, "1 numbers"},  {"1,2,3#0#0", StatusCode::kProtocol, "3 numbers"},
-      {"1,x#0#0", StatusCode::kProtocol, "'x'"},      {"1,nan#0#0", StatusCode::kNonFinite, "'nan'"},
-      {"1,2#inf#0", StatusCode::kNonFinite, "'inf'"}, {"1,1.#INF#0#0", StatusCode::kNonFinite, "1.#INF"},
-      {"1,2#0#2", StatusCode::kProtocol, "'2'"},      {"1,2#0#", StatusCode::kProtocol, "''"},
-      {"1,2##0", StatusCode::kProtocol, "''"},        {"1,2#0#0#0", StatusCode::kProtocol, "'0#0'"},
+      {"1,2", StatusCode::kProtocol, "reward#done"},    {"1,2#3", StatusCode::kProtocol, "reward#done"},
+      {"1#0#0", StatusCode::kProtocol, "1 numbers"},    {"1,2,3#0#0", StatusCode::kProtocol, "3 numbers"},
+      {"1,x#0#0", StatusCode::kProtocol, "'x'"},        {"1,nan#0#0", StatusCode::kNonFinite, "'nan'"},
+      {"1,2#inf#0", StatusCode::kNonFinite, "'inf'"},   {"1,1.#INF#0#0", StatusCode::kNonFinite, "1.#INF"},
+      {"1,2#0#2", StatusCode::kProtocol, "'2'"},        {"1,2#0#", StatusCode::kProtocol, "''"},
+      {"1,1e999#0#0", StatusCode::kNonFinite, "1e999"}, {"1,2#-1e+39#0", StatusCode::kNonFinite, "-1e+39"},
+      {"1,1e9x#0#0", StatusCode::kProtocol, "1e9x"},    {"1,-#0#0", StatusCode::kProtocol, "'-'"},
+      {"1,2##0", StatusCode::kProtocol, "''"},          {"1,2#0#0#0", StatusCode::kProtocol, "'0#0'"},
   };
   for (const auto& entry : cases) {
     const Status status =
