@@ -11,6 +11,17 @@ void Archive::operator()(std::string_view name, std::string& text) {
   if (loading() && status_.ok()) text.assign(bytes.begin(), bytes.end());
 }
 
+void Archive::FailRange(std::string_view name, const std::string& how) {
+  Fail({StatusCode::kDataLoss, "state field '" + prefix_ + std::string(name) + "' " + how +
+                                   "; the checkpoint was changed by somebody else's hand"});
+}
+
+void Archive::CheckWithin(std::string_view name, std::int64_t value, std::int64_t least, std::int64_t most) {
+  if (!loading() || (value >= least && value <= most)) return;
+  FailRange(name, "is " + std::to_string(value) + " and can only be from " + std::to_string(least) + " to " +
+                      std::to_string(most));
+}
+
 void Archive::FailRows(const std::string& path) {
   Fail({StatusCode::kDataLoss,
         "the rows of '" + path +

@@ -7,6 +7,7 @@
 #if defined(_WIN32)
 #include <io.h>
 #include <process.h>
+#include <sys/stat.h>
 #include <windows.h>
 
 #include <cwchar>
@@ -50,6 +51,18 @@ std::FILE* OpenFile(const std::string& path, const char* mode) {
 #else
   return std::fopen(path.c_str(), mode);
 #endif
+}
+
+// Of a regular file; 0 of any other.
+std::uint64_t LengthOf(std::FILE* file) {
+#if defined(_WIN32)
+  struct _stat64 what;
+  const bool known = _fstat64(_fileno(file), &what) == 0 && (what.st_mode & _S_IFREG) != 0;
+#else
+  struct stat what;
+  const bool known = fstat(fileno(file), &what) == 0 && S_ISREG(what.st_mode);
+#endif
+  return known ? static_cast<std::uint64_t>(what.st_size) : 0;
 }
 
 void RemoveFile(const std::string& path) {
@@ -132,15 +145,19 @@ Result<std::vector<std::byte>> ReadRegularFile(const std::string& path, std::siz
 Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t limit_bytes) {
   std::FILE* file = OpenFile(path, "rb");
   if (file == nullptr) return FileError("open", path, errno);
+  const auto too_long = [&] {
+    std::fclose(file);
+    return Status{StatusCode::kResourceExhausted,
+                  "'" + path + "' is longer than the " + std::to_string(limit_bytes) + " bytes that are read"};
+  };
+  const std::uint64_t size = LengthOf(file);  // 0 where it has none
+  if (size > limit_bytes) return too_long();
   std::vector<std::byte> bytes;
+  bytes.reserve(static_cast<std::size_t>(size));
   std::byte chunk[16384];  // a main thread's stack may be small
   std::size_t count = 0;
   while ((count = std::fread(chunk, 1, sizeof(chunk), file)) > 0) {
-    if (bytes.size() + count > limit_bytes) {
-      std::fclose(file);
-      return Status{StatusCode::kResourceExhausted,
-                    "'" + path + "' is longer than the " + std::to_string(limit_bytes) + " bytes that are read"};
-    }
+    if (bytes.size() + count > limit_bytes) return too_long();
     bytes.insert(bytes.end(), chunk, chunk + count);
   }
   const bool failed = std::ferror(file) != 0;

@@ -88,7 +88,7 @@ void BehaviourLog::FillSb2(const UpdateReport& update, const Moment& now) {
   Put("time_elapsed", update_started_, CellKind::kDouble);
   if (update.steps_per_update > 0) {
     const std::int64_t n_steps = update.steps_per_update / std::max(behaviour_.slots, 1);
-    Put("serial_timesteps", static_cast<double>(update.updates * n_steps), CellKind::kInteger);
+    Put("serial_timesteps", static_cast<double>(update.updates) * static_cast<double>(n_steps), CellKind::kInteger);
   }
   if (episodes_.count() == 0) return;
   Put("ep_len_mean", episodes_.mean_length(), CellKind::kDouble);

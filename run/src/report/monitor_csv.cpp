@@ -21,7 +21,6 @@ Result<std::unique_ptr<MonitorCsv>> MonitorCsv::Open(const std::string& path, co
                                                      double start_time, OpenMode mode) {
   Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path, mode);
   if (!file.ok()) return file.status();
-  (*file)->CutToLine((*file)->size());
   if ((*file)->size() == 0) {
     const nlohmann::ordered_json header = {{"t_start", start_time}, {"env_id", world_id}};
     (*file)->Append("#" + AsciiJsonText(header) + "\nr,l,t\n");
@@ -43,7 +42,9 @@ void MonitorCsv::Visit(Archive& archive) {
   Flush();
   std::uint64_t bytes = file_->size();
   archive("bytes", bytes);
-  if (archive.loading() && archive.status().ok()) file_->CutToLine(bytes);
+  if (archive.loading() && archive.status().ok()) {
+    if (Status cut = file_->CutToLine(bytes); !cut.ok()) archive.Refuse(std::move(cut));
+  }
 }
 
 }  // namespace consac::run

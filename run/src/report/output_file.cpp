@@ -13,6 +13,9 @@
 namespace consac::run {
 namespace {
 
+constexpr std::size_t kBlock = std::size_t{64} << 10;  // that is read at a time
+constexpr const char* kOneLine = "without an end of a line";
+
 StatusCode CodeOf(int error) {
   bool full = error == ENOSPC || error == EFBIG || error == EMFILE || error == ENFILE || error == ENOMEM;
 #if defined(EDQUOT)
@@ -66,7 +69,6 @@ OutputFile::~OutputFile() {
 
 void OutputFile::Append(std::string_view record) {
   if (buffer_.size() + record.size() > kBufferBytes) Flush();
-  CONSAC_ASSERT(record.size() <= kBufferBytes);
   buffer_.insert(buffer_.end(), record.begin(), record.end());
 }
 
@@ -98,13 +100,20 @@ Status OutputFile::Replace(std::string_view text) {
   return replaced;
 }
 
-void OutputFile::CutToLine(std::uint64_t bytes) {
+Status OutputFile::TooFar(const char* what) const {
+  return {StatusCode::kDataLoss, "'" + path_ + "' has " + std::to_string(kFarthestBack >> 20) + " MiB " + what +
+                                     ", so it is no log of this run; put the run's own there, or take it away"};
+}
+
+Status OutputFile::CutToLine(std::uint64_t bytes) {
   Flush();
-  if (descriptor_ < 0) return;
-  std::uint64_t end = std::min(bytes, size_);
+  if (descriptor_ < 0) return Status::Ok();
+  const std::uint64_t from = std::min(bytes, size_);
+  std::uint64_t end = from;
   // Back from the end by blocks: what a power cut leaves there may be long.
-  std::vector<char> block(std::min<std::uint64_t>(end, std::size_t{64} << 10));
+  std::vector<char> block(static_cast<std::size_t>(std::min<std::uint64_t>(end, kBlock)));
   while (end > 0) {
+    if (from - end >= kFarthestBack) return TooFar(kOneLine);
     const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(end, block.size()));
     if (!ReadAt(descriptor_, end - count, block.data(), count)) break;
     const std::size_t line = std::string_view(block.data(), count).rfind('\n');
@@ -112,6 +121,50 @@ void OutputFile::CutToLine(std::uint64_t bytes) {
     if (line != std::string_view::npos) break;
   }
   if (end < size_ && CutTo(descriptor_, end)) size_ = end;
+  return Status::Ok();
+}
+
+Status OutputFile::CutLinesWhile(const std::function<bool(std::string_view line)>& goes) {
+  Flush();
+  CONSAC_RETURN_IF_ERROR(CutToLine(size_));
+  if (descriptor_ < 0) return Status::Ok();
+  std::string held;  // what is in the file from `begin` to `end`
+  std::uint64_t begin = size_, end = size_;
+  while (end > 0) {
+    const std::size_t newline = held.size() < 2 ? held.npos : held.rfind('\n', held.size() - 2);
+    if (newline == held.npos && begin > 0) {
+      if (size_ - begin >= kFarthestBack)
+        return TooFar(end == size_ ? kOneLine : "of lines that come after its checkpoint");
+      // As much again each time, so that a long line is moved seldom.
+      const std::uint64_t count = std::min<std::uint64_t>(begin, std::max(kBlock, held.size()));
+      std::string before(static_cast<std::size_t>(count), '\0');
+      if (!ReadAt(descriptor_, begin - count, before.data(), before.size())) break;
+      held.insert(0, before);
+      begin -= count;
+      continue;
+    }
+    const std::size_t first = newline == held.npos ? 0 : newline + 1;
+    if (!goes(std::string_view(held).substr(first, held.size() - first - 1))) break;
+    end -= held.size() - first;
+    held.resize(first);
+  }
+  if (end < size_ && CutTo(descriptor_, end)) size_ = end;
+  return Status::Ok();
+}
+
+Result<std::string> OutputFile::FirstLine() const {
+  std::string line;
+  std::vector<char> block(kBlock);
+  for (std::uint64_t at = 0; descriptor_ >= 0 && at < size_;) {
+    if (at >= kFarthestBack) return TooFar(kOneLine);
+    const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(size_ - at, block.size()));
+    if (!ReadAt(descriptor_, at, block.data(), count)) break;
+    const std::size_t newline = std::string_view(block.data(), count).find('\n');
+    line.append(block.data(), std::min(newline, count));
+    if (newline != std::string_view::npos) return line;
+    at += count;
+  }
+  return std::string();
 }
 
 }  // namespace consac::run

@@ -3,6 +3,7 @@
 // back to its last whole record, and a later write tries again. Training goes on either way; Report says so once.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -25,14 +26,20 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// Adds one record, of at most kBufferBytes. Never allocates; writes only when the buffer is full.
+  /// Adds one record. Writes only when the buffer is full; never allocates for records of at most kBufferBytes.
   void Append(std::string_view record);
   /// Hands the buffer to the system.
   void Flush();
   /// Puts `text` in the place of all that is in the file; the file is as before when that fails.
   Status Replace(std::string_view text);
   /// Flushes, then cuts the file to `bytes` and on to the end of the last line before; a shorter file is left alone.
-  void CutToLine(std::uint64_t bytes);
+  /// kDataLoss where kFarthestBack have no end of a line: then it is no file of ours, and stays as it is.
+  Status CutToLine(std::uint64_t bytes);
+  /// Flushes, then cuts whole lines off the end, the last one first, as long as `goes`(line) says so. kDataLoss as
+  /// above, also where kFarthestBack of them go.
+  Status CutLinesWhile(const std::function<bool(std::string_view line)>& goes);
+  /// The first line, without its end; "" where there is none. kDataLoss where it is longer than kFarthestBack.
+  Result<std::string> FirstLine() const;
 
   /// Bytes in the file, without the buffer.
   std::uint64_t size() const { return size_; }
@@ -43,9 +50,12 @@ class OutputFile {
 
   /// Room for records before they are written.
   static constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
+  /// No more is read of a file to go on in it: what a power cut leaves at its end is less.
+  static constexpr std::uint64_t kFarthestBack = std::uint64_t{64} << 20;
 
  private:
   OutputFile(std::string path, int descriptor, std::uint64_t size);
+  Status TooFar(const char* what) const;
 
   std::string path_;
   int descriptor_;  // -1: it could not be opened again

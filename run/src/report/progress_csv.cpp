@@ -10,6 +10,8 @@
 namespace consac::run {
 namespace {
 
+constexpr std::size_t kMostRewritten = std::size_t{256} << 20;  // bytes; a longer file gets no further columns
+
 std::vector<std::string> SplitFields(std::string_view line) {
   std::vector<std::string> fields;
   for (std::size_t comma = 0; comma != std::string_view::npos; line.remove_prefix(comma + 1)) {
@@ -24,16 +26,19 @@ std::string JoinFields(const std::vector<std::string>& fields) {
   return fmt::format("{}", fmt::join(fields, ","));
 }
 
+std::string_view WithoutReturn(std::string_view line) {
+  return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
+}
+
 // Whole lines without their ends; what follows the last newline was cut off by a kill and is dropped.
 Result<std::vector<std::string>> ReadLines(const std::string& path) {
-  Result<std::vector<std::byte>> bytes = ReadRegularFile(path);
+  Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostRewritten);
   if (!bytes.ok()) return bytes.status();
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   std::vector<std::string> lines;
   std::size_t begin = 0;
   for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n', begin)) {
-    const std::string_view line = text.substr(begin, end - begin);
-    lines.emplace_back(line.ends_with('\r') ? line.substr(0, line.size() - 1) : line);
+    lines.emplace_back(WithoutReturn(text.substr(begin, end - begin)));
     begin = end + 1;
   }
   return lines;
@@ -46,7 +51,7 @@ std::string JoinLines(const std::vector<std::string>& lines) {
 }
 
 // True for a row that the resumed run will write again.
-bool IsPast(const std::string& line, std::size_t column, std::int64_t last_step) {
+bool IsPast(std::string_view line, std::size_t column, std::int64_t last_step) {
   const std::vector<std::string> fields = SplitFields(line);
   double step = 0.0;
   return column < fields.size() && ParseNumber(fields[column], &step) && step > static_cast<double>(last_step);
@@ -57,23 +62,22 @@ bool IsPast(const std::string& line, std::size_t column, std::int64_t last_step)
 ProgressCsv::ProgressCsv(std::vector<std::string> columns, std::unique_ptr<OutputFile> file)
     : columns_(std::move(columns)), file_(std::move(file)) {}
 
+// Rows are in the order of their steps: those that come again are at the end, and only that is read.
 Result<std::unique_ptr<ProgressCsv>> ProgressCsv::Open(const std::string& path, const Resume& resume) {
-  std::vector<std::string> columns;
-  if (resume.append) {
-    Result<std::vector<std::string>> lines = ReadLines(path);
-    if (!lines.ok() && lines.status().code() != StatusCode::kNotFound) return lines.status();
-    if (lines.ok() && !lines->empty()) {
-      columns = SplitFields(lines->front());
-      const auto found = std::find(columns.begin(), columns.end(), resume.step_column);
-      const auto column = static_cast<std::size_t>(found - columns.begin());
-      std::erase_if(*lines, [&](const std::string& line) { return IsPast(line, column, resume.last_step); });
-      const std::string text = JoinLines(*lines);
-      CONSAC_RETURN_IF_ERROR(WriteFileAtomically(path, std::as_bytes(std::span(text))));
-    }
-  }
   Result<std::unique_ptr<OutputFile>> file =
-      OutputFile::Open(path, columns.empty() ? OpenMode::kTruncate : OpenMode::kAppend);
+      OutputFile::Open(path, resume.append ? OpenMode::kAppend : OpenMode::kTruncate);
   if (!file.ok()) return file.status();
+  std::vector<std::string> columns;
+  CONSAC_RETURN_IF_ERROR((*file)->CutToLine((*file)->size()));
+  if ((*file)->size() > 0) {
+    const Result<std::string> header = (*file)->FirstLine();
+    if (!header.ok()) return header.status();
+    columns = SplitFields(WithoutReturn(*header));
+    const auto found = std::find(columns.begin(), columns.end(), resume.step_column);
+    const auto column = static_cast<std::size_t>(found - columns.begin());
+    CONSAC_RETURN_IF_ERROR((*file)->CutLinesWhile(
+        [&](std::string_view line) { return IsPast(WithoutReturn(line), column, resume.last_step); }));
+  }
   return std::unique_ptr<ProgressCsv>(new ProgressCsv(std::move(columns), std::move(*file)));
 }
 

@@ -1,6 +1,7 @@
 #include "report/row.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 namespace consac::run {
@@ -21,7 +22,7 @@ void AppendExact(double value, fmt::memory_buffer* out) {
 }
 
 std::string ExactText(const Cell& cell) {
-  if (cell.kind == CellKind::kInteger) return fmt::format("{}", static_cast<std::int64_t>(cell.value));
+  if (cell.kind == CellKind::kInteger) return fmt::format("{:.0f}", std::trunc(cell.value) + 0.0);
   fmt::memory_buffer text;
   if (cell.kind == CellKind::kSingle) {
     AppendShortest(static_cast<float>(cell.value), &text);

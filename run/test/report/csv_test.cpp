@@ -1,6 +1,8 @@
 // progress.csv and monitor.csv: contents, new columns, and what a resume keeps.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "report/monitor_csv.h"
 #include "report/progress_csv.h"
 #include "run/test/report/files.h"
@@ -47,6 +49,23 @@ TEST(ProgressCsv, AResumedRunDropsWhatItWillRepeat) {
   EXPECT_EQ(Contents(path), "fps,total_timesteps\n10,300\n");
 }
 
+// Of a long file only its end is read, and nothing is written again.
+TEST(ProgressCsv, GoesOnInALongFileByItsEnd) {
+  const TestFolder folder;
+  const std::string path = folder.File("progress.csv");
+  const std::string zeros(std::size_t{100} << 20, '\0');
+  Put(path, "fps,total_timesteps\r\n" + zeros + "\n1,200\r\n1,300\r\n");
+  const auto csv = ProgressCsv::Open(path, {true, "total_timesteps", 200});
+  ASSERT_TRUE(csv.ok()) << csv.status().message();
+  (*csv)->Append(ShortRow(300));
+  EXPECT_TRUE((*csv)->status().ok()) << (*csv)->status().message();
+  EXPECT_EQ(Contents(path), "fps,total_timesteps\r\n" + zeros + "\n1,200\r\n10,300\n");
+  std::filesystem::resize_file(path, std::uint64_t{2} << 30);
+  const Status refused = ProgressCsv::Open(path, {true, "total_timesteps", 200}).status();
+  EXPECT_EQ(refused.code(), StatusCode::kDataLoss);
+  EXPECT_NE(refused.message().find("no log of this run"), std::string::npos) << refused.message();
+}
+
 TEST(ProgressCsv, ANewRunStartsAnew) {
   const TestFolder folder;
   Put(folder.File("progress.csv"), "a,b\n1,2\n");
@@ -90,6 +109,22 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
   monitor->Append(4.0, 40, 0.4);
   monitor->Flush();
   EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n4.0,40,0.4\n");
+
+  // What comes after the checkpoint is not looked at, however long; what it cannot have counted is refused unread.
+  std::filesystem::resize_file(path, std::uint64_t{20} << 30);
+  monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+  StateReader again(checkpoint.fields());
+  monitor->Visit(again);
+  ASSERT_TRUE(again.status().ok()) << again.status().message();
+  EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n");
+  std::filesystem::resize_file(path, std::uint64_t{20} << 30);
+  StateMap forged = checkpoint.fields();
+  const std::uint64_t bytes = std::uint64_t{20} << 30;
+  std::memcpy(forged.at("bytes").bytes.data(), &bytes, sizeof(bytes));
+  monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+  StateReader misled(forged);
+  monitor->Visit(misled);
+  EXPECT_NE(misled.status().message().find("no log of this run"), std::string::npos) << misled.status().message();
 }
 
 }  // namespace

@@ -21,22 +21,32 @@ TEST(OutputFile, TruncatesOrGoesOn) {
   EXPECT_EQ(Contents(folder.File("a")), "only\n");
 }
 
-// A power cut leaves zeros, of any number; byte by byte these would be minutes.
+// A power cut leaves zeros, and many; byte by byte these would be minutes. What they cannot come from stays, and is not
+// read to its end.
 TEST(OutputFile, IsCutToItsLastLineHoweverFarBackThatIs) {
   const TestFolder folder;
   const std::string text(200000, 'x');
   Put(folder.File("a"), "first\n" + text + "\n" + text);
   const auto file = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
-  file->CutToLine(file->size());
+  ASSERT_TRUE(file->CutToLine(file->size()).ok());
   EXPECT_EQ(Contents(folder.File("a")), "first\n" + text + "\n");
-  file->CutToLine(file->size() - 1);
+  ASSERT_TRUE(file->CutToLine(file->size() - 1).ok());
   EXPECT_EQ(Contents(folder.File("a")), "first\n");
-  std::filesystem::resize_file(folder.File("a"), std::uint64_t{1} << 30);
+  std::filesystem::resize_file(folder.File("a"), std::uint64_t{60} << 20);
   const auto zeros = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
-  zeros->CutToLine(zeros->size());
+  ASSERT_TRUE(zeros->CutToLine(zeros->size()).ok());
   EXPECT_EQ(Contents(folder.File("a")), "first\n");
-  zeros->CutToLine(5);
+  ASSERT_TRUE(zeros->CutToLine(5).ok());
   EXPECT_EQ(Contents(folder.File("a")), "");
+  std::filesystem::resize_file(folder.File("a"), std::uint64_t{20} << 30);
+  const auto many = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
+  for (const Status& refused :
+       {many->CutToLine(many->size()), many->CutLinesWhile([](std::string_view) { return true; }),
+        many->FirstLine().status()}) {
+    EXPECT_EQ(refused.code(), StatusCode::kDataLoss);
+    EXPECT_NE(refused.message().find("64 MiB without an end of a line"), std::string::npos) << refused.message();
+  }
+  EXPECT_EQ(std::filesystem::file_size(folder.File("a")), std::uint64_t{20} << 30);
 }
 
 TEST(OutputFile, AnErrorNamesTheFile) {
@@ -98,16 +108,51 @@ TEST(OutputFile, ReplacesAllAndGoesOnBehindIt) {
   EXPECT_EQ(Contents(folder.File("a")), "two\nthree\nfour\n");
 }
 
+TEST(OutputFile, CutsLinesOffItsEnd) {
+  const TestFolder folder;
+  const std::string text = std::string(300000, 'x') + "\n";
+  std::string seen;
+  Put(folder.File("a"), "head\nb\n" + text + "\nc\nhalf");
+  auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kAppend));
+  const auto cut = [&](char last) {
+    return file->CutLinesWhile([&](std::string_view line) {
+      seen += line.substr(0, 1).empty() ? "-" : std::string(line.substr(0, 1));
+      return line != std::string(1, last) && line != "head";
+    });
+  };
+  ASSERT_TRUE(cut('b').ok());
+  EXPECT_EQ(seen, "c-xb");
+  EXPECT_EQ(Contents(folder.File("a")), "head\nb\n");
+  EXPECT_EQ(*file->FirstLine(), "head");
+  file->Append(text);
+  file->Append("d\n");
+  ASSERT_TRUE(cut('d').ok());
+  EXPECT_EQ(Contents(folder.File("a")), "head\nb\n" + text + "d\n");
+  ASSERT_TRUE(file->CutLinesWhile([](std::string_view) { return true; }).ok());
+  EXPECT_EQ(Contents(folder.File("a")), "");
+}
+
+TEST(OutputFile, TakesARecordThatIsLongerThanItsBuffer) {
+  const TestFolder folder;
+  const std::string row = std::string(3 * OutputFile::kBufferBytes, 'x') + "\n";
+  auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kTruncate));
+  file->Append("first\n");
+  file->Append(row);
+  file->Append("last\n");
+  file->Flush();
+  EXPECT_EQ(Contents(folder.File("a")), "first\n" + row + "last\n");
+}
+
 TEST(OutputFile, CutsAtTheEndOfALine) {
   const TestFolder folder;
   Put(folder.File("a"), "one\ntwo\nthree\n");
   auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kAppend));
-  file->CutToLine(100);
+  ASSERT_TRUE(file->CutToLine(100).ok());
   EXPECT_EQ(Contents(folder.File("a")), "one\ntwo\nthree\n");
-  file->CutToLine(10);
+  ASSERT_TRUE(file->CutToLine(10).ok());
   EXPECT_EQ(Contents(folder.File("a")), "one\ntwo\n");
   file->Append("more\n");
-  file->CutToLine(4);
+  ASSERT_TRUE(file->CutToLine(4).ok());
   EXPECT_EQ(Contents(folder.File("a")), "one\n");
 }
 

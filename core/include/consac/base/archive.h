@@ -68,9 +68,14 @@ class Archive {
 
   /// Fails a load whose field `name` has a value that the object cannot have; call right after the field.
   void Check(std::string_view name, bool sane) {
-    if (!loading() || sane) return;
-    Fail({StatusCode::kDataLoss, "state field '" + prefix_ + std::string(name) +
-                                     "' is out of its range; the checkpoint was changed by somebody else's hand"});
+    if (loading() && !sane) FailRange(name, "is out of its range");
+  }
+
+  /// The same for a whole number that may be from `least` to `most`: the failure says which it is.
+  void CheckWithin(std::string_view name, std::int64_t value, std::int64_t least, std::int64_t most);
+  /// Fails a load for what lies beside the checkpoint and is not what its fields say.
+  void Refuse(Status why) {
+    if (loading()) Fail(std::move(why));
   }
 
   /// One number or enum.
@@ -145,6 +150,7 @@ class Archive {
   }
 
  private:
+  void FailRange(std::string_view name, const std::string& how);
   void Fixed(std::string_view name, DType dtype, void* data, std::size_t count) {
     if (status_.ok()) OnField(prefix_ + std::string(name), dtype, data, count);
   }
