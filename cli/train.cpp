@@ -46,8 +46,18 @@ Status SetAlgorithm(const TrainFlags& flags, run::RunConfig* config) {
   return Status::Ok();
 }
 
+/// A run that goes on has its algorithm: that is whose keys are given.
+Status TakeRunsAlgorithm(const TrainFlags& flags, run::RunConfig* config) {
+  if (!flags.resume || flags.force || flags.name.value_or("").empty()) return Status::Ok();
+  const Result<run::RunConfig> began = run::ConfigOfRun(flags.directory.value_or(config->directory), *flags.name);
+  if (!began.ok()) return began.status();
+  config->algorithm = began->algorithm;
+  return Status::Ok();
+}
+
 Result<run::RunConfig> Resolve(const TrainFlags& flags) {
   run::RunConfig config;
+  CONSAC_RETURN_IF_ERROR(TakeRunsAlgorithm(flags, &config));
   CONSAC_RETURN_IF_ERROR(SetAlgorithm(flags, &config));  // it decides which keys the file may hold
   if (!flags.config_file.empty()) CONSAC_RETURN_IF_ERROR(run::ReadYamlFile(flags.config_file, &config));
   if (!flags.worlds.empty())

@@ -12,7 +12,9 @@
 //   static float Price(const Observation*);          what a step to it pays; with it the world prices goals
 
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "consac/env/vector_env.h"
@@ -93,7 +95,15 @@ class Batched final : public VectorEnv {
     (void)observations, (void)rows, (void)rewards;
   }
 
-  void Visit(Archive& archive) override { archive("worlds", worlds_); }
+  void Visit(Archive& archive) override {
+    archive("worlds", worlds_);
+    if (!archive.loading()) return;
+    const std::int64_t longest = spec_.max_episode_steps;
+    for (std::size_t i = 0; i < worlds_.size(); ++i) {
+      archive.CheckWithin("worlds/" + std::to_string(i) + "/steps", worlds_[i].steps, 0,
+                          longest > 0 ? longest - 1 : std::numeric_limits<std::int64_t>::max());
+    }
+  }
 
   /// Copy `index`, for descriptions and tests.
   W& world(std::size_t index) { return worlds_[index].world; }

@@ -1,7 +1,6 @@
 #include "resume.h"
 
 #include "config_fields.h"
-#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/run/path.h"
@@ -39,14 +38,20 @@ Status CheckHyperparameters(const RunConfig& asked, const RunConfig& config) {
 
 }  // namespace
 
+Result<RunConfig> ConfigOfRun(const std::string& directory, const std::string& name) {
+  CONSAC_RETURN_IF_ERROR(FinishOverwriting(directory, name));
+  CONSAC_RETURN_IF_ERROR(CheckRunName(directory, name, ExistingRun::kResume));
+  RunConfig config;
+  CONSAC_RETURN_IF_ERROR(ReadYamlFile(directory + "/" + name + "/config.yaml", &config));
+  return config;
+}
+
 Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   if (asked.name.empty())
     return Status{StatusCode::kInvalidArgument, "--resume needs --name NAME, the run to go on with"};
-  CONSAC_RETURN_IF_ERROR(CheckFolderName("run", asked.name));
-  const std::string folder = asked.directory + "/" + asked.name;
-  CONSAC_RETURN_IF_ERROR(CheckRunName(asked.directory, asked.name, ExistingRun::kResume));
-  RunConfig config;
-  CONSAC_RETURN_IF_ERROR(ReadYamlFile(folder + "/config.yaml", &config));
+  Result<RunConfig> began = ConfigOfRun(asked.directory, asked.name);
+  if (!began.ok()) return began.status();
+  RunConfig& config = *began;
   for (const Field& field : Fields()) CONSAC_RETURN_IF_ERROR(MergeField(field, asked, &config));
   CONSAC_RETURN_IF_ERROR(CheckHyperparameters(asked, config));
   config.name = asked.name;
@@ -56,7 +61,7 @@ Result<RunConfig> ResumedConfig(const RunConfig& asked) {
   config.token = asked.token;
   config.given = asked.given;
   config.resume = true;
-  return config;
+  return began;
 }
 
 }  // namespace consac::run

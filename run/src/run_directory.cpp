@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "consac/base/file.h"
+#include "consac/base/memory.h"
 #include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/model/model_file.h"
@@ -31,7 +32,7 @@ bool Exists(const std::string& path) {
 bool IsUnborn(const std::string& path) {
   for (const std::string& name : FilesIn(path)) {
     const bool empty_folder = name == "checkpoints" && FilesIn(path + "/" + name).empty();
-    if (name != ".lock" && !empty_folder && !IsHalfWritten(name)) return false;
+    if (name != kLockFile && !empty_folder && !IsHalfWritten(name)) return false;
   }
   return true;
 }
@@ -39,6 +40,18 @@ bool IsUnborn(const std::string& path) {
 Status CannotBeRead(const std::string& checkpoint, const Status& why) {
   return {StatusCode::kDataLoss, "checkpoint '" + checkpoint + "' cannot be read (" + why.message() +
                                      "), and may be whole; make it readable, or take it away"};
+}
+
+// Before it is read. Its bytes and what is made of them are there at the same time.
+Status CheckSize(const std::string& checkpoint, std::size_t most_bytes) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(ToPath(checkpoint), error);
+  if (error) return Status::Ok();  // which reading it tells better
+  if (bytes <= most_bytes) return CheckMemory(2 * static_cast<std::size_t>(bytes), "checkpoint '" + checkpoint + "'");
+  return {StatusCode::kResourceExhausted, "checkpoint '" + checkpoint + "' has " + std::to_string(bytes >> 20) +
+                                              " MiB, where one of this run has at most " +
+                                              std::to_string(most_bytes >> 20) +
+                                              "; raise max_memory_mib if it is this run's, or take it away"};
 }
 
 // Only under the lock.
@@ -50,19 +63,28 @@ void RemoveHalfWritten(const std::string& folder) {
 
 // Takes the run's lock, until it is closed.
 Status Lock(const std::string& path, int* lock) {
-  const std::string file = path + "/.lock";
+  const std::string file = path + "/" + std::string(kLockFile);
+  CONSAC_RETURN_IF_ERROR(CheckOwnFile(file));  // or who holds it may be training elsewhere
   const Locked locked = LockFile(file, lock);
   const int error = errno;
   if (locked == Locked::kByUs) return Status::Ok();
   if (locked == Locked::kByOthers)
     return {StatusCode::kFailedPrecondition,
             "run '" + path + "' is being trained by another process; wait for it or choose another --name"};
-  if (IsLink(file)) return {StatusCode::kDataLoss, "'" + file + "' is a link and no file of this run; take it away"};
   return {StatusCode::kDataLoss, "cannot write '" + file + "': " + std::strerror(error)};
 }
 
-// What a process that was killed while it overwrote this run has left undone.
-Status FinishWhatWasLeft(const std::string& path) {
+Status CheckPlace(const std::string& directory, const std::string& name) {
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("run", name));
+  if (directory.empty()) return {StatusCode::kInvalidArgument, "the folder of the runs is ''; name one"};
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status FinishOverwriting(const std::string& directory, const std::string& name) {
+  CONSAC_RETURN_IF_ERROR(CheckPlace(directory, name));
+  const std::string path = directory + "/" + name;
   if (!IsReplacingUnfinished(path)) return Status::Ok();
   int lock = -1;
   CONSAC_RETURN_IF_ERROR(Lock(path, &lock));
@@ -71,13 +93,9 @@ Status FinishWhatWasLeft(const std::string& path) {
   return finished;
 }
 
-}  // namespace
-
 Status CheckRunName(const std::string& directory, const std::string& name, ExistingRun existing) {
-  CONSAC_RETURN_IF_ERROR(CheckFolderName("run", name));
-  if (directory.empty()) return {StatusCode::kInvalidArgument, "the folder of the runs is ''; name one"};
+  CONSAC_RETURN_IF_ERROR(CheckPlace(directory, name));
   const std::string path = directory + "/" + name;
-  CONSAC_RETURN_IF_ERROR(FinishWhatWasLeft(path));
   const bool exists = Exists(path + "/config.yaml");
   if (existing == ExistingRun::kResume && !exists)
     return {StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
@@ -96,6 +114,7 @@ Status CheckRunName(const std::string& directory, const std::string& name, Exist
 
 Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& directory, const std::string& name,
                                                          ExistingRun existing) {
+  CONSAC_RETURN_IF_ERROR(FinishOverwriting(directory, name));
   CONSAC_RETURN_IF_ERROR(CheckRunName(directory, name, existing));
   const std::string path = directory + "/" + name;
   std::error_code error;
@@ -107,6 +126,7 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
   CONSAC_RETURN_IF_ERROR(Lock(path, &lock));
   RemoveHalfWritten(path);
   RemoveHalfWritten(path + "/checkpoints");
+  if (!IsLink(path + "/best")) RemoveHalfWritten(path + "/best");  // else it is somebody else's
   std::unique_ptr<RunDirectory> opened(new RunDirectory(path, lock));
   if (existing != ExistingRun::kOverwrite) return opened;
   opened->replaces_ = true;  // what is begun is put back, however this ends
@@ -181,10 +201,11 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   return Status::Ok();
 }
 
-Result<StateMap> RunDirectory::LoadCheckpoint() const {
+Result<StateMap> RunDirectory::LoadCheckpoint(std::size_t most_bytes) const {
   CONSAC_RETURN_IF_ERROR(CheckCheckpointsReadable());
   std::vector<std::string> all = Checkpoints();
   for (auto path = all.rbegin(); path != all.rend(); ++path) {
+    CONSAC_RETURN_IF_ERROR(CheckSize(*path, most_bytes));
     const Result<ModelFile> file = ModelFile::Load(*path);
     if (file.ok()) {
       StateMap state = file->TakeState();

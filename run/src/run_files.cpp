@@ -158,21 +158,29 @@ Status CheckRegular(const std::string& file) {
   return {StatusCode::kDataLoss, "'" + file + "' is no regular file; take it away"};
 }
 
+Status CheckOwnFile(const std::string& file) {
+  if (IsLink(file))
+    return {StatusCode::kDataLoss,
+            "'" + file + "' is a link and no file of this run; put the file there, or take it away"};
+  CONSAC_RETURN_IF_ERROR(CheckRegular(file));
+  std::error_code none;
+  if (fs::hard_link_count(ToPath(file), none) <= 1 || none) return Status::Ok();
+  return {StatusCode::kDataLoss, "'" + file +
+                                     "' has another name (a hard link), and so may be somebody else's too; put a copy "
+                                     "in its place, or take it away"};
+}
+
 Status CheckFilesToGoOnWith(const std::string& path) {
-  for (const std::string& name : FilesIn(path)) {
-    const std::string file = path + "/" + name;
-    if (name == "model.consac") CONSAC_RETURN_IF_ERROR(CheckRegular(file));
-    if (!IsRunsFile(name)) continue;
-    if (IsLink(file))
-      return {StatusCode::kDataLoss,
-              "'" + file + "' is a link and no file of this run; put the file there, or take it away"};
-    CONSAC_RETURN_IF_ERROR(CheckRegular(file));
-    std::error_code ignored;
-    if (name.ends_with(".csv") && fs::hard_link_count(ToPath(file), ignored) > 1 && !ignored)
-      return {StatusCode::kDataLoss,
-              "'" + file +
-                  "' has another name (a hard link), and what is there would be written to as well; put a "
-                  "copy in its place, or take it away"};
+  const std::vector<std::string> names = FilesIn(path);
+  // A behaviour's model has its log beside it; any other is somebody else's.
+  const auto is_model = [&names](const std::string& name) {
+    if (!name.ends_with(kModelEnd)) return false;
+    const std::string log = name.substr(0, name.size() - kModelEnd.size()) + ".monitor.csv";
+    return name == "model.consac" || std::ranges::find(names, log) != names.end();
+  };
+  for (const std::string& name : names) {
+    if (IsRunsFile(name) || name == kLockFile || is_model(name))
+      CONSAC_RETURN_IF_ERROR(CheckOwnFile(path + "/" + name));
   }
   return Status::Ok();
 }

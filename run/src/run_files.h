@@ -12,6 +12,8 @@ namespace consac::run {
 
 /// By which a folder is known for a run's.
 inline constexpr std::string_view kConfigFile = "config.yaml";
+/// Whoever writes to the folder holds it.
+inline constexpr std::string_view kLockFile = ".lock";
 
 /// Names in a folder; none where there is no such folder. An error where it cannot be looked into.
 Result<std::vector<std::string>> NamesIn(const std::string& folder);
@@ -42,8 +44,9 @@ void Remove(const std::string& path);
 /// Refuses what is there in the place of a file of the run and is no regular file: whoever opens a pipe waits for ever,
 /// a device keeps nothing. kDataLoss.
 Status CheckRegular(const std::string& file);
-/// Refuses files that would be written to and are somebody else's too: links, and files that have another name. Then
-/// what is no regular file, models included. kDataLoss.
+/// The same, and what is somebody else's too: a link, and a file that has another name. kDataLoss.
+Status CheckOwnFile(const std::string& file);
+/// CheckOwnFile of all that a run goes on with: tables, logs, pictures, its configuration, its lock and its models.
 Status CheckFilesToGoOnWith(const std::string& path);
 
 }  // namespace consac::run

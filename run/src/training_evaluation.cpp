@@ -118,7 +118,7 @@ Status Training::CheckBestFolder() const {
   if (IsThere(folder) && !IsFolder(folder))
     return {StatusCode::kDataLoss, "'" + folder + "' is no folder; take it away"};
   for (const BehaviourSpec& behaviour : spec().behaviours)
-    CONSAC_RETURN_IF_ERROR(CheckRegular(folder + "/" + ModelFileName(spec(), behaviour)));
+    CONSAC_RETURN_IF_ERROR(CheckOwnFile(folder + "/" + ModelFileName(spec(), behaviour)));
   return Status::Ok();
 }
 

@@ -122,7 +122,11 @@ class Training {
   Status CheckIdentity(const StateMap& state) const;
   std::string Offer() const;
   Status CheckOffer(const StateMap& state);
+  void VisitLearners(Archive& archive);
   void Visit(Archive& archive);
+  std::size_t LargestCheckpoint();
+  Status CannotResume(const Status& why) const;
+  Status CheckSteps() const;
   std::size_t SavingBytes();
   Status CheckCheckpointFits();
 

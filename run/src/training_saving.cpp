@@ -10,6 +10,7 @@
 #include "consac/base/text.h"
 #include "consac/nn/kernels.h"
 #include "consac/run/path.h"
+#include "counts.h"
 #include "offer.h"
 #include "row_segments.h"
 #include "state_size.h"
@@ -17,6 +18,9 @@
 
 namespace consac::run {
 namespace {
+
+// Of a checkpoint, beside what learners hold: its header, logs of each behaviour, texts.
+constexpr std::size_t kBesideState = std::size_t{64} << 20, kLogBytes = std::size_t{256} << 10;
 
 /// What a checkpoint says under `name`; `value` stays where it says nothing.
 template <class Number>
@@ -75,7 +79,7 @@ Status Training::CheckCheckpointFits() {
               " fields to save, and a checkpoint takes " + std::to_string(kMostFields) + "; lower --envs"};
 }
 
-void Training::Visit(Archive& archive) {
+void Training::VisitLearners(Archive& archive) {
   for (Trainee& trainee : trainees_) {
     const std::string name =
         trainees_.size() == 1 ? "learner" : "learner" + std::to_string(&trainee - trainees_.data());
@@ -83,13 +87,39 @@ void Training::Visit(Archive& archive) {
     archive(name + "_episodes", trainee.episodes);
   }
   if (!IsUrl(config_.world)) archive("world", crew_[0].link());
+}
+
+void Training::Visit(Archive& archive) {
+  VisitLearners(archive);
   archive("report", *report_);
 }
 
-// The report needs to know where a resumed run stands before it opens its files, and is itself part of the state:
-// so the state is read once for the step count and once more with the report there.
+// What learners hold is within max_memory_mib, and what a world holds is known: so much is read, and no more.
+std::size_t Training::LargestCheckpoint() {
+  StateSize world;
+  if (!IsUrl(config_.world)) crew_[0].link().Visit(world);
+  return (static_cast<std::size_t>(config_.max_memory_mib) << 20) + world.bytes() + kBesideState +
+         trainees_.size() * kLogBytes;
+}
+
+Status Training::CannotResume(const Status& why) const {
+  return {why.code(), "cannot resume '" + directory_->path() + "': " + why.message()};
+}
+
+// Learners have taken the checkpoint's word for what they have counted; the run has taken its own for all of them.
+Status Training::CheckSteps() const {
+  std::int64_t left = restored_steps_;
+  for (const Trainee& trainee : trainees_) left -= std::min(trainee.learner->steps(), left + 1);
+  if (left == 0) return Status::Ok();
+  return {StatusCode::kDataLoss, "state field 'steps' is " + std::to_string(restored_steps_) +
+                                     ", which is not what its learners come to together; the checkpoint was changed "
+                                     "by somebody else's hand"};
+}
+
+// Everything is judged before a file of the run is touched. The report needs to know where a resumed run stands before
+// it opens its files, and is itself part of the state: it comes last.
 Status Training::Restore() {
-  const Result<StateMap> state = directory_->LoadCheckpoint();
+  const Result<StateMap> state = directory_->LoadCheckpoint(LargestCheckpoint());
   if (!state.ok()) {
     if (state.status().code() != StatusCode::kNotFound) return state.status();
     std::error_code ignored;
@@ -103,6 +133,8 @@ Status Training::Restore() {
   }
   CONSAC_RETURN_IF_ERROR(CheckIdentity(*state));
   CONSAC_RETURN_IF_ERROR(CheckOffer(*state));
+  if (const Status counts = CheckCounts(*state); !counts.ok())
+    return CannotResume({counts.code(), counts.message() + "; the checkpoint was changed by somebody else's hand"});
   ReadNumber(*state, "steps", &restored_steps_);
   ReadNumber(*state, "next_evaluation", &next_evaluation_);
   ReadNumber(*state, "best_evaluation", &best_evaluation_);
@@ -117,11 +149,13 @@ Status Training::Restore() {
                                 std::string(nn::InstructionSet()) + "; results will differ in the last digits");
   }
   restored_ = true;
-  CONSAC_RETURN_IF_ERROR(OpenReport(true));
   CheckpointReader reader(*state, directory_->segments());
-  Visit(reader);
-  if (!reader.status().ok())
-    return {reader.status().code(), "cannot resume '" + directory_->path() + "': " + reader.status().message()};
+  VisitLearners(reader);
+  if (!reader.status().ok()) return CannotResume(reader.status());
+  if (const Status steps = CheckSteps(); !steps.ok()) return CannotResume(steps);
+  CONSAC_RETURN_IF_ERROR(OpenReport(true));
+  reader("report", *report_);
+  if (!reader.status().ok()) return CannotResume(reader.status());
   for (std::size_t i = 0; i < trainees_.size(); ++i) {
     trainees_[i].learner->SetTotalSteps(ShareOfSteps(trainees_[i].episodes.slots()));
     trainees_[i].reports = trainees_[i].learner->reports();
@@ -257,6 +291,7 @@ Status Training::Checkpoint() {
   writer("best_evaluation", best_evaluation_);
   Visit(writer);
   CONSAC_RETURN_IF_ERROR(writer.status());
+  CONSAC_RETURN_IF_ERROR(CheckCounts(writer.fields()));  // what would be refused later is no checkpoint
   return directory_->SaveCheckpoint(at, writer.fields(), Description(), config_.keep_checkpoints);
 }
 

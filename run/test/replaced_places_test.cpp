@@ -60,6 +60,7 @@ TEST(ReplacedRun, WhatIsNoRunThatWasSetAsideIsNotPutInARunsPlace) {
       OldRun(scratch.path());
       thing.make(run + ".replaced");
       const auto before = Contents(scratch.path());
+      EXPECT_TRUE(FinishOverwriting(scratch.path(), "run").ok()) << thing.name;
       const Status status = CheckRunName(scratch.path(), "run", existing);
       EXPECT_EQ(status.ok(), existing != ExistingRun::kRefuse) << thing.name << ": " << status.message();
       EXPECT_EQ(Differences(before, Contents(scratch.path())), "") << thing.name;
@@ -89,14 +90,14 @@ TEST(ReplacedRun, WhatIsInTheWayIsNamedAndNothingMoves) {
   fs::create_directory_symlink(elsewhere + "best", run + "best");
   Put(elsewhere + "best/.replaced/model.consac", "another run's");
   Put(run + ".replaced.going/monitor.csv", "gone");
-  EXPECT_TRUE(CheckRunName(scratch.path(), "run", ExistingRun::kOverwrite).ok());
+  EXPECT_TRUE(FinishOverwriting(scratch.path(), "run").ok());
   EXPECT_TRUE(fs::exists(elsewhere + "best/.replaced/model.consac")) << "behind a link";
   for (const char* name : {".replaced.moving/model.consac", "checkpoints/.replaced/step_000000000100.consac"}) {
     OldRun(scratch.path());
     Put(run + ".replaced.moving/notes.txt", "mine");
     Put(run + name, "mine too");
     const std::string kept = Contents(run).at(run + "config.yaml");
-    const Status status = CheckRunName(scratch.path(), "run", ExistingRun::kResume);
+    const Status status = FinishOverwriting(scratch.path(), "run");
     EXPECT_THAT(status.message(), HasSubstr("is in the way; take it away"));
     EXPECT_EQ(Contents(run).at(run + "model.consac"), "a run's");
     EXPECT_EQ(Contents(run).at(run + "checkpoints/step_000000000100.consac"), "a run's");
@@ -235,7 +236,7 @@ TEST(ReplacedRun, WhatCannotBeRemovedIsRemovedLater) {
   if (kept) {
     ASSERT_TRUE(AppendOnly(stale, false));
   }
-  EXPECT_TRUE(CheckRunName(scratch.path(), "run", ExistingRun::kOverwrite).ok());
+  EXPECT_TRUE(FinishOverwriting(scratch.path(), "run").ok());
   EXPECT_FALSE(fs::exists(stale));
   EXPECT_FALSE(IsReplacingUnfinished(scratch.path() + "/run"));
 }

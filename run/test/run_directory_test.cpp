@@ -104,6 +104,18 @@ TEST(RunDirectory, TheNewestWholeCheckpointIsLoaded) {
   EXPECT_EQ(ValueOf(*directory), 1.0f);
 }
 
+TEST(RunDirectory, ACheckpointThatIsTooLargeIsNotRead) {
+  testing::ScratchFolder scratch("large");
+  const auto directory = Open(scratch.path(), ExistingRun::kRefuse);
+  ASSERT_TRUE(directory->SaveCheckpoint(100, State(1.0f), "{}", 3).ok());
+  EXPECT_TRUE(directory->LoadCheckpoint(1 << 20).ok());
+  fs::resize_file(directory->File("checkpoints/step_000000000100.consac"), std::uintmax_t{1} << 30);
+  const Status refused = directory->LoadCheckpoint(1 << 20).status();
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_THAT(refused.message(),
+              HasSubstr("step_000000000100.consac' has 1024 MiB, where one of this run has at most 1"));
+}
+
 TEST(RunDirectory, HoweverItsFolderIsSpelledCheckpointsStay) {
   testing::ScratchFolder scratch("spelled");
   for (const char* spelling : {"/", "//", "/.", "/./"}) {
@@ -148,6 +160,19 @@ std::map<std::string, std::string> FilesBelow(const std::string& folder) {
 void Write(const std::string& path, const std::string& text) {
   fs::create_directories(fs::path(path).parent_path());
   std::ofstream(path) << text;
+}
+
+// Beside every file that is saved by another name first.
+TEST(RunDirectory, WhatAKilledProcessHasHalfWrittenGoes) {
+  testing::ScratchFolder scratch("half_written");
+  const std::string run = scratch.path() + "/run/";
+  const char* const files[] = {"config.yaml.tmp-12", "model.consac.tmp-12", "curve.svg.tmp-12",
+                               "checkpoints/step_000000000100.consac.tmp-12", "best/model.consac.tmp-12"};
+  for (const char* file : files) Write(run + file, "half");
+  for (const char* file : {"config.yaml", "best/model.consac", "best/notes.tmp-12"}) Write(run + file, "whole");
+  ASSERT_NE(Open(scratch.path(), ExistingRun::kResume), nullptr);
+  for (const char* file : files) EXPECT_FALSE(fs::exists(run + file)) << file;
+  EXPECT_TRUE(fs::exists(run + "best/model.consac") && fs::exists(run + "best/notes.tmp-12"));
 }
 
 TEST(RunDirectory, AFolderThatIsNoRunsLosesNothing) {
@@ -199,9 +224,34 @@ TEST(RunDirectory, FilesThatAreNoneOrAreSomebodyElsesTooAreNotGoneOnWith) {
                 HasSubstr(std::string(name) + "' is "));
   }
   Write(scratch.path() + "/theirs", "theirs");
-  EXPECT_THAT(
-      said("monitor.csv", [&](const std::string& path) { fs::create_hard_link(scratch.path() + "/theirs", path); }),
-      HasSubstr("hard link"));
+  for (const char* name : {"monitor.csv", "config.yaml", "model.consac", "curve.svg", "curve.png", ".lock",
+                           "progress.csv", "hunter.monitor.csv"}) {
+    EXPECT_THAT(said(name, [&](const std::string& path) { fs::create_hard_link(scratch.path() + "/theirs", path); }),
+                HasSubstr(std::string(name) + "' has another name (a hard link)"));
+    EXPECT_THAT(said(name, [&](const std::string& path) { fs::create_symlink(scratch.path() + "/theirs", path); }),
+                HasSubstr(std::string(name) + "' is a link"));
+  }
+  // A behaviour's model is known by its log; another model there is nobody's business.
+  EXPECT_THAT(said("hunter.consac",
+                   [&](const std::string& path) {
+                     fs::create_hard_link(scratch.path() + "/theirs", path);
+                     Write(run + "hunter.monitor.csv", "old");
+                   }),
+              HasSubstr("hunter.consac' has another name"));
+  fs::remove_all(run);
+  Write(run + "config.yaml", "old");
+  fs::create_hard_link(scratch.path() + "/theirs", run + "mine.consac");
+  EXPECT_TRUE(RunDirectory::Open(scratch.path(), "run", ExistingRun::kResume).ok());
+}
+
+// Two runs with one lock would wait for each other, or be written to by two.
+TEST(RunDirectory, ALockThatIsSomebodyElsesTooIsNotTaken) {
+  testing::ScratchFolder scratch("lock_hard_link");
+  const auto mine = Open(scratch.path(), ExistingRun::kRefuse);
+  fs::create_directories(scratch.path() + "/other");
+  fs::create_hard_link(mine->File(".lock"), scratch.path() + "/other/.lock");
+  const auto other = RunDirectory::Open(scratch.path(), "other", ExistingRun::kRefuse);
+  EXPECT_THAT(other.status().message(), HasSubstr("/other/.lock' has another name (a hard link)"));
 }
 #endif
 

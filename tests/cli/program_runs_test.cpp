@@ -252,6 +252,20 @@ TEST_F(ProgramTest, SeveralSettingsInOneGoAndAnotherAlgorithmsDefaults) {
   EXPECT_NE(RunProgram(folder(), {"train", "--help"}).out.find("several may follow"), std::string::npos);
 }
 
+TEST_F(ProgramTest, SettingsOfAResumedRunAreOfItsOwnAlgorithm) {
+  const Outcome began = RunProgram(folder(), {"train", "cartpole-v1", "--algo", "dqn", "--name", "q", "--steps", "200",
+                                              "--set", "buffer_size=500", "--no-table", "--no-progress"});
+  ASSERT_EQ(began.code, 0) << began.error;
+  const auto resume = [&](const std::string& setting) {
+    return RunProgram(folder(), {"train", "--resume", "--name", "q", "--steps", "300", "--set", setting});
+  };
+  ExpectRefusal(resume("buffer_size=600"), 2, "began with buffer_size = '500' and cannot go on with '600'");
+  ExpectRefusal(resume("noptepochs=4"), 2, "unknown key 'noptepochs'");
+  const Outcome resumed = resume("buffer_size=500");
+  EXPECT_EQ(resumed.code, 0) << resumed.error;
+  EXPECT_NE(resumed.out.find("going on from step 200"), std::string::npos) << resumed.out;
+}
+
 TEST_F(ProgramTest, WhatTheFontsLackIsNotTheUsersBusiness) {
   setenv("FONTCONFIG_FILE", "/nonexistent", 1);
   const Outcome outcome =

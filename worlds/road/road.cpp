@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 
 namespace consac::worlds {
 
@@ -44,9 +45,13 @@ StepResult Road::Step(const Action* action, Rng& rng, float* observation) {
 
 void Road::Visit(Archive& archive) {
   archive("actor", actor_);
+  archive.CheckWithin("actor", actor_, kFirst, kLast);
   archive("coin", coin_);
+  archive.CheckWithin("coin", coin_, kFirst, kLast);
   archive("since_coin", since_coin_);
+  archive.CheckWithin("since_coin", since_coin_, 0, kCoinMoves - 1);
   archive("episodes", episodes_);
+  archive.CheckWithin("episodes", episodes_, 0, std::numeric_limits<std::int32_t>::max() - 1);
 }
 
 }  // namespace consac::worlds

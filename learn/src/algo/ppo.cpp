@@ -127,8 +127,10 @@ class Ppo final : public Learner, private BlockLoss {
     step_.Visit(archive);
     collector_.Visit(archive);
     passes_.Visit(archive);
+    archive.CheckWithin("epoch", passes_.finished(), 0, ppo_.n_epochs);
     losses_.Visit(archive);
     archive("updating", updating_);
+    archive.Check("updating", !updating_ || (collector_.full() && !passes_.rows().empty()));
     archive("learning_rate", learning_rate_);
     archive("clip_range", clip_range_);
     archive("clip_range_vf", clip_range_vf_);

@@ -106,6 +106,7 @@ void Rollout::Visit(Archive& archive) {
   archive.Check("time",
                 std::all_of(time_.begin(), time_.end(), [&](std::int64_t t) { return t >= 0 && t <= n_steps_; }));
   archive("full", full_);
+  archive.Check("full", full_ == (std::ranges::find(time_, n_steps_) != time_.end()));
   archive("observations", std::span<std::uint8_t>(reinterpret_cast<std::uint8_t*>(bytes_.data()), bytes_.size()));
   archive("masks", std::span<std::uint8_t>(masks_));
   archive("raw_actions", std::span<float>(raw_actions));

@@ -46,7 +46,7 @@ class EpisodeWindow {
     archive("sums", std::span<double>(sums_));
     archive("latest", std::span<double>(latest_));
     archive("count", count_);
-    archive.Check("count", count_ >= 0);
+    archive.CheckWithin("count", count_, 0, std::numeric_limits<std::int64_t>::max());
   }
 
  private:

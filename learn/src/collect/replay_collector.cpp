@@ -100,6 +100,14 @@ bool ReplayCollector::Record(const Batch& batch) {
   return reports() != reports_before;
 }
 
+// Rounds that came due in one look at all agents: each takes one more step at most before learning begins.
+std::int64_t ReplayCollector::MostDue() const {
+  const std::int64_t slots = behaviour_.slots;
+  if (replay_.size() == 0) return 0;
+  if (options_.gradient_steps >= 0) return slots * options_.gradient_steps;
+  return options_.train_freq_unit == TrainUnit::kStep ? std::min(steps_, slots * (options_.train_freq + 1)) : steps_;
+}
+
 void ReplayCollector::Visit(Archive& archive) {
   archive("replay", replay_);
   archive("replay_rng", sampling_rng_);
@@ -107,12 +115,21 @@ void ReplayCollector::Visit(Archive& archive) {
   archive("episodes", episodes_);
   archive("steps", steps_);
   archive("due", due_);
-  archive.Check("due", due_ >= 0 && (due_ == 0 || replay_.size() > 0));
+  archive.CheckWithin("due", due_, 0, MostDue());
   archive("round", round_);
-  archive.Check("round", round_ >= 0 && round_ <= due_);
+  archive.CheckWithin("round", round_, 0, due_);
   archive("round_steps", round_steps_);
+  archive.CheckWithin("round_steps", round_steps_, 0, steps_);
   archive("round_episodes", round_episodes_);
+  archive.CheckWithin("round_episodes", round_episodes_, 0, round_steps_);
   archive("round_slot_steps", std::span<std::int64_t>(round_slot_steps_));
+  std::int64_t left = round_steps_;
+  const bool within = std::ranges::all_of(round_slot_steps_, [&left](std::int64_t steps) {
+    const bool fits = steps >= 0 && steps <= left;
+    left -= fits ? steps : 0;
+    return fits;
+  });
+  archive.Check("round_slot_steps", within && left == 0);
 }
 
 }  // namespace consac::learn

@@ -128,6 +128,8 @@ class ReplayCollector {
   void Visit(Archive& archive);
 
  private:
+  std::int64_t MostDue() const;
+
   const BehaviourSpec behaviour_;
   const ReplayCollectorOptions options_;
   const ActionHead action_head_;

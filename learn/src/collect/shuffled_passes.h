@@ -56,8 +56,8 @@ class ShuffledPasses {
     archive("minibatch_begin", next_);
     archive("rows", count_);
     archive("order", std::span<std::int32_t>(order_));
-    archive.Check("rows", count_ >= 0 && count_ <= most);
-    archive.Check("minibatch_begin", next_ >= 0 && next_ <= count_);
+    archive.CheckWithin("rows", count_, 0, most);
+    archive.CheckWithin("minibatch_begin", next_, 0, count_);
     archive.Check("order",
                   std::all_of(order_.begin(), order_.end(), [&](std::int32_t row) { return row >= 0 && row < most; }));
     archive("epochs", passes_);

@@ -16,8 +16,11 @@ class RowSegments;
 /// What to do with a run's name that exists.
 enum class ExistingRun : std::uint8_t { kRefuse, kResume, kOverwrite };
 
-/// What Open would say of the name and of what is there already, before anything is made or an engine is disturbed. A
-/// run whose overwriting was killed is put back first.
+/// Ends what a process has left that was killed while it overwrote the run: the old one is put back, or goes. To be
+/// called where a run begins, before anything of it is looked at. kFailedPrecondition when another process trains it.
+Status FinishOverwriting(const std::string& directory, const std::string& name);
+/// What Open would say of the name and of what is there already, before anything is made or an engine is disturbed.
+/// Touches nothing.
 Status CheckRunName(const std::string& directory, const std::string& name, ExistingRun existing);
 
 /// An opened run folder, locked against a second writer until destroyed.
@@ -56,7 +59,8 @@ class RunDirectory {
   RowSegments& segments() const { return *segments_; }
   /// The newest checkpoint that is whole, with its segments; damaged ones are passed over with a warning. kNotFound
   /// when there is none, kDataLoss when there are some and none is whole, or one cannot be read: it may well be whole.
-  Result<StateMap> LoadCheckpoint() const;
+  /// One of more than `most_bytes`, or than there is memory for, is not read: kResourceExhausted.
+  Result<StateMap> LoadCheckpoint(std::size_t most_bytes = std::size_t{1} << 31) const;
 
  private:
   RunDirectory(std::string path, int lock);

@@ -42,6 +42,10 @@ struct RunSummary {
 /// The path of every model: "runs/a/model.consac", "runs/b/hunter.consac and runs/b/prey.consac".
 std::string ModelPaths(const RunSummary& summary);
 
+/// What the run directory/name was begun with: its config.yaml, as --resume reads it. The error says why it cannot be
+/// gone on with.
+Result<RunConfig> ConfigOfRun(const std::string& directory, const std::string& name);
+
 /// Trains (or, where an engine asks for it, acts) as `config` says; returns early, saved, once `stop` is set.
 /// With config.forever it serves one session after another until `stop`.
 Result<RunSummary> Train(const RunConfig& config, const std::atomic<bool>& stop);

@@ -112,7 +112,8 @@ class Learner {
   virtual Status health() const = 0;
   /// A complete acting model of this moment.
   virtual PolicyData Snapshot() const = 0;
-  /// Everything that the future depends on.
+  /// Everything that the future depends on. Whole numbers of 64 bits are counts: a run saves and takes them from 0 to
+  /// 2^53.
   virtual void Visit(Archive& archive) = 0;
 };
 
