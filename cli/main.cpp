@@ -204,7 +204,8 @@ int main(int argc, char** argv) {
   const bool stack = consac::cli::TakeStack();
   consac::cli::PrepareOutput();
   if (!stack) {
-    consac::cli::PrintError("consac: the stack may have less than 128 KiB; allow it more (ulimit -s)\n");
+    consac::cli::PrintError("consac: the stack may have less than {} KiB; allow it more (ulimit -s)\n",
+                            consac::cli::kLeastStack >> 10);
     return consac::cli::ExitCode({consac::StatusCode::kResourceExhausted, "stack"});
   }
   consac::cli::LogToStandardError();

@@ -55,7 +55,9 @@ Result<RunSummary> ActForEngine(const RunConfig& config, WorldLink& link, const 
     summary.models.push_back({spec.behaviours[b].name, actors->file(b)});
     returns.emplace_back(spec.behaviours[b].slots);
   }
-  Console console(StandardConsole());
+  ConsoleOptions options = StandardConsole();
+  options.hold_until = config.hold_until;
+  Console console(options);
   if (config.table || config.progress)
     console.Line(fmt::format("acting with {} for {}", ModelPaths(summary), link.description()));
 

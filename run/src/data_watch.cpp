@@ -79,6 +79,11 @@ double Replacement(double value, double low, double high) {
 
 }  // namespace
 
+Status NoReward(std::string_view where, float reward, std::string_view hint) {
+  return {StatusCode::kNonFinite, fmt::format("{}: the reward is {}{}; {}", where, reward,
+                                              std::isinf(reward) ? ", or a number beyond float32's 3.4e38" : "", hint)};
+}
+
 DataWatchOptions DataWatchOptions::Of(const RunConfig& config, const EnvSpec& spec) {
   DataWatchOptions options;
   options.non_finite = config.non_finite == "replace" ? NonFinite::kReplace : NonFinite::kError;
@@ -217,12 +222,9 @@ Status DataWatch::CheckLeaf(WatchedLeaf& watched, std::int32_t slot, std::byte* 
 }
 
 Status DataWatch::CheckReward(std::int32_t slot, float* reward) {
-  const bool finite = std::isfinite(*reward);
   if (options_.non_finite == NonFinite::kError) {
-    if (!finite)
-      return {StatusCode::kNonFinite,
-              fmt::format("{}: the reward is {}{}; mend it in the world, or set non_finite to replace", Where(slot),
-                          *reward, std::isinf(*reward) ? ", or a number beyond float32's 3.4e38" : "")};
+    if (!std::isfinite(*reward))
+      return NoReward(Where(slot), *reward, "mend it in the world, or set non_finite to replace");
     return {StatusCode::kInvalidArgument,
             fmt::format("{}: the reward is {}, beyond max_abs_reward = {}; mend the world or raise the limit",
                         Where(slot), *reward, options_.max_abs_reward)};

@@ -6,12 +6,16 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "consac/env/vector_env.h"
 #include "consac/run/config.h"
 
 namespace consac::run {
+
+/// Of a reward that is no number: whose it is (`where`), what it is, what is to be done (`hint`). kNonFinite.
+Status NoReward(std::string_view where, float reward, std::string_view hint);
 
 /// What is done with a NaN or an infinity.
 enum class NonFinite : std::uint8_t {

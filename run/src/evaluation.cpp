@@ -5,6 +5,7 @@
 
 #include "consac/base/json.h"
 #include "consac/base/text.h"
+#include "data_watch.h"
 #include "judgement.h"
 
 namespace consac::run {
@@ -167,12 +168,9 @@ std::string TrainedWorld(const Policy& policy) {
 Status CheckRewards(std::string_view behaviour, const Batch& batch, std::span<const std::int32_t> acting) {
   for (const std::int32_t slot : acting) {
     const float reward = batch.rewards[slot];
-    if (std::isfinite(reward)) continue;
-    return {StatusCode::kNonFinite, Quote(behaviour) + ", agent " + std::to_string(slot) + ": the reward is " +
-                                        (std::isnan(reward) ? "nan"
-                                         : reward > 0.0f    ? "inf"
-                                                            : "-inf") +
-                                        ", so there is no return to tell; mend it in the world"};
+    if (!std::isfinite(reward))
+      return NoReward(Quote(behaviour) + ", agent " + std::to_string(slot), reward,
+                      "there is no return to tell; mend it in the world");
   }
   return Status::Ok();
 }

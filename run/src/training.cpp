@@ -7,6 +7,7 @@
 #include <chrono>
 #include <thread>
 
+#include "consac/base/refusals.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
 #include "report/console.h"
@@ -18,6 +19,8 @@ namespace {
 
 constexpr double kAfterFailure = 1.0;   // s before an engine that broke a session is tried again
 constexpr double kLongestPause = 10.0;  // s, when that goes on
+constexpr double kBrief = 1.0;          // s: of sessions that are over sooner, one after another, a line tells
+constexpr double kFailuresEvery = 60.0;
 
 /// On standard output, unless that is a script's.
 std::function<void(const std::string&)> SayerFor(const RunConfig& config) {
@@ -59,10 +62,11 @@ std::vector<EngineOptions> EnginesOf(const RunConfig& config, const std::atomic<
 }
 
 /// Every one of them, connected, and how it is reached again.
-Result<std::vector<WorldSource>> ConnectEngines(const RunConfig& config, const std::vector<EngineOptions>& engines) {
+Result<std::vector<WorldSource>> ConnectEngines(const std::vector<EngineOptions>& engines,
+                                                const std::function<void(const std::string&)>& say) {
   std::vector<WorldSource> sources;
   for (EngineOptions options : engines) {
-    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, SayerFor(config));
+    Result<std::unique_ptr<WorldLink>> link = ConnectEngine(options, say);
     if (!link.ok()) return link.status();
     options.connect_timeout_s = 0.0;
     sources.push_back({std::move(*link), [options] { return ConnectEngine(options, [](const std::string&) {}); }});
@@ -77,47 +81,39 @@ bool CameToSomething(const RunSummary& summary) {
                      [](const ModelSummary& model) { return model.updates > 0; });
 }
 
-/// Says what goes wrong again and again once a minute, and how often it did.
-class Complaints {
- public:
-  explicit Complaints(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
-  void Say(const std::string& line) {
-    if (line == latest_ && Now() < say_at_) {
-      ++unsaid_;
-      return;
-    }
-    say_(line + (line == latest_ && unsaid_ > 0 ? fmt::format(" (and {} times before)", unsaid_) : ""));
-    latest_ = line;
-    unsaid_ = 0;
-    say_at_ = Now() + kEvery;
-  }
-
- private:
-  static constexpr double kEvery = 60.0;  // s
-
-  const std::function<void(const std::string&)> say_;
-  std::string latest_;
-  std::int64_t unsaid_ = 0;
-  double say_at_ = 0.0;
-};
+std::string InOneLine(std::int64_t session, const RunSummary& summary) {
+  return fmt::format("session {}: {} for {} {}, {}", session, summary.acted_only ? "acted" : "trained", summary.steps,
+                     summary.steps == 1 ? "step" : "steps", ModelPaths(summary));
+}
 
 /// One session after another until `stop`: what breaks one, or keeps it from beginning, is said and the next awaited.
-/// An engine that ends them before anything is learned is given more and more time.
+/// An engine that ends them before anything is learned is given more and more time. Where they are brief, their files
+/// hold all, and a line now and then tells of them.
 RunSummary ServeForever(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
+  const auto say = [&config](std::string_view line) { SayerFor(config)(std::string(line)); };
   RunSummary latest;
   std::int64_t sessions = 0;
   double pause = kAfterFailure;
+  bool brief = false;  // the latest session
   const std::vector<EngineOptions> engines = EnginesOf(config, stop);
-  Complaints complaints(SayerFor(config));
+  Refusals waiting(say, kBrief, 1), of_brief_ones(say, kBrief, 1), failures(say, kFailuresEvery, 1);
+  RunConfig of_session = config;
   while (!stop.load()) {
-    Result<std::vector<WorldSource>> worlds = ConnectEngines(config, engines);
+    Result<std::vector<WorldSource>> worlds =
+        ConnectEngines(engines, [&](const std::string& line) { waiting.Say(line); });
     const bool nobody = !worlds.ok() && worlds.status().code() == StatusCode::kUnavailable;
+    const double soon = Now() + kBrief;
+    of_session.hold_until = brief ? soon : 0.0;
     const Result<RunSummary> ended =
-        worlds.ok() ? RunSession(config, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
+        worlds.ok() ? RunSession(of_session, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
     if (ended.ok()) latest = *ended;
     sessions += worlds.ok() ? 1 : 0;
     if (stop.load()) break;
-    if (!ended.ok()) complaints.Say("error: " + ended.status().message());
+    const bool unheard = brief;
+    brief = worlds.ok() && Now() < soon;
+    if (!ended.ok()) failures.Say("error: " + ended.status().message());
+    if (ended.ok() && brief && unheard && !config.quiet) of_brief_ones.Say(InOneLine(sessions, *ended));
+    if (!brief) of_brief_ones.Look();
     if (ended.ok() && CameToSomething(*ended)) {
       pause = kAfterFailure;
       continue;
@@ -133,7 +129,7 @@ RunSummary ServeForever(const RunConfig& config, Length length, const std::atomi
 /// As asked.
 Result<RunSummary> ServeEngine(const RunConfig& config, Length length, const std::atomic<bool>& stop) {
   if (config.forever) return ServeForever(config, length, stop);
-  Result<std::vector<WorldSource>> worlds = ConnectEngines(config, EnginesOf(config, stop));
+  Result<std::vector<WorldSource>> worlds = ConnectEngines(EnginesOf(config, stop), SayerFor(config));
   return worlds.ok() ? RunSession(config, length, std::move(*worlds), stop) : Result<RunSummary>(worlds.status());
 }
 
@@ -159,6 +155,7 @@ Result<RunSummary> LearnFromRecorded(RunConfig config, const std::atomic<bool>& 
 
 Result<RunSummary> TrainAsAsked(const RunConfig& asked, const std::atomic<bool>& stop) {
   RunConfig config = asked;
+  if (!asked.name.empty()) CONSAC_RETURN_IF_ERROR(FinishOverwriting(asked.directory, asked.name));
   if (asked.resume) {
     Result<RunConfig> resumed = ResumedConfig(asked);
     if (!resumed.ok()) return resumed.status();

@@ -72,6 +72,7 @@ Status Training::OpenReport(bool resumed) {
   options.progress = config_.progress;
   options.tensorboard = config_.tensorboard;
   options.quiet = config_.quiet;
+  options.hold_until = config_.hold_until;
   options.append = resumed;
   options.resume_step = restored_steps_;
   Result<std::unique_ptr<Report>> report = Report::Open(options);
@@ -343,7 +344,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   const Status report = report_->Finish();
   if (!reserve_->ran_short()) {
     reserve_.reset();  // nothing is left to save: drawing may have it
-    report_->DrawCurves();
+    report_->DrawCurves(stop_);
   }
   CONSAC_RETURN_IF_ERROR(saved);
   const Status evaluation = {evaluation_.code(), "the last evaluation failed: " + evaluation_.message()};

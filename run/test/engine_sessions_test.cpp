@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
 #include <thread>
 
 #include "consac/base/hooks.h"
@@ -194,7 +196,7 @@ TEST(Engine, ForeverSaysWhatKeepsSessionsFromBeginningOnceAMinute) {
       Result<std::unique_ptr<Transport>> trainer = listener->Accept(0.05);
       if (!trainer.ok() || *trainer == nullptr) continue;
       (*trainer)->Close();
-      if (++dropped == 3) stop = true;
+      if (++dropped == 5) stop = true;
     }
   });
   RunConfig config = EngineRun(scratch.path(), "tcp://127.0.0.1:" + std::to_string(listener->port()));
@@ -203,9 +205,76 @@ TEST(Engine, ForeverSaysWhatKeepsSessionsFromBeginningOnceAMinute) {
   EXPECT_TRUE(Train(config, stop).ok());
   const std::string said = ::testing::internal::GetCapturedStderr();
   engine.join();
-  const std::size_t first = said.find("error: 127.0.0.1");
+  const std::size_t first = said.find("error: 127.0.0.1"), last = said.rfind("error: 127.0.0.1");
   ASSERT_NE(first, std::string::npos) << said;
-  EXPECT_EQ(said.find("error: 127.0.0.1", first + 1), std::string::npos) << said;
+  EXPECT_EQ(said.find("error: 127.0.0.1", first + 1), last) << "the first, and at the end how many more: " << said;
+  EXPECT_NE(said.find(" more like it)", last), std::string::npos) << said;
+}
+
+/// A hundredth of the time that passes, for what is not to depend on how busy the machine is.
+class SlowClock {
+ public:
+  SlowClock() {
+    Hooks hooks;
+    hooks.now = [](void*) {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count() / 100.0;
+    };
+    SetHooks(hooks);
+  }
+  ~SlowClock() { SetHooks({}); }
+  SlowClock(const SlowClock&) = delete;
+  SlowClock& operator=(const SlowClock&) = delete;
+};
+
+// Of one step each, by turns trained on and acted for: the first is told of in full, of the rest a line in a second.
+TEST(Engine, ForeverTellsOfBriefSessionsInALineNowAndThen) {
+  constexpr int kSessions = 24;
+  consac::testing::ScratchFolder scratch("brief");
+  TrainRoad(scratch.path(), "walker");
+  const auto listener = *ListenTcp({"127.0.0.1", 0});
+  std::atomic<bool> stop{false};
+  std::thread engine([&] {
+    std::byte action[256];
+    for (int served = 0; served < kSessions;) {
+      Result<std::unique_ptr<Transport>> trainer = listener->Accept(5.0);
+      if (!trainer.ok() || *trainer == nullptr) break;
+      const bool acts = served++ % 2 == 1;
+      const auto say = [&](const std::string& line) { (void)(*trainer)->Write(std::as_bytes(std::span(line)), 5.0); };
+      say(acts ? "D#3#0#B#2#0,0,40,40#0#walker\n10,30\n" : "D#3#0#B#2#0,0,40,40#1\n10,30#0#0\n");
+      (void)(*trainer)->Read(action, 5.0);
+      say(acts ? "11,30\n" : "11,30#1#0\n");
+      (void)(*trainer)->Read(action, 5.0);
+      (*trainer)->Close();
+    }
+    stop = true;
+  });
+  RunConfig config = Nameless(scratch.path(), "tcp://127.0.0.1:" + std::to_string(listener->port()));
+  config.protocol = "text1";
+  config.forever = config.table = config.progress = true;
+  config.quiet = false;
+  config.hyperparameters = {{"n_steps", "1"}, {"nminibatches", "1"}, {"net_arch", "[{pi: [4], vf: [4]}]"}};
+  ::testing::internal::CaptureStdout();
+  Result<RunSummary> summary = RunSummary();
+  {
+    const SlowClock clock;
+    summary = Train(config, stop);
+    engine.join();
+  }
+  const std::string said = ::testing::internal::GetCapturedStdout();
+  ASSERT_TRUE(summary.ok()) << summary.status().message();
+  const auto times = [&said](std::string_view words) {
+    int count = 0;
+    for (std::size_t at = said.find(words); at != said.npos; at = said.find(words, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_GE(summary->sessions, kSessions - 1);
+  EXPECT_EQ(times("training completed"), 1) << said;
+  EXPECT_EQ(times("acting with"), 0) << said;
+  EXPECT_EQ(times("session 2: acted for 1 step, "), 1) << said;
+  EXPECT_EQ(times("\nsession "), 2) << "the first, and at the end how many there were: " << said;
+  EXPECT_EQ(times(" more like it)"), 1) << said;
+  for (const char* file : {"config.yaml", "model.consac", "progress.csv", "monitor.csv"})
+    EXPECT_TRUE(std::filesystem::exists(scratch.path() + "/engine__ppo2__3_5/" + file)) << file;
 }
 
 TEST(Engine, ForeverServesOneSessionAfterAnother) {

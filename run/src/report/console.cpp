@@ -44,18 +44,32 @@ void Console::Line(std::string_view line) {
   PrintAbove(PrintableLine(std::string(line)) + "\n");
 }
 
+void Console::Release() {
+  Put(held_);
+  held_.clear();
+  options_.hold_until = 0.0;
+}
+
 void Console::PrintAbove(std::string_view text) {
+  if (Holds()) {
+    held_.append(text);
+    return;
+  }
+  Release();
   if (bar_.size() > 0) Put(kClearLine);
   Put(text);
   Put({bar_.data(), bar_.size()});
 }
 
 void Console::Alarm(std::string_view line) {
+  Release();
   PrintAbove(
       fmt::format("{}error: {}{}\n", colour() ? kLoud : "", PrintableLine(std::string(line)), colour() ? kPlain : ""));
 }
 
 void Console::Bar(std::string_view line) {
+  if (Holds()) return;
+  Release();
   bar_.clear();
   bar_.append(line);
   Put(kClearLine);

@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <string>
 #include <string_view>
+
+#include "consac/base/hooks.h"
 
 namespace consac::run {
 
@@ -14,6 +17,7 @@ struct ConsoleOptions {
   bool terminal = false;  ///< understands escape codes, so a line can be redrawn
   bool colour = false;    ///< a terminal whose user has not set NO_COLOR (https://no-color.org)
   int columns = 0;        ///< width; 0: ask the terminal each time
+  double hold_until = 0;  ///< until then [s, Now()] lines wait for what follows, or go with the console
 };
 
 /// What standard output is: a terminal, unless piped or TERM is "dumb".
@@ -46,9 +50,14 @@ class Console {
 
  private:
   void Put(std::string_view text);
+  bool Holds() const { return options_.hold_until > 0.0 && Now() < options_.hold_until && held_.size() < kMostHeld; }
+  void Release();
   void PrintAbove(std::string_view text);
 
+  static constexpr std::size_t kMostHeld = std::size_t{64} << 10;  // bytes: who says so much is heard
+
   ConsoleOptions options_;
+  std::string held_;
   bool unread_ = false;     // the reader stands still
   fmt::memory_buffer bar_;  // as drawn; empty: none
 };

@@ -26,6 +26,7 @@ constexpr int kMostCallsPerLook = 64;                   // steps between looks a
 constexpr double kShortLook = 0.005, kLongLook = 0.05;  // s: look less often, look every step
 constexpr double kFlushEvery = 1.0;                     // s
 constexpr double kBudgetEvery = 15.0;                   // s
+constexpr double kDrawAfterStop = 2.0;                  // s
 
 double WallTime() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -54,7 +55,7 @@ class AllSinks final : public Report {
   void OnTime(const TimeSpent& round) override { budget_.Add(round, looked_); }
   void Line(std::string_view line) override { console_.Line(line); }
   Status Finish() override;
-  void DrawCurves() override;
+  void DrawCurves(const std::atomic<bool>& stop) override;
   double mean_episode_reward(std::size_t b) const override { return logs_[b].episodes().mean_reward(); }
   std::int64_t episodes(std::size_t b) const override { return logs_[b].episodes().count(); }
   double mean_episode_length(std::size_t b) const override { return logs_[b].episodes().mean_length(); }
@@ -263,10 +264,15 @@ Status AllSinks::Finish() {
   return Status::Ok();
 }
 
-void AllSinks::DrawCurves() {
+// Of many behaviours that takes its time, which whoever has stopped the run does not have.
+void AllSinks::DrawCurves(const std::atomic<bool>& stop) {
   if (options_.directory.empty()) return;
-  for (const BehaviourLog& log : logs_) {
-    const Status drawn = log.Draw(steps_);
+  double stopped = 0.0;
+  for (std::size_t b = 0; b < logs_.size(); ++b) {
+    if (stop.load(std::memory_order_relaxed) && stopped == 0.0) stopped = Now();
+    if (stopped > 0.0 && Now() - stopped > kDrawAfterStop)
+      return Line(fmt::format("stopped: {} of {} curves are drawn", b, logs_.size()));
+    const Status drawn = logs_[b].Draw(steps_);
     if (!drawn.ok()) Line("warning: there is no curve: " + drawn.message());
   }
 }
@@ -301,6 +307,7 @@ Result<std::unique_ptr<Report>> Report::Open(const ReportOptions& options) {
     console.stream = stderr;
     console.terminal = console.colour = false;
   }
+  console.hold_until = options.hold_until;
   return ReportOn(options, console);
 }
 

@@ -114,6 +114,32 @@ TEST(Console, PrintingMovesTheBarDown) {
   std::fclose(stream);
 }
 
+// A session that is over by then is told of elsewhere.
+TEST(Console, WhatIsHeldComesWithWhatIsSaidLaterOrNotAtAll) {
+  testing::FakeClock clock;
+  std::FILE* stream = std::tmpfile();
+  ASSERT_NE(stream, nullptr);
+  const ConsoleOptions options{stream, true, false, 80, clock.now + 1.0};
+  {
+    Console brief(options);
+    brief.Line("begins");
+    brief.Bar("50%");
+    brief.Line("ends");
+  }
+  EXPECT_EQ(Printed(stream), "");
+  Console console(options);
+  console.Line("begins");
+  clock.now += 1.0;
+  EXPECT_EQ(Printed(stream), "");
+  console.Line("goes on");
+  EXPECT_EQ(Printed(stream), "begins\ngoes on\n");
+  Console alarmed(options);
+  alarmed.Line("begins");
+  alarmed.Alarm("the disk is full");
+  EXPECT_EQ(Printed(stream), "begins\ngoes on\nbegins\nerror: the disk is full\n");
+  std::fclose(stream);
+}
+
 TEST(Console, AnAlarmIsRedUnlessColourIsUnwanted) {
   for (const bool colour : {false, true}) {
     std::FILE* stream = std::tmpfile();

@@ -21,6 +21,8 @@ using testing::FakeClock;
 using testing::Put;
 using testing::TestFolder;
 
+const std::atomic<bool> kGoesOn{false};  // nobody stops
+
 constexpr learn::Metric kSb2Metrics[] = {{"policy_loss", "loss/policy_gradient_loss", -0.0125, true},
                                          {"value_loss", "loss/value_function_loss", 33.5, true},
                                          {"explained_variance", "", 0.51234, false},
@@ -293,7 +295,7 @@ TEST(Report, TwoBehavioursShareNoKeyTagOrFile) {
   const UpdateReport second{1, kSb2Metrics, 2, 128, 2};
   report->OnUpdates({&second, 1}, 640);
   ASSERT_TRUE(report->Finish().ok());
-  report->DrawCurves();
+  report->DrawCurves(kGoesOn);
   const std::string csv = Contents(folder.File("progress.csv"));
   EXPECT_EQ(
       csv.rfind("total_timesteps,hunter/ep_len_mean,hunter/ep_reward_mean,hunter/explained_variance,hunter/fps,", 0),
@@ -400,7 +402,7 @@ TEST(Report, WritesEveryFile) {
   report->OnEpisode({0, 20.0, 100, 400});
   report.Update(kSb2Metrics, 512, 1, 512);
   ASSERT_TRUE(report->Finish().ok());
-  report->DrawCurves();
+  report->DrawCurves(kGoesOn);
   EXPECT_EQ(Contents(folder.File("progress.csv")),
             "ep_len_mean,ep_reward_mean,explained_variance,fps,n_updates,policy_loss,serial_timesteps,time_elapsed,"
             "total_timesteps,value_loss\n"
@@ -476,13 +478,36 @@ TEST(Report, AResumedRunShowsWhatOneNeverInterruptedShows) {
   EXPECT_EQ(resumed->mean_episode_reward(0), whole->mean_episode_reward(0));
   for (Printed* report : {&whole, &resumed}) {
     ASSERT_TRUE((*report)->Finish().ok());
-    (*report)->DrawCurves();
+    (*report)->DrawCurves(kGoesOn);
   }
   EXPECT_EQ(Contents(folder + "/progress.csv"), Contents(whole_path + "/progress.csv"));
   EXPECT_TRUE(Contents(folder + "/curve.png") == Contents(whole_path + "/curve.png"));
   const auto rows = [](const std::string& text) { return text.substr(text.find('\n')); };
   EXPECT_EQ(rows(Contents(folder + "/monitor.csv")), rows(Contents(whole_path + "/monitor.csv")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder + "/tensorboard/PPO2_1"), {}), 2);
+}
+
+// Of hundreds of behaviours drawing takes long, and whoever has stopped the run waits.
+TEST(Report, WhoStopsWaitsForFewCurves) {
+  const TestFolder folder;
+  ReportOptions options = Options(folder.path());
+  options.behaviours.clear();
+  for (int i = 0; i < 20; ++i) options.behaviours.push_back({"b" + std::to_string(i), 1});
+  Printed report(options);
+  (void)report.Text();
+  double now = 1000.0;
+  Hooks hooks;  // each look at the clock is half a second later
+  hooks.user = &now;
+  hooks.now = [](void* user) { return *static_cast<double*>(user) += 0.5; };
+  SetHooks(hooks);
+  const std::atomic<bool> stopped{true};
+  report->DrawCurves(stopped);
+  SetHooks({});
+  EXPECT_TRUE(std::filesystem::exists(folder.File("b0.curve.svg")));
+  EXPECT_FALSE(std::filesystem::exists(folder.File("b19.curve.svg")));
+  EXPECT_NE(report.Text().find("of 20 curves are drawn"), std::string::npos);
+  report->DrawCurves(kGoesOn);
+  EXPECT_TRUE(std::filesystem::exists(folder.File("b19.curve.svg")));
 }
 
 TEST(Report, FilesThatCannotBeOpenedAreNamed) {

@@ -17,8 +17,10 @@ class Refusals {
  public:
   /// Takes a line.
   using Sayer = std::function<void(std::string_view line)>;
-  /// Lines go to `say`; by default they are warnings in the log.
-  explicit Refusals(Sayer say = [](std::string_view line) { Log(LogLevel::kWarning, line); }) : say_(std::move(say)) {}
+  /// Lines go to `say`: the first `in_full`, then one every `every_s` seconds. By default they are warnings in the log.
+  explicit Refusals(
+      Sayer say = [](std::string_view line) { Log(LogLevel::kWarning, line); }, double every_s = 5.0, int in_full = 5)
+      : say_(std::move(say)), every_s_(every_s), most_in_full_(in_full) {}
   /// Tells of those that were counted.
   ~Refusals() { Tell(); }
   Refusals(const Refusals&) = delete;
@@ -27,13 +29,13 @@ class Refusals {
   /// Says `line`, or counts it where there have been many.
   void Say(const std::string& line) {
     Look();
-    if (in_full_ == kInFull) {
+    if (in_full_ >= most_in_full_) {
       latest_ = line;
       ++counted_;
       return;
     }
     ++in_full_;
-    tell_at_ = Now() + kEvery;
+    tell_at_ = Now() + every_s_;
     say_(line);
   }
 
@@ -42,19 +44,18 @@ class Refusals {
     if (in_full_ == 0 || Now() < tell_at_) return;
     if (counted_ == 0) in_full_ = 0;  // it has been quiet
     Tell();
-    tell_at_ = Now() + kEvery;
+    tell_at_ = Now() + every_s_;
   }
 
  private:
-  static constexpr int kInFull = 5;
-  static constexpr double kEvery = 5.0;  // s
-
   void Tell() {
     if (counted_ > 0) say_(latest_ + (counted_ > 1 ? " (and " + std::to_string(counted_ - 1) + " more like it)" : ""));
     counted_ = 0;
   }
 
-  Sayer say_;
+  const Sayer say_;
+  const double every_s_;
+  const int most_in_full_;
   int in_full_ = 0;
   std::int64_t counted_ = 0;
   std::string latest_;

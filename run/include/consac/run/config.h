@@ -54,6 +54,7 @@ struct RunConfig {
   bool resume = false;                        ///< go on with runs/NAME
   bool force = false;                         ///< overwrite runs/NAME
   bool forever = false;                       ///< serve one session of the engine after another
+  double hold_until = 0.0;                    ///< lines wait until then [s, Now()], and go with a session that is over
   /// Names of fields that a file or a setting has set. --resume takes these over, and any other that is not as the
   /// defaults above say.
   std::vector<std::string> given;

@@ -3,6 +3,7 @@
 // TensorBoard events, the picture of the learning curve. The training loop calls it as things happen; each sink
 // is a file of its own behind it.
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -38,6 +39,7 @@ struct ReportOptions {
   bool progress = true;          ///< bar on a terminal, a plain line every few seconds otherwise
   bool tensorboard = true;       ///< write event files
   bool engine = false;           ///< the world is an engine's, reached over a wire
+  double hold_until = 0.0;       ///< until then [s, Now()] lines wait for what follows, or go with the report
   bool quiet = false;            ///< standard output is a script's: lines go to standard error
   bool append = false;           ///< a resumed run: go on in the files that exist
   std::int64_t resume_step = 0;  ///< with append: rows past this step, of a killed run, are dropped
@@ -104,8 +106,9 @@ class Report {
   virtual void Line(std::string_view line) = 0;
   /// Writes everything out and shows the latest table if it was held back.
   virtual Status Finish() = 0;
-  /// Draws curve.svg and curve.png of the mean episode reward; a line says where that cannot be done.
-  virtual void DrawCurves() = 0;
+  /// Draws curve.svg and curve.png of the mean episode reward of each behaviour; a line says where that cannot be done.
+  /// Once `stop` is set what is not drawn within two seconds is left out, and a line says so.
+  virtual void DrawCurves(const std::atomic<bool>& stop) = 0;
   /// Mean reward of the last 100 episodes of a behaviour; NaN before the first.
   virtual double mean_episode_reward(std::size_t behaviour) const = 0;
   /// Episodes of a behaviour that have ended.
