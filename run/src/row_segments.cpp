@@ -8,6 +8,7 @@
 #include "consac/base/hash.h"
 #include "consac/base/names.h"
 #include "consac/run/path.h"
+#include "run_files.h"
 
 namespace consac::run {
 namespace {
@@ -196,7 +197,7 @@ void RowSegments::Committed(std::int64_t keep) {
   for (std::filesystem::directory_iterator entry(ToPath(folder_), error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string file = FromPath(entry->path().filename());
-    if (file.ends_with(kSegmentEnd)) there.insert(folder_ + "/" + file);
+    if (IsSegment(file)) there.insert(folder_ + "/" + file);
   }
   // Which of those that were there before the checkpoints of earlier sessions need is not known: all, for a while.
   if (!looked_) held_.assign(static_cast<std::size_t>(std::max<std::int64_t>(keep - 1, 0)), there);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "consac/base/file.h"
 #include "consac/base/memory.h"
@@ -181,7 +182,7 @@ std::vector<std::string> RunDirectory::Checkpoints() const {
   for (const std::string& name : FilesIn(path_ + "/checkpoints")) {
     if (IsCheckpoint(name)) found.push_back(path_ + "/checkpoints/" + name);
   }
-  std::sort(found.begin(), found.end());  // the step count has a fixed width
+  std::ranges::sort(found, {}, [](const std::string& file) { return std::pair(file.size(), file); });  // by steps
   return found;
 }
 

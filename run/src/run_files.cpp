@@ -71,6 +71,12 @@ Status AppendEvents(const std::string& path, std::vector<std::string>* files) {
   return Status::Ok();
 }
 
+// As {:012} writes it.
+bool IsPaddedNumber(std::string_view digits) {
+  return digits.size() >= 12 && digits.find_first_not_of("0123456789") == std::string_view::npos &&
+         (digits.size() == 12 || digits[0] != '0');
+}
+
 }  // namespace
 
 Result<std::vector<std::string>> NamesIn(const std::string& folder) {
@@ -98,7 +104,20 @@ bool IsRunsFile(std::string_view name) {
 }
 
 bool IsCheckpoint(std::string_view name) {
-  return name.starts_with("step_") && name.ends_with(kModelEnd);
+  constexpr std::string_view kStart = "step_";
+  return name.starts_with(kStart) && name.ends_with(kModelEnd) &&
+         IsPaddedNumber(name.substr(kStart.size(), name.size() - kStart.size() - kModelEnd.size()));
+}
+
+bool IsSegment(std::string_view name) {
+  if (!name.ends_with(kSegmentEnd)) return false;
+  name.remove_suffix(kSegmentEnd.size());
+  for (int number = 0; number < 2; ++number) {
+    const std::size_t at = name.rfind('_');
+    if (at == std::string_view::npos || !IsPaddedNumber(name.substr(at + 1))) return false;
+    name = name.substr(0, at);
+  }
+  return !name.empty();
 }
 
 bool IsHalfWritten(std::string_view name) {
@@ -115,7 +134,7 @@ Result<std::vector<std::string>> FilesOfRun(const std::string& path) {
   if (!checkpoints.ok()) return checkpoints.status();
   if (!names.ok()) return names.status();
   for (const std::string& name : *checkpoints) {
-    if (IsCheckpoint(name) || name.ends_with(kSegmentEnd)) files.push_back("checkpoints/" + name);
+    if (IsCheckpoint(name) || IsSegment(name)) files.push_back("checkpoints/" + name);
   }
   CONSAC_RETURN_IF_ERROR(AppendEvents(path, &files));
   const std::string best = path + "/best";

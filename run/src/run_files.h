@@ -24,6 +24,8 @@ std::vector<std::string> FilesIn(const std::string& folder);
 bool IsRunsFile(std::string_view name);
 /// "step_000000000100.consac".
 bool IsCheckpoint(std::string_view name);
+/// "learner.replay.rows_000000000000_000000004096.rows".
+bool IsSegment(std::string_view name);
 /// What a process that was killed while it wrote a run's file has left: WriteFileAtomically's name.
 bool IsHalfWritten(std::string_view name);
 

@@ -11,8 +11,10 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <set>
 
 #include "consac/model/model_file.h"
+#include "row_segments.h"
 #include "tests/support.h"
 
 namespace consac::run {
@@ -135,6 +137,23 @@ TEST(RunDirectory, ADamagedCheckpointOfTheFutureDoesNotPushOutAGoodOne) {
   std::ofstream(directory->File("checkpoints/step_000000000500.consac")) << "damaged";
   ASSERT_TRUE(directory->SaveCheckpoint(300, State(3.0f), "{}", 1).ok());
   EXPECT_EQ(ValueOf(*directory), 3.0f);
+}
+
+TEST(RunDirectory, CheckpointsThatSomebodyNamedAreTheirs) {
+  testing::ScratchFolder scratch("named_checkpoints");
+  const auto directory = Open(scratch.path(), ExistingRun::kRefuse);
+  std::set<std::string> there = {"step_best.consac", "step_3000.consac",          "step_000000001000 copy.consac",
+                                 "step_-1.consac",   "step_0000000001000.consac", "learner.replay.rows_mine.rows"};
+  for (const std::string& name : there) std::ofstream(directory->File("checkpoints/" + name)) << "mine";
+  RowSegments segments(directory->File("checkpoints"));
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_TRUE(directory->SaveCheckpoint(999999999999 + k, State(1.0f), "{}", 1).ok());
+    segments.Committed(1);
+  }
+  there.insert("step_1000000000001.consac");
+  std::set<std::string> left;
+  for (const auto& entry : fs::directory_iterator(directory->File("checkpoints"))) left.insert(entry.path().filename());
+  EXPECT_EQ(left, there);
 }
 
 TEST(RunDirectory, WhenAllCheckpointsAreDamagedThatIsAnError) {
