@@ -34,7 +34,7 @@ void LogToStandardError() {
   hooks.log = [](void*, LogLevel level, std::string_view line) {
     if (level == LogLevel::kDebug || !run::TakesOutput(stderr, kLogPatience)) return;
     static constexpr const char* kNames[] = {"debug", "info", "warning", "error"};
-    fmt::print(stderr, "{}: {}\n", kNames[static_cast<int>(level)], line);
+    run::WriteOutput(stderr, fmt::format("{}: {}\n", kNames[static_cast<int>(level)], line));  // fmt::print throws
   };
   SetHooks(hooks);
 }

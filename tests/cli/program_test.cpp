@@ -91,6 +91,18 @@ TEST_F(ProgramTest, AFullOrClosedOutputIsNoticedAndStopsNothing) {
   EXPECT_TRUE(Policy::Load(folder() + "/runs/piped/model.consac").ok()) << "it trains to its end all the same";
 }
 
+TEST_F(ProgramTest, WarningsThatNobodyTakesStopNothing) {
+  const std::string there = "cd " + folder() + " && ", program = CONSAC_PROGRAM;
+  (void)SmallRun("warned");
+  const std::string resume = program + " train --resume --name warned --steps 900 --no-table";
+  for (const char* away : {" 2> /dev/full", " 2>&1 | head -1 > one"}) {
+    std::ofstream(folder() + "/runs/warned/checkpoints/step_000000999999.consac") << "damaged, which is a warning";
+    const int status = std::system((there + "{ " + resume + "; echo $? > code; }" + away).c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(TextOf(folder() + "/code"), "0\n") << away;
+  }
+}
+
 TEST_F(ProgramTest, EveryConformanceCaseHoldsForOurServer) {
   EnvServerOptions options;
   options.training_length = 1000000;
