@@ -7,6 +7,7 @@ import socket
 import struct
 import threading
 import time
+import warnings
 import weakref
 from typing import TYPE_CHECKING
 
@@ -200,10 +201,18 @@ class Connection(Session):
             self._skip = self._slow
 
     def reset(self, mask=None, seeds=None, options: dict | None = None) -> None:
-        """Begins new episodes where `mask` [environments] is true (everywhere without it); `seeds` are one i64 per environment."""
+        """Begins new episodes where `mask` [environments] is true (everywhere without it); `seeds` are one i64 per environment. An engine
+        that cannot take them is asked without, with a warning (R47)."""
         payload = reset_payload(self.environments, mask, seeds, options)
         with self._lock:
-            self._parse(self._ask(wire.RESET, payload, wire.RESULT))
+            try:
+                answer = self._ask(wire.RESET, payload, wire.RESULT)
+            except EngineError as error:
+                if seeds is None or error.code != "UNSUPPORTED" or error.fatal:
+                    raise
+                answer = self._ask(wire.RESET, reset_payload(self.environments, mask, None, options), wire.RESULT)
+                warnings.warn(f"{self.url} cannot take these seeds, which have no effect: {error.message}", stacklevel=2)
+            self._parse(answer)
             self._check(self.request, mask, step=False)
 
     def render(self, env: int = 0) -> np.ndarray:
