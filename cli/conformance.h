@@ -24,6 +24,7 @@ struct ConformanceVerdict {
   std::string why_not = {};      ///< it is not offered
   int step = 0;                  ///< the last one that was done, counted from 1
   std::string asked = {};        ///< that step as the file has it
+  bool expects = false;          ///< it is an `expect`
   std::string sent = {};         ///< the latest before it that is no `expect`, "" for none
 
   /// A step was done.
@@ -33,6 +34,7 @@ struct ConformanceVerdict {
 /// How many cases came to what.
 struct ConformanceCount {
   int held = 0, failed = 0, not_offered = 0;
+  Status ended = Status::Ok();  ///< why the cases behind these were not run: no trainer came any more
 
   void Add(const ConformanceVerdict& verdict) {
     ++(!verdict.status.ok() ? failed : verdict.offered ? held : not_offered);
@@ -45,7 +47,7 @@ Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::str
                                         const std::function<void(const ConformanceVerdict&)>& say);
 
 /// Is the engine of every case for a trainer that connects to `endpoint` again and again, each time within
-/// `patience_s`.
+/// `patience_s`; when none comes any more that is the end.
 Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
                                                const std::function<void(const ConformanceVerdict&)>& say);
 

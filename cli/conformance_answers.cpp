@@ -45,8 +45,9 @@ nlohmann::json WithFractions(const nlohmann::json& value) {
 
 void ConformanceVerdict::Note(const nlohmann::json& done) {
   ++step;
-  if (!asked.empty() && !asked.starts_with("{\"expect\"")) sent = asked;
+  if (!expects) sent = asked;
   asked = JsonText(done);
+  expects = done.contains("expect");
 }
 
 }  // namespace consac::cli

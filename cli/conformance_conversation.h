@@ -2,26 +2,17 @@
 // The trainer's end of a conformance case, step by step. It keeps to the protocol itself: what may come between answers
 // may, and every RESULT is judged.
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <chrono>
-#include <cstring>
+#include <cstdint>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <thread>
-#include <utility>
 
-#include "cli/conformance_answers.h"
 #include "cli/conformance_frames.h"
 #include "cli/conformance_payloads.h"
-#include "consac/base/json.h"
-#include "consac/base/text.h"
 #include "consac/protocol/result_check.h"
+#include "consac/transport/transport.h"
 
 namespace consac::cli {
 
@@ -34,335 +25,51 @@ class Conversation {
 
   Conversation(const Endpoint& endpoint, const std::string& token, double patience_s)
       : endpoint_(endpoint), token_(token), patience_s_(patience_s), writer_(patience_s) {}
-  ~Conversation() {
-    if (transport_ == nullptr) return;
-    if (ended_ && !resume_.empty()) (void)TakeUp();
-    (void)Send(FrameType::kBye, 0, "");
-    transport_->Close();
-  }
+  ~Conversation();
 
-  Status Connect() {
-    Result<std::unique_ptr<Transport>> transport = ConnectTcp(endpoint_, 3.0);
-    if (!transport.ok()) return transport.status();
-    transport_ = std::move(*transport);
-    reader_ = protocol2::FrameReader(protocol2::kLargestFrame);
-    return Status::Ok();
-  }
-
-  Status Do(const Case& step) {
-    if (step.contains("send")) return DoSend(step["send"]);
-    if (step.contains("play")) return Play(step["play"]);
-    if (step.contains("reconnect")) return Reconnect();
-    if (step.contains("connect")) return ConnectAgain();
-    if (step.contains("beside")) return KnockBeside();
-    if (step.contains("half_close")) {
-      transport_->CloseWriting();
-      return Status::Ok();
-    }
-    return DoExpect(step["expect"]);
-  }
+  Status Connect();
+  /// A step of server.json.
+  Status Do(const Case& step);
 
   /// Why nothing more is to be asked: what the case is of is not offered, or did not happen. "" while there is more.
   const std::string& over() const { return over_; }
 
  private:
-  Status Send(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object()) {
-    const std::uint32_t session = how.contains("no_session")      ? 0
-                                  : how.contains("other_session") ? session_ + 1
-                                                                  : session_;
-    return writer_.Write(*transport_, how, WholeFrame(type, request, session, payload, crc_, how));
-  }
-
+  Status Send(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object());
   /// What has ended without BYE is kept for a while; an engine of few sessions would have none for the next case.
-  Status TakeUp() {
-    CONSAC_RETURN_IF_ERROR(ConnectAgain());
-    CONSAC_RETURN_IF_ERROR(SayHello());
-    return Next().status();
-  }
-
-  Status SayHello() {
-    Case hello = {{"protocol", {2, 2}}, {"client", "conformance"}, {"resume", resume_}};
-    if (!token_.empty()) hello["token"] = token_;
-    return Send(FrameType::kHello, 0, JsonText(hello));
-  }
-
-  Status ConnectAgain() {
-    transport_->Close();
-    session_ = 0;
-    crc_ = false;
-    return Connect();
-  }
-
+  Status TakeUp();
+  Status SayHello();
+  Status ConnectAgain();
   /// A second trainer, while this one is there: it is served or told that there is no room.
-  Status KnockBeside() const {
-    Conversation other(endpoint_, token_, patience_s_);
-    CONSAC_RETURN_IF_ERROR(other.Connect());
-    CONSAC_RETURN_IF_ERROR(other.SayHello());
-    const Result<Frame> answer = other.Next();
-    if (!answer.ok()) return Failed("a second HELLO: " + answer.status().message());
-    if (answer->header.type == FrameType::kWelcome) return Status::Ok();
-    const Result<protocol2::ErrorMessage> error = protocol2::ParseError(answer->payload);
-    const bool full = answer->header.type == FrameType::kError && error.ok() && error->code == "CAPACITY";
-    return full ? Status::Ok() : Failed("a second HELLO is answered with neither WELCOME nor CAPACITY");
-  }
-
+  Status KnockBeside() const;
   /// That HELLO shows: the right one, or what a case has instead. Where none was given, a server asks for none.
-  std::string TokenOf(const Case& what) const {
-    const std::string instead = what.value("token", "");
-    if (token_.empty() || instead.empty()) return token_;
-    return instead == "none" ? "" : instead;
-  }
-
-  Status DoSend(const Case& what) {
-    if (what.contains("token") && token_.empty()) return Over("no --token was given");
-    if (what.contains("hex"))
-      return writer_.Write(*transport_, what, FromHex(what["hex"]) + std::string(what.value("zeros", 0u), '\0'));
-    std::string payload;
-    if (what.contains("json")) {
-      Case value = what["json"];
-      const std::string token = TokenOf(what);
-      if (what["type"] == "HELLO" && !token.empty()) value["token"] = token;
-      if (what.contains("resume") && resume_.empty()) return Over(kKeepsNone);
-      if (what.contains("resume")) value["resume"] = resume_;
-      if (what.contains("expect")) value["expect"] = what["expect"] == "offered" ? offered_ : WithFractions(offered_);
-      payload = JsonText(value);
-    }
-    if (what.contains("text")) payload = what["text"];
-    const bool hello = what.contains("text") && what["type"] == "HELLO" && payload.starts_with("{");
-    if (hello && !token_.empty()) payload.insert(1, "\"token\":" + JsonText(Case(token_)) + ",");
-    const std::string kind = what.value("payload", ""), leaf = what.value("leaf", "");
-    if (what.contains("floats") && !payloads_.has_floats()) return Over("no action has a floating-point number");
-    if (kind.starts_with("illegal") && !payloads_.CanBeIllegal(leaf))
-      return Over("no action can be outside its space" + (leaf.empty() ? "" : " by a " + leaf));
-    if (!kind.empty()) payload = payloads_.Of(kind, result_, leaf);
-    payload.resize(std::max(payload.size(), what.value("blanks", std::size_t{0})), ' ');
-    const std::uint64_t request = what["request"] == "next" ? request_ + 1 : what["request"].get<std::uint64_t>();
-    return Ask(FrameTypeOf(what["type"]), request, payload, what);
-  }
-
-  Status Over(const std::string& why) {
-    over_ = why;
-    return Status::Ok();
-  }
-
+  std::string TokenOf(const Case& what) const;
+  Status DoSend(const Case& what);
+  Status Over(const std::string& why);
   /// Sends; the judge hears of RESET and STEP.
-  Status Ask(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object()) {
-    const bool whole = payload.size() >= protocol2::kActiveOffset + blocks_.environments;
-    if ((type == FrameType::kReset || type == FrameType::kStep) && whole && request != judged_)
-      check_.Ask(type, std::as_bytes(std::span(payload)).subspan(protocol2::kActiveOffset));
-    if (request == request_ + 1 && type != FrameType::kHello) request_ = request;
-    return Send(type, request, payload, how);
-  }
-
+  Status Ask(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object());
   /// The next frame that is an answer; kUnavailable once the connection has ended. What comes between restarts no
   /// clock: a pause ends the case too, for nobody may be there to end it.
-  Result<Frame> Next() {
-    if (std::exchange(held_, false)) return held_frame_;
-    const double deadline = Now() + patience_s_;
-    bool paused = false;
-    while (true) {
-      Frame frame;
-      const Result<bool> whole = reader_.Next(&frame);
-      if (!whole.ok()) return whole.status();
-      if (*whole) {
-        const Result<bool> aside = IsAside(frame, &paused);
-        if (!aside.ok()) return aside.status();
-        if (!*aside) return frame;
-        if (Now() > deadline) return Silent(paused);
-        continue;
-      }
-      const Result<std::size_t> count = transport_->Read(reader_.Writable(), std::max(0.0, deadline - Now()));
-      if (!count.ok()) return count.status();
-      if (*count == 0 && Now() >= deadline) return Silent(paused);
-      reader_.Commit(*count);
-    }
-  }
-
-  Status Silent(bool paused) const {
-    return Failed(fmt::format("no answer within {} s", patience_s_) +
-                  (paused ? ": the server says PAUSED and no RESUMED; end its pause, or raise --timeout" : ""));
-  }
-
+  Result<Frame> Next();
+  Status Silent(bool paused) const;
   /// What may come between a request and its answer.
-  Result<bool> IsAside(const Frame& frame, bool* paused) {
-    const FrameType type = frame.header.type;
-    if (type == FrameType::kPing) {
-      const std::string payload(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size());
-      CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
-      return true;
-    }
-    if (type == FrameType::kPaused || type == FrameType::kResumed) {
-      *paused = type == FrameType::kPaused;
-      return true;
-    }
-    if (type == FrameType::kPong)  // one that nobody asked for may come too (R10)
-      return std::string_view(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()) != pong_;
-    return (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
-  }
-
+  Result<bool> IsAside(const Frame& frame, bool* paused);
   /// Whatever the server says to bytes of another protocol, it closes.
-  Status ExpectGone() {
-    std::array<std::byte, 4096> thrown_away;
-    const double deadline = Now() + patience_s_;
-    while (Now() < deadline) {
-      const Result<std::size_t> count = transport_->Read(thrown_away, std::max(0.0, deadline - Now()));
-      if (!count.ok()) return Status::Ok();
-    }
-    return Failed("the connection stays open");
-  }
-
-  Status DoExpect(const Case& what) {
-    if (what.contains("gone")) return ExpectGone();
-    pong_ = what.contains("type") && what["type"] == "PONG" ? std::optional<std::string>(what["text"]) : std::nullopt;
-    const Result<Frame> frame = Next();
-    if (what.contains("closed")) {
-      const bool closed = !frame.ok() && frame.status().code() == StatusCode::kUnavailable;
-      ended_ = true;
-      return closed ? Status::Ok() : Failed("the connection stays open");
-    }
-    if (!frame.ok())
-      return Failed(fmt::format("expected {}, but {}", JsonText(what["type"]), frame.status().message()));
-    std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
-    if (frame->header.type == FrameType::kResult && payload.size() >= 8)
-      protocol2::WriteEngineTime(0.0, reinterpret_cast<std::byte*>(payload.data()));  // the same world, another day
-    if (Refuses(*frame, what.value("unless", ""))) return Over("it answers " + FrameText(*frame));
-    if (Refuses(*frame, what.value("or", ""))) return Status::Ok();
-    if (frame->header.type != FrameTypeOf(what["type"])) {
-      return Failed(fmt::format("expected {}, got {}", JsonText(what["type"]), FrameText(*frame)));
-    }
-    if (what.contains("request") && frame->header.request != what["request"])
-      return Failed(
-          fmt::format("the answer is to request {}, expected {}", frame->header.request, JsonText(what["request"])));
-    if (what.contains("crc") && crc_ && !frame->header.checked) return Failed("crc was agreed, but flag 1 is not set");
-    if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
-    if (what.contains("same_as") && payload != kept_[what["same_as"]])
-      return Failed("the payload differs from the one before");
-    if (what.contains("begins_as") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["begins_as"]]))
-      return Failed("what is looked at differs from the one before");
-    if (what.contains("keep")) kept_[what["keep"]] = payload;
-    return CheckMessage(what, *frame, payload);
-  }
-
-  Status CheckMessage(const Case& what, const Frame& frame, const std::string& payload) {
-    if (frame.header.type == FrameType::kSpec) return TakeSpec(what, frame);
-    if (frame.header.type == FrameType::kResult) return TakeResult(frame.header.request, payload);
-    if (frame.header.type != FrameType::kError && frame.header.type != FrameType::kWelcome) return Status::Ok();
-    Case message = ReadCase(payload);
-    if (!message.is_object()) return Failed("its payload is no JSON object");
-    if (frame.header.type == FrameType::kError && payload.size() > protocol2::kLargestBeforeWelcome)
-      return Failed(fmt::format("an ERROR of {} bytes, at most 4096 are sent: cut its message (R17)", payload.size()));
-    if (frame.header.type == FrameType::kWelcome) {
-      CONSAC_RETURN_IF_ERROR(TakeWelcome(frame));
-      Case defaults = {{"capabilities", Case::array()},
-                       {"max_frame", protocol2::kLargestFrame},
-                       {"last_request", 0},
-                       {"resumed", false}};
-      defaults.update(message);
-      message = defaults;
-    }
-    const Case needs = what.value("needs", Case::object());
-    for (const auto& [key, range] : needs.items()) {
-      if (message[key] < range["from"] || message[key] > range["to"])
-        over_ = fmt::format("{} is {}", key, JsonText(message[key]));
-    }
-    CONSAC_RETURN_IF_ERROR(CheckMembers(what, message));
-    if (!what.contains("env")) return Status::Ok();
-    const Case env = message.value("env", Case());
-    if (!env.is_number_integer()) return Failed("it has no env");
-    if (what["env"] == "first" && env != payloads_.FirstWorld(result_))
-      return Failed(fmt::format("env is {}, at fault is {}", JsonText(env), payloads_.FirstWorld(result_)));
-    return Status::Ok();
-  }
-
-  Status TakeWelcome(const Frame& frame) {
-    const Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(frame.payload);
-    if (!welcome.ok()) return welcome.status();
-    session_ = welcome->session;
-    resume_ = welcome->resume;
-    limit_ = welcome->max_frame;
-    reader_.SetLimit(limit_);
-    const auto& able = welcome->capabilities;
-    crc_ = std::find(able.begin(), able.end(), "crc") != able.end();
-    return Status::Ok();
-  }
-
-  Status TakeSpec(const Case& what, const Frame& frame) {
-    Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(frame.payload);
-    if (!spec.ok()) return spec.status();
-    spec_ = std::move(*spec);
-    blocks_ = protocol2::Blocks(spec_.env);
-    payloads_ = Payloads(spec_.env);
-    if (payloads_.longest() > limit_)
-      return Failed(fmt::format("STEP or RESULT has up to {} bytes, max_frame is {}: CONFIGURE is UNSUPPORTED (R34)",
-                                payloads_.longest(), limit_));
-    check_ = protocol2::ResultCheck(spec_.env, spec_.autoreset);
-    const Case said = ReadCase({reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()});
-    offered_ = said.value("behaviours", Case());
-    const std::string autoreset = said.value("autoreset", "same_step"), asked = what.value("autoreset", "same_step");
-    return autoreset == asked ? Status::Ok() : Failed("SPEC's autoreset is " + autoreset + ", asked for was " + asked);
-  }
-
+  Status ExpectGone();
+  Status DoExpect(const Case& what);
+  Status CheckMessage(const Case& what, const Frame& frame, const std::string& payload);
+  Status TakeWelcome(const Frame& frame);
+  Status TakeSpec(const Case& what, const Frame& frame);
   /// One that comes once more is not judged anew.
-  Status TakeResult(std::uint64_t request, const std::string& payload) {
-    if (request == judged_) return Status::Ok();
-    CONSAC_RETURN_IF_ERROR(check_.Judge(std::as_bytes(std::span(payload)), std::as_bytes(std::span(result_))));
-    judged_ = request;
-    result_ = payload;
-    return Status::Ok();
-  }
-
+  Status TakeResult(std::uint64_t request, const std::string& payload);
   /// Steps all environments on and on; with `disabled` those whose episode is over are reset. Behind the last step, and
   /// with "somebody" from the first on, it goes on until somebody takes part (R77).
-  Status Play(const Case& what) {
-    const std::string until = what.value("until", "");
-    const int steps = what.value("steps", 0);
-    double deserted_at = Now();
-    for (int step = 0; step < steps || !check_.anyone(); ++step) {
-      if (until == "over" && Ended() > 0) return Status::Ok();
-      if (check_.anyone()) deserted_at = Now();
-      if (Now() - deserted_at > patience_s_)
-        return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", patience_s_));
-      const Status status = PlayOne();
-      if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
-    }
-    return until == "over" ? Over(fmt::format("no episode ended within {} steps", steps)) : Status::Ok();
-  }
-
-  std::size_t Ended() const {
-    std::size_t ended = 0;
-    for (std::size_t i = 0; i < blocks_.environments; ++i) ended += check_.over(i) ? 1 : 0;
-    return ended;
-  }
-
+  Status Play(const Case& what);
+  std::size_t Ended() const;
   /// An engine that resets all of its environments or none is asked to reset all (R47).
-  Status PlayOne() {
-    const bool resets = spec_.autoreset == protocol2::Autoreset::kDisabled && Ended() > 0;
-    if (!resets) {
-      CONSAC_RETURN_IF_ERROR(Ask(FrameType::kStep, request_ + 1, payloads_.Of("legal", result_)));
-      return DoExpect({{"type", "RESULT"}, {"request", request_}});
-    }
-    CONSAC_RETURN_IF_ERROR(
-        Ask(FrameType::kReset, request_ + 1, payloads_.ResetWhere([&](std::size_t i) { return check_.over(i); })));
-    CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "RESULT"}, {"request", request_}, {"or", "UNSUPPORTED"}}));
-    if (judged_ == request_) return Status::Ok();
-    CONSAC_RETURN_IF_ERROR(Ask(FrameType::kReset, request_ + 1, payloads_.Of("all", result_)));
-    return DoExpect({{"type", "RESULT"}, {"request", request_}});
-  }
-
+  Status PlayOne();
   /// The engine may not have noticed yet that the connection is gone.
-  Status Reconnect() {
-    if (resume_.empty()) return Over(kKeepsNone);
-    for (int attempt = 0; attempt < kMostReconnects; ++attempt) {
-      CONSAC_RETURN_IF_ERROR(ConnectAgain());
-      CONSAC_RETURN_IF_ERROR(SayHello());
-      const Result<Frame> answer = Next();
-      held_ = answer.ok() && answer->header.type == FrameType::kWelcome;
-      if (held_) held_frame_ = *answer;  // for the step that expects it
-      if (held_) return Status::Ok();
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    return Failed("the session cannot be taken up again");
-  }
+  Status Reconnect();
 
   static constexpr int kMostReconnects = 100;
   static constexpr const char* kKeepsNone = "its WELCOME has no `resume`: a lost connection ends a session";

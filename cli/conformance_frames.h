@@ -65,6 +65,13 @@ inline std::string FromHex(const std::string& hex) {
   return bytes;
 }
 
+/// Bytes that a case cuts into pieces of hex.
+inline std::string BytesOf(const nlohmann::json& pieces) {
+  std::string bytes;
+  for (const nlohmann::json& piece : pieces) bytes += FromHex(piece);
+  return bytes;
+}
+
 /// A whole frame; with its CRC where `checked`.
 inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, std::uint32_t session,
                               const std::string& payload, bool checked) {

@@ -43,6 +43,7 @@ Status CheckRequest(const nlohmann::json& offered, const protocol2::Frame& frame
   if (!spec.ok()) return spec.status();
   const protocol2::Blocks blocks(spec->env);
   const bool step = frame.header.type == protocol2::FrameType::kStep;
+  if (step && result.empty()) return Failed("STEP comes before the first RESULT, which a RESET has to bring (R40)");
   if (frame.payload.size() < blocks.seeds || (step && frame.payload.size() != blocks.step_bytes))
     return Failed(fmt::format("{} has {} bytes (R41)", step ? "STEP" : "RESET", frame.payload.size()));
   std::uint32_t head[2];

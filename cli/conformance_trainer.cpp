@@ -11,57 +11,41 @@ namespace {
 
 using Case = nlohmann::json;
 
-void RunScript(const Case& entry, Listener& listener, double patience_s, const Case& spec, const Case& results,
-               std::set<std::string>* asked, ConformanceVerdict* verdict) {
-  EngineScript script(listener, patience_s, spec, results);
-  verdict->status = script.Accept();
+/// A status of the script in the verdict; false where the case is at its end.
+bool Take(const Status& status, ConformanceVerdict* verdict) {
+  verdict->offered = status.code() != StatusCode::kCancelled;
+  if (!verdict->offered) verdict->why_not = status.message();
+  verdict->status = verdict->offered ? status : Status::Ok();
+  return verdict->offered && status.ok();
+}
+
+void RunScript(const Case& entry, EngineScript& script, ConformanceVerdict* verdict) {
   for (const Case& step : entry["steps"]) {
-    if (!verdict->status.ok()) return;
-    verdict->status = script.Do(step);
+    const bool on = Take(script.Do(step), verdict);
     verdict->Note(step);
-    asked->insert(script.asked().begin(), script.asked().end());
-    verdict->offered = verdict->status.code() != StatusCode::kCancelled;
-    if (verdict->offered) continue;
-    verdict->why_not = verdict->status.message();
-    verdict->status = Status::Ok();
-    return;
+    if (!on) return;
   }
 }
 
-/// What a case of results.json answers to, "STEP of 0 1".
-std::string AskedBy(const Case& answer) {
-  std::string text = answer["to"].get<std::string>() + " of";
-  if (!answer.contains("environments")) return text + " all";
-  for (const Case& chosen : answer["environments"]) text += fmt::format(" {}", chosen.get<int>());
-  return text;
+/// What an answer of results.json is to.
+Case RequestOf(const Case& answer, const Case& spec) {
+  const Case all(spec["environments"].get<std::size_t>(), 1);
+  return {{"moves", answer["to"]}, {"environments", answer.value("environments", all)}};
 }
 
 /// The answers of one of results.json; the trainer goes on, or leaves at the one that breaks a rule.
-void RunResults(const Case& entry, Listener& listener, double patience_s, const Case& spec,
-                ConformanceVerdict* verdict) {
-  EngineScript script(listener, patience_s, spec, {}, entry["autoreset"]);
-  verdict->status = script.Accept();
-  if (verdict->status.ok()) verdict->status = script.Begin({{"begin", "SPEC"}});
-  bool breaks = false, overlooks = false;
+void RunResults(const Case& entry, const Case& spec, EngineScript& script, ConformanceVerdict* verdict) {
+  if (!Take(script.Begin({{"begin", "SPEC"}}), verdict)) return;
   for (const Case& answer : entry["answers"]) {
-    if (!verdict->status.ok()) return;
-    const Result<bool> asks = script.Asks(answer);
-    verdict->status = asks.status();
-    verdict->offered = !asks.ok() || *asks;
-    if (!verdict->offered)
-      verdict->why_not =
-          fmt::format("request {} is {}, the case's {}", verdict->step + 1, script.Asked(), AskedBy(answer));
-    if (!verdict->status.ok() || !verdict->offered) return;
-    verdict->status = script.DoExpect({{"type", answer["to"]}});
-    if (verdict->status.ok()) verdict->status = script.Answer(BytesOf(answer["result"]));
+    if (!Take(script.DoExpect(RequestOf(answer, spec)), verdict)) return;
+    if (!Take(script.Answer(BytesOf(answer["result"])), verdict)) return;
     verdict->Note(answer);
-    breaks = answer.contains("breaks");
-    overlooks = answer.contains("may_overlook");
   }
-  if (!verdict->status.ok()) return;
-  verdict->status = overlooks ? script.GoesOnOrLeaves()
-                    : breaks  ? script.DoExpect({{"closed", true}, {"bye", true}})
-                              : script.GoesOn();
+  const Case& last = entry["answers"].back();
+  Take(last.contains("may_overlook") ? script.GoesOnOrLeaves()
+       : last.contains("breaks")     ? script.DoExpect({{"closed", true}, {"bye", true}})
+                                     : script.DoExpect({{"moves", true}}),
+       verdict);
 }
 
 /// Whether the trainer asks for that way to begin an episode.
@@ -80,23 +64,37 @@ Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double 
   const auto tell = [&](const ConformanceVerdict& verdict) {
     count.Add(verdict);
     say(verdict);
-    const Status& status = verdict.status;
-    return status.code() != StatusCode::kUnavailable || status.message().find("no trainer") == std::string::npos;
+  };
+  const auto comes = [&](EngineScript& script, const Case& entry) {
+    const Status status = script.Accept();
+    const bool first = count.held + count.failed == 0;
+    const std::string left = first ? "" : "the cases from '" + entry["name"].get<std::string>() + "' on were not run: ";
+    if (!status.ok()) count.ended = {status.code(), left + status.message()};
+    return status.ok();
   };
   std::set<std::string> asked;  // ways to begin an episode
   for (const Case& entry : conversations["cases"]) {
+    EngineScript script(**listener, patience_s, results["specs"]["two"], conversations["results"]);
+    if (!comes(script, entry)) return count;
     ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"])};
-    RunScript(entry, **listener, patience_s, results["specs"]["two"], conversations["results"], &asked, &verdict);
-    if (!tell(verdict)) return count;
+    RunScript(entry, script, &verdict);
+    asked.insert(script.asked().begin(), script.asked().end());
+    tell(verdict);
   }
   for (const Case& entry : results["cases"]) {
     if (entry["answers"].back().value("breaks", "") == "R75") continue;  // which a trainer may overlook (R78)
-    const Case& spec = results["specs"][entry["spec"].get<std::string>()];
     ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"])};
     verdict.offered = AsksFor(entry["autoreset"], asked);
-    if (!verdict.offered) verdict.why_not = "the trainer never asked for " + entry["autoreset"].get<std::string>();
-    if (verdict.offered) RunResults(entry, **listener, patience_s, spec, &verdict);
-    if (!tell(verdict)) return count;
+    if (!verdict.offered) {
+      verdict.why_not = "the trainer never asked for " + entry["autoreset"].get<std::string>();
+      tell(verdict);
+      continue;
+    }
+    const Case& spec = results["specs"][entry["spec"].get<std::string>()];
+    EngineScript script(**listener, patience_s, spec, {}, entry["autoreset"]);
+    if (!comes(script, entry)) return count;
+    RunResults(entry, spec, script, &verdict);
+    tell(verdict);
   }
   return count;
 }

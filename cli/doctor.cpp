@@ -166,16 +166,18 @@ int ExamineConformance(const DoctorFlags& flags) {
       of_trainer ? RunTrainerConformance(*endpoint, flags.Patience(kEndpointPatience), say)
                  : RunConformance(*endpoint, flags.token, flags.Patience(kConformancePatience), say);
   if (!count.ok()) return Fail("doctor", count.status());
-  Print("{} of {} cases of protocol 2 hold", count->held, count->held + count->failed);
+  const int run = count->held + count->failed;
+  if (run + count->not_offered > 0) Print("{} of {} cases of protocol 2 hold", count->held, run);
   if (count->not_offered > 0) {
     Print("; {} more are of what this {}", count->not_offered,
           of_trainer ? "trainer does not do, which is its right (each line says what; one more run with another "
                        "autoreset asked for first, or another order of steps, reaches more)"
                      : "engine does not offer, which is its right (each line says why)");
   }
-  Print("\n");
+  if (run + count->not_offered > 0) Print("\n");
   if (count->failed > 0)
     Print("rules (R...): spec/protocol2.md; what the steps of a case mean: spec/conformance/protocol2/README.md\n");
+  if (!count->ended.ok()) return Fail("doctor", count->ended);
   return count->failed == 0 ? 0 : 3;
 }
 
@@ -229,9 +231,8 @@ Action AddDoctor(CLI::App& app) {
       "each time within --timeout s. It must be able to do same_step; run it again asking for next_step, and for "
       "disabled, first: then their cases come too. Cases of some of the two environments alone come to a trainer that, "
       "behind the first RESET, steps all, then the second alone; or steps the second alone, then the first; or steps "
-      "all, then resets the first alone: a run each, where the cases of all of them may FAIL. A trainer that waits for "
-      "an "
-      "answer for less than --timeout s is also judged by when it leaves an engine in which nobody takes part");
+      "all, then resets the first alone: a run each. A trainer that waits for an answer for less than --timeout s is "
+      "also judged by when it leaves an engine in which nobody takes part");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
   AddNumber(app, "--timeout", &flags->timeout, 0.001, kMostSeconds,

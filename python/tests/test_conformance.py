@@ -1,5 +1,6 @@
 """spec/conformance/protocol2: the frames through our reader, the conversations with our server, the RESULTs before a judge of our own."""
 import contextlib
+import itertools
 import json
 import pathlib
 import subprocess
@@ -10,6 +11,7 @@ import pettingzoo
 import pytest
 
 from consac import wire
+from consac.address import open_socket
 from consac.client import connect
 from consac.errors import ConsacError, ProtocolError
 from consac.frames import ResultFrame
@@ -97,26 +99,80 @@ def test_results_before_our_client(case):
         assert held == ("breaks" not in answer or "may_overlook" in answer)
 
 
-@needs_program
-@pytest.mark.parametrize("autoreset, max_frame", [("same_step", wire.LARGEST_FRAME), ("same_step", 4096), ("next_step", wire.LARGEST_FRAME), ("disabled", wire.LARGEST_FRAME)])
-def test_every_case_holds_for_our_client(autoreset, max_frame):
-    """Whoever asks for another way first is put through its cases too."""
+@contextlib.contextmanager
+def doctor_of_trainers(*flags):
+    """The doctor as an engine: its process, and the port that it listens at."""
     port = free_port()
-    with subprocess.Popen([PROGRAM, "doctor", "--conformance-trainer", f"tcp://127.0.0.1:{port}", "--timeout", "30"], stdout=subprocess.PIPE, text=True) as doctor:
+    with subprocess.Popen([PROGRAM, "doctor", "--conformance-trainer", f"tcp://127.0.0.1:{port}", *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as doctor:
         doctor.stdout.readline()
+        yield doctor, port
+
+
+def put_our_client_through(order=(("step", [1, 1]),), **options):
+    """What the doctor says of our client, which behind the first RESET asks in that order, again and again."""
+    with doctor_of_trainers("--timeout", "30") as (doctor, port):
         while doctor.poll() is None:
             try:
-                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2, timeout=3.0, max_frame=max_frame, autoreset=(autoreset,) if autoreset == "same_step" else (autoreset, "same_step"))) as connection:
+                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2, timeout=3.0, **options)) as connection:
                     connection.reset()
-                    while True:
+                    for kind, mask in itertools.cycle(order):
+                        mask = np.array(mask[:connection.environments], bool)
+                        if kind == "reset":
+                            connection.reset(mask)
+                            continue
                         choose_legal(connection)
+                        connection.step_mask[:] = mask
                         connection.step()
             except (ConsacError, OSError):
                 pass
         said = doctor.stdout.read()
     assert doctor.returncode == 0, said
+    return said
+
+
+@needs_program
+@pytest.mark.parametrize("autoreset, max_frame", [("same_step", wire.LARGEST_FRAME), ("same_step", 4096), ("next_step", wire.LARGEST_FRAME), ("disabled", wire.LARGEST_FRAME)])
+def test_every_case_holds_for_our_client(autoreset, max_frame):
+    """Whoever asks for another way first is put through its cases too."""
+    said = put_our_client_through(max_frame=max_frame, autoreset=(autoreset,) if autoreset == "same_step" else (autoreset, "same_step"))
     assert "holds        nobody takes part for as long as an answer may take" in said
     assert (f"holds        {autoreset}: an end with " in said) == (autoreset != "same_step"), said
+
+
+@needs_program
+@pytest.mark.parametrize("order, holds, not_offered", [
+    ([("step", [1, 1]), ("reset", [1, 0])], "one environment of two is reset (R70)", "a mask byte of 2 (R71): request 4 is RESET of 1 0, the case's STEP of 1 1"),
+    ([("reset", [1, 0]), ("step", [1, 1])], "a connection that breaks is taken up again (R24 R11)", "a step, and one more (R60 R61 R62 R63 R64 R65 R66 R67 R71 R72 R73 R74 R75): request 3 is RESET of 1 0, the case's STEP of 1 1"),
+    ([("step", [1, 1]), ("step", [0, 1])], "an environment that was not stepped has a reward (R65)", "a mask byte of 2 (R71): request 4 is STEP of 0 1, the case's STEP of 1 1")])
+def test_a_trainer_of_another_order_breaks_no_case(order, holds, not_offered):
+    """A case of results.json has an order of its own; those of trainer.json fit themselves to the trainer's."""
+    said = put_our_client_through(order)
+    assert f"holds        {holds}\n" in said and f"not offered  {not_offered}\n" in said, said
+    offered = {case["name"] for case in json.loads((CASES / "trainer.json").read_text())["cases"]}
+    assert not [name for name in offered if f"not offered  {name} (" in said], said
+
+
+@needs_program
+def test_a_trainer_that_steps_before_it_resets_fails():
+    """It comes for some cases, and then no more, which is told as that."""
+    with doctor_of_trainers("--timeout", "2") as (doctor, port):
+        for _ in range(3):
+            with open_socket("127.0.0.1", port, 5.0, 5.0) as sock:  # the doctor says where it will listen
+                reader = wire.FrameReader(wire.LARGEST_FRAME)
+                for request, (kind, payload) in enumerate([(wire.HELLO, b'{"protocol":[2,2]}'), (wire.CONFIGURE, b"{}"), (wire.STEP, bytes(24))]):
+                    sock.sendall(wire.pack(wire.Frame(kind, payload, request, 7 if request else 0)))
+                    while (frame := reader.next()) is None and (data := sock.recv(65536)):
+                        reader.feed(data)
+        said, error = doctor.communicate()
+    assert doctor.returncode == 3 and said.count("FAILS") == 3 and 'expected "RESET", got STEP of 24 bytes' in said and "0 of 3 cases of protocol 2 hold\n" in said, said
+    assert error == "consac doctor: the cases from 'a frame that may not be skipped' on were not run: no trainer has connected within 2 s; start it while this listens, or raise --timeout\n"
+
+
+@needs_program
+def test_where_no_trainer_comes_no_case_has_failed():
+    with doctor_of_trainers("--timeout", "0.05") as (doctor, _):
+        said, error = doctor.communicate()
+    assert (doctor.returncode, said, error) == (3, "", "consac doctor: no trainer has connected within 0.05 s; start it while this listens, or raise --timeout\n")
 
 
 @needs_program
@@ -178,6 +234,19 @@ def test_engines_that_the_page_allows_hold_every_case(engine, monkeypatch):
     assert done.returncode == 0, done.stdout + done.stderr
     if engine is all_or_none:
         assert "holds        disabled: 300 steps" in done.stdout and "not offered  the first environment alone is stepped" in done.stdout, done.stdout
+
+
+def test_an_engine_that_takes_no_seeds_is_reset_without(monkeypatch):
+    """R47, which no case of an engine's can show."""
+    def judged(batch, payload, plain=Batch.reset):
+        if payload[0] & wire.WITH_SEEDS:
+            raise Refused("UNSUPPORTED", "no seeds here")
+        plain(batch, payload)
+    monkeypatch.setattr(Batch, "reset", judged)
+    with Server(lambda: gymnasium.make("CartPole-v1"), envs=2) as server, contextlib.closing(connect(f"tcp://127.0.0.1:{server.port}", protocol=2)) as connection:
+        with pytest.warns(UserWarning, match="cannot take these seeds, which have no effect: no seeds here"):
+            connection.reset(seeds=[11, 12])
+        assert (connection.rows[0].states == wire.FIRST | wire.ACTIVE).all()
 
 
 @needs_program

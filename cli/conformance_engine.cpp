@@ -1,0 +1,337 @@
+#include "cli/conformance_engine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "cli/conformance_requests.h"
+#include "consac/base/json.h"
+#include "consac/base/text.h"
+
+namespace consac::cli {
+namespace {
+
+constexpr std::uint32_t kSessionNumber = 7;
+constexpr const char* kResumeToken = "conformance";
+
+bool IsMove(protocol2::FrameType type) {
+  return type == protocol2::FrameType::kReset || type == protocol2::FrameType::kStep;
+}
+
+std::string TextOf(const protocol2::Frame& frame) {
+  return {reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()};
+}
+
+/// A request and its byte for each environment, "STEP of 1 0".
+std::string MoveText(const nlohmann::json& type, const nlohmann::json& environments) {
+  std::string text = type.get<std::string>() + " of";
+  for (const nlohmann::json& chosen : environments) text += fmt::format(" {}", chosen.get<int>());
+  return text;
+}
+
+/// What an `expect` waits for.
+std::string Wanted(const nlohmann::json& what) {
+  return what.contains("moves") ? "RESET or STEP" : JsonText(what["type"]);
+}
+
+}  // namespace
+
+EngineScript::EngineScript(Listener& listener, double patience_s, const Case& spec, const Case& results,
+                           const std::string& autoreset)
+    : listener_(listener), patience_(patience_s), spec_(spec), results_(results), autoreset_(autoreset) {
+  spec_["autoreset"] = autoreset;
+}
+
+EngineScript::~EngineScript() {
+  if (transport_ == nullptr) return;
+  (void)Send(FrameType::kGoAway, 0, R"({"reason":"the next case"})");
+  transport_->Close();
+}
+
+Status EngineScript::Accept() {
+  Result<std::unique_ptr<Transport>> transport = listener_.Accept(patience_);
+  if (!transport.ok()) return transport.status();
+  if (*transport == nullptr)
+    return {StatusCode::kUnavailable,
+            fmt::format("no trainer has connected within {} s; start it while this listens, or raise --timeout",
+                        patience_)};
+  transport_ = std::move(*transport);
+  reader_ = protocol2::FrameReader(protocol2::kLargestFrame);
+  return Status::Ok();
+}
+
+Status EngineScript::AcceptAgain() {
+  const Status status = Accept();
+  return status.code() == StatusCode::kUnavailable ? Failed("the trainer does not come back: " + status.message())
+                                                   : status;
+}
+
+Status EngineScript::Do(const Case& step) {
+  if (step.contains("begin")) return Begin(step);
+  if (step.contains("send")) return DoSend(step["send"]);
+  if (step.contains("silent")) return Silent(step["silent"], true);
+  if (step.contains("mute")) return Silent(step["mute"], false);
+  if (step.contains("resume")) return AwaitResume(step["resume"]);
+  if (step.contains("anew")) return AwaitAnew();
+  if (step.contains("deserted")) return Desert();
+  return DoExpect(step["expect"]);
+}
+
+Status EngineScript::Begin(const Case& how) {
+  may_resume_ = how.contains("may_resume");
+  CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
+  CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", how.value("welcome", Case::object())}}));
+  CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "CONFIGURE"}}));
+  Case spec = how.value("spec", Case::object());
+  if (how.contains("behaviour")) {
+    spec["behaviours"] = spec_["behaviours"];
+    spec["behaviours"][0].update(how["behaviour"]);
+  }
+  CONSAC_RETURN_IF_ERROR(DoSend({{"type", "SPEC"}, {"request", "answer"}, {"spec", spec}}));
+  if (how["begin"] == "SPEC") return Status::Ok();
+  CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "RESET"}}));
+  return Answer(BytesOf(results_["first"]));
+}
+
+Status EngineScript::Answer(const std::string& payload) {
+  result_ = payload;
+  return Send(FrameType::kResult, request_, payload);
+}
+
+Status EngineScript::GoesOnOrLeaves() {
+  while (true) {
+    const Result<Frame> frame = Next();
+    if (!frame.ok()) return Failed("the trainer neither goes on nor says BYE: " + frame.status().message());
+    if (IsMove(frame->header.type)) return Status::Ok();
+    if (frame->header.type == FrameType::kBye) {
+      peeked_ = *frame;
+      return ExpectClosed({{"bye", true}});
+    }
+    const Result<bool> aside = Take({{"moves", true}}, *frame);
+    if (!aside.ok()) return aside.status();
+  }
+}
+
+Status EngineScript::DoExpect(const Case& what) {
+  if (what.contains("closed")) return ExpectClosed(what);
+  while (true) {
+    const Result<Frame> frame = Next();
+    if (!frame.ok()) return Failed(fmt::format("expected {}, but {}", Wanted(what), frame.status().message()));
+    const Result<bool> taken = Take(what, *frame);
+    if (!taken.ok()) return taken.status();
+    if (*taken) return Status::Ok();
+  }
+}
+
+Status EngineScript::Send(FrameType type, std::uint64_t request, const std::string& payload) {
+  return Write(WholeFrame(type, request, kSessionNumber, payload, false));
+}
+
+Status EngineScript::Write(const std::string& bytes, const Case& how) {
+  return writer_.Write(*transport_, how, bytes);
+}
+
+Status EngineScript::DoSend(const Case& what) {
+  if (what.contains("hex")) return Write(FromHex(what["hex"]));
+  std::string payload = what.value("text", "");
+  if (what.contains("json")) payload = JsonText(what["json"]);
+  if (what.contains("result")) result_ = payload = Fitted(what["result"]);
+  if (what.contains("spec")) {
+    Case spec = spec_;
+    spec.update(what["spec"]);
+    payload = JsonText(spec);
+  }
+  if (what.contains("welcome")) {
+    Case welcome = {{"protocol", 2},
+                    {"session", kSessionNumber},
+                    {"resume", may_resume_ ? kResumeToken : ""},
+                    {"max_frame", max_frame_}};
+    welcome.update(what["welcome"]);
+    payload = JsonText(welcome);
+  }
+  payload.resize(std::max(payload.size(), what.value("blanks", std::size_t{0})), ' ');
+  const bool answers = what.contains("result") || what.value("request", Case()) == "answer";
+  const Case& number = what.contains("request") ? what["request"] : Case();
+  const std::uint64_t request = number.is_number() ? number.get<std::uint64_t>() : answers ? request_ : 0;
+  return Write(WholeFrame(FrameTypeOf(what["type"]), request, kSessionNumber, payload, false, what), what);
+}
+
+std::string EngineScript::Fitted(const std::string& name) const {
+  const std::string text = JsonText(spec_);
+  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
+  if (name != "on" || !spec.ok()) return BytesOf(results_[name]);
+  std::string payload = BytesOf(results_[last_type_ == FrameType::kReset ? "first" : "on"]);
+  const protocol2::Blocks blocks(spec->env);
+  for (std::size_t i = 0; i < blocks.environments && IsMove(last_type_); ++i) {
+    if (last_[protocol2::kActiveOffset + i] != 0 || result_.size() < blocks.result_bytes) continue;
+    const protocol2::BehaviourBlocks& at = blocks.behaviours[0];  // of one agent
+    payload.replace(at.rewards + i * sizeof(double), sizeof(double), sizeof(double), '\0');
+    payload[at.states + i] = static_cast<char>(result_[at.states + i] & (protocol2::kFirst | protocol2::kActive));
+  }
+  return payload;
+}
+
+Result<protocol2::Frame> EngineScript::Next(double patience_s) {
+  if (peeked_.has_value()) return *std::exchange(peeked_, std::nullopt);
+  const double deadline = Now() + patience_s;
+  while (true) {
+    Frame frame;
+    const Result<bool> whole = reader_.Next(&frame);
+    if (!whole.ok()) return whole.status();
+    if (*whole) return frame;
+    const Result<std::size_t> count = transport_->Read(reader_.Writable(), deadline - Now());
+    if (!count.ok()) return count.status();
+    if (*count == 0) return Status{StatusCode::kDeadlineExceeded, fmt::format("nothing came for {} s", patience_s)};
+    reader_.Commit(*count);
+  }
+}
+
+Result<bool> EngineScript::Take(const Case& what, const Frame& frame) {
+  const FrameType type = frame.header.type;
+  const std::string payload = TextOf(frame);
+  const bool awaited = what.contains("moves") ? IsMove(type) : type == FrameTypeOf(what["type"]);
+  if (!awaited && type == FrameType::kPing) {
+    CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, payload));
+    return false;
+  }
+  if (!awaited && (type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0))
+    return false;
+  if (!awaited) return Failed(fmt::format("expected {}, got {}", Wanted(what), FrameText(frame)));
+  if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
+  if (type == FrameType::kHello) return TakeHello(frame);
+  if (type == FrameType::kPong) return true;
+  CONSAC_RETURN_IF_ERROR(CheckNumbers(frame.header));
+  if (IsMove(type)) CONSAC_RETURN_IF_ERROR(CheckRequest(spec_, frame, result_));
+  request_ = frame.header.request;
+  last_type_ = type;
+  last_ = payload;
+  if (what.contains("environments")) CONSAC_RETURN_IF_ERROR(CheckOrder(what));
+  return type == FrameType::kConfigure ? TakeConfigure(payload) : Result<bool>(true);
+}
+
+Status EngineScript::CheckOrder(const Case& what) const {
+  Case chosen = Case::array();
+  for (std::size_t i = 0; i < what["environments"].size(); ++i)
+    chosen.push_back(std::to_integer<int>(static_cast<std::byte>(last_[protocol2::kActiveOffset + i])));
+  const std::string asked = MoveText(FrameName(last_type_), chosen);
+  const std::string wanted = MoveText(what["moves"], what["environments"]);
+  return asked == wanted
+             ? Status::Ok()
+             : Status{StatusCode::kCancelled, fmt::format("request {} is {}, the case's {}", request_, asked, wanted)};
+}
+
+Result<bool> EngineScript::TakeHello(const Frame& frame) {
+  const Result<protocol2::Hello> hello = protocol2::ParseHello(frame.payload);
+  if (!hello.ok()) return hello.status();
+  if (hello->lowest > protocol2::kVersion || hello->highest < protocol2::kVersion)
+    return Failed("HELLO's versions do not hold 2");
+  max_frame_ = hello->max_frame;
+  if (hello->resume.empty() || resuming_) return true;
+  const protocol2::ErrorMessage over{"AUTH_FAILED", true, "that session is over", {}, 0.0};
+  CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, 0, protocol2::EncodeError(over)));
+  transport_->Close();
+  CONSAC_RETURN_IF_ERROR(AcceptAgain());
+  return false;
+}
+
+Result<bool> EngineScript::TakeConfigure(const std::string& payload) {
+  const Result<protocol2::Configure> configure = protocol2::ParseConfigure(std::as_bytes(std::span(payload)));
+  if (!configure.ok()) return configure.status();
+  const std::string autoreset = ReadCase(payload).value("autoreset", "same_step");
+  if (autoreset == autoreset_) return true;
+  asked_.insert(autoreset);
+  const protocol2::ErrorMessage no{"UNSUPPORTED", false, autoreset_ + " only", {}, 0.0};
+  CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, request_, protocol2::EncodeError(no)));
+  return false;
+}
+
+Status EngineScript::CheckNumbers(const protocol2::FrameHeader& header) const {
+  if (header.session != kSessionNumber)
+    return Failed(fmt::format("session {} in its header, WELCOME said {} (R13)", header.session, kSessionNumber));
+  if (header.request == request_ + 1) return Status::Ok();
+  return Failed(fmt::format("request {} behind request {} (R10)", header.request, request_));
+}
+
+Status EngineScript::ExpectClosed(const Case& what) {
+  bool bye = false, after = what.contains("after");
+  while (true) {
+    const Result<Frame> frame = Next();
+    if (!frame.ok() && frame.status().code() == StatusCode::kUnavailable) {
+      transport_ = nullptr;
+      return bye || !what.contains("bye") ? Status::Ok() : Failed("the trainer left without BYE (R85)");
+    }
+    if (!frame.ok()) return Failed("the trainer stays: " + frame.status().message());
+    const FrameType type = frame->header.type;
+    bye = bye || type == FrameType::kBye;
+    if (type == FrameType::kBye || type == FrameType::kPing || type == FrameType::kPong) continue;
+    if (!after || !IsMove(type)) return Failed("the trainer goes on with " + FrameName(type));
+    after = false;
+  }
+}
+
+Status EngineScript::AwaitAnew() {
+  CONSAC_RETURN_IF_ERROR(AcceptAgain());
+  const Result<Frame> hello = Next();
+  if (!hello.ok()) return hello.status();
+  const Result<protocol2::Hello> said = protocol2::ParseHello(hello->payload);
+  if (!said.ok()) return said.status();
+  return said->resume.empty() ? Status::Ok() : Failed("it takes up a session that it has ended itself (R15)");
+}
+
+Status EngineScript::Desert() {
+  constexpr double kLongestAnswer = 60.0;  // s, of a trainer to whom nobody said otherwise
+  const double begun = Now();
+  for (int steps = 0;; ++steps) {
+    CONSAC_RETURN_IF_ERROR(Answer(BytesOf(results_["nobody"])));
+    for (bool moves = false; !moves;) {
+      const Result<Frame> frame = Next();
+      if (!frame.ok()) return Failed("the trainer neither steps on nor says BYE: " + frame.status().message());
+      if (frame->header.type == FrameType::kBye)
+        return steps > 0 ? Status::Ok() : Failed("the trainer leaves at once where nobody takes part yet (R77)");
+      const Result<bool> moved = Take({{"moves", true}}, *frame);
+      if (!moved.ok()) return moved.status();
+      moves = *moved;
+    }
+    if (Now() - begun > std::max(patience_, 2.0 * kLongestAnswer))
+      return Failed(fmt::format("the trainer steps on for {:.0f} s though nobody takes part (R77)", Now() - begun));
+    if (Now() - begun > patience_ && patience_ <= kLongestAnswer)
+      return {StatusCode::kCancelled, "it waits for longer than --timeout"};
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+Status EngineScript::Silent(double seconds, bool answers) {
+  const double deadline = Now() + seconds;
+  while (true) {
+    const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
+    if (!frame.ok()) return frame.status().code() == StatusCode::kDeadlineExceeded ? Status::Ok() : frame.status();
+    if (frame->header.type != FrameType::kPing)
+      return Failed(FrameName(frame->header.type) + " came before the answer (R10)");
+    if (answers) CONSAC_RETURN_IF_ERROR(Send(FrameType::kPong, 0, TextOf(*frame)));
+  }
+}
+
+Status EngineScript::AwaitResume(const Case& how) {
+  const std::string before = last_;
+  transport_->Close();
+  CONSAC_RETURN_IF_ERROR(AcceptAgain());
+  resuming_ = true;
+  const Result<Frame> hello = Next();
+  if (!hello.ok()) return hello.status();
+  const Result<protocol2::Hello> said = protocol2::ParseHello(hello->payload);
+  if (!said.ok()) return said.status();
+  if (said->resume.empty()) return {StatusCode::kCancelled, "it does not resume, and need not"};
+  if (said->resume != kResumeToken) return Failed("HELLO resumes with " + Quote(said->resume));
+  Case welcome = {{"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}};
+  if (how.is_object()) welcome.update(how);
+  CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", welcome}}));
+  if (how.is_object()) return Status::Ok();
+  --request_;
+  CONSAC_RETURN_IF_ERROR(DoExpect({{"moves", true}}));
+  return last_ == before ? Status::Ok() : Failed("the request comes once more with other bytes (R24)");
+}
+
+}  // namespace consac::cli
