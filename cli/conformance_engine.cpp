@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <thread>
 #include <utility>
 
@@ -209,6 +210,7 @@ Result<bool> EngineScript::Take(const Case& what, const Frame& frame) {
   last_type_ = type;
   last_ = payload;
   if (what.contains("environments")) CONSAC_RETURN_IF_ERROR(CheckOrder(what));
+  if (what.contains("seeds")) CONSAC_RETURN_IF_ERROR(CheckSeeds(what["seeds"] == true));
   return type == FrameType::kConfigure ? TakeConfigure(payload) : Result<bool>(true);
 }
 
@@ -221,6 +223,14 @@ Status EngineScript::CheckOrder(const Case& what) const {
   return asked == wanted
              ? Status::Ok()
              : Status{StatusCode::kCancelled, fmt::format("request {} is {}, the case's {}", request_, asked, wanted)};
+}
+
+Status EngineScript::CheckSeeds(bool wanted) const {
+  std::uint32_t flags = 0;
+  std::memcpy(&flags, last_.data(), sizeof(flags));
+  if (((flags & protocol2::kWithSeeds) != 0) == wanted) return Status::Ok();
+  if (wanted) return {StatusCode::kCancelled, "its RESET has no seeds"};
+  return Failed("a RESET with seeds again, though they were UNSUPPORTED (R47)");
 }
 
 Result<bool> EngineScript::TakeHello(const Frame& frame) {

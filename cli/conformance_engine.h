@@ -62,6 +62,8 @@ class EngineScript {
   Status CheckNumbers(const protocol2::FrameHeader& header) const;
   /// kCancelled where the latest request, which is right, is not what the case waits for.
   Status CheckOrder(const Case& what) const;
+  /// A case of seeds is none for a trainer that sends none.
+  Status CheckSeeds(bool wanted) const;
   /// That session's trainer connects once more within the case.
   Status AcceptAgain();
 

@@ -210,7 +210,7 @@ class Behaviour:
         for layout, key in ((observation, "observation_row"), (action, "action_row")):
             if key not in value:
                 raise WireError("MALFORMED", f"{key} is missing")
-            if first_difference(layout.to_json(), value[key]):
+            if first_difference(layout.to_json(), value[key]) or not _says_whole_numbers(value[key]):
                 raise WireError("MALFORMED", f"{key} is {shown(value[key], 200)}, expected {shown(layout.to_json(), 200)}")
         masked = value.get("masks_actions", False)
         if value.get("mask_bytes", action.mask_bytes * masked) != action.mask_bytes * masked:
@@ -221,6 +221,11 @@ class Behaviour:
         return {"name": self.name, "agents": self.agents, "observation": space_to_json(self.observation.space), "action": space_to_json(self.action.space),
                 "masks_actions": self.masks_actions, "observation_row": self.observation.to_json(), "action_row": self.action.to_json(),
                 "mask_bytes": self.action.mask_bytes if self.masks_actions else 0}
+
+
+def _says_whole_numbers(row: dict) -> bool:
+    """Whether the numbers of a row that equal what they should are written as whole ones (R9): 8.0 is not."""
+    return all(type(number) is int for number in (row["bytes"], *(leaf[name] for leaf in row["leaves"] for name in ("count", "offset"))))
 
 
 def first_difference(expected, found, path: str = "") -> tuple[str, object, object] | None:

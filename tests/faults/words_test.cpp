@@ -380,6 +380,34 @@ TEST(Words, AnEngineThatTakesASessionUpAndClosesIsGivenTime) {
   EXPECT_LE(connections, 8);
 }
 
+// R47: it is asked without.
+TEST(Words, AnEngineThatTakesNoSeedsIsResetWithout) {
+  RawEngine engine;
+  std::vector<bool> seeded;
+  std::thread peer([&] {
+    engine.Begin(false);
+    for (int resets = 0; resets < 3; ++resets) {
+      const Frame reset = engine.Next();
+      ASSERT_EQ(reset.header.type, FrameType::kReset);
+      seeded.push_back((std::to_integer<unsigned>(reset.payload[0]) & kWithSeeds) != 0);
+      if (seeded.back()) {
+        engine.Send(FrameType::kError, reset.header.request,
+                    EncodeError({"UNSUPPORTED", false, "no seeds here", {}, 0.0}));
+      } else {
+        engine.Send(FrameBytes(FrameType::kResult, reset.header.request, engine.ResultPayload(kFirst | kActive)));
+      }
+    }
+  });
+  LogLines log;
+  {
+    Session session(engine.Connect(), Impatient(Way::kTcp));
+    EXPECT_TRUE(session.client().Reset(7, {&session.batch(), 1}).ok());
+  }
+  peer.join();
+  EXPECT_THAT(log.lines(), ::testing::Contains(HasSubstr("without seeds")));
+  EXPECT_EQ(seeded, (std::vector<bool>{true, false, false})) << "and not asked again";
+}
+
 // The connection that the step began on is gone by the time that its error is told.
 TEST(Words, AnErrorAfterAnotherConnectionNamesThatOne) {
   RawEngine engine;

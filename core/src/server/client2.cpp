@@ -43,15 +43,25 @@ Status Client2::BeginSession() {
 }
 
 Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {
-  std::byte* payload = BeginMessage(blocks_.options);
-  std::memcpy(payload, &protocol2::kWithSeeds, sizeof(protocol2::kWithSeeds));
+  Status status = takes_seeds_ ? ResetAll(seed, batches) : ResetAll(std::nullopt, batches);
+  if (takes_seeds_ && refused_ && open_ && refusal_ == "UNSUPPORTED") {  // R47
+    takes_seeds_ = false;
+    const std::string why = status.message();
+    status = ResetAll(std::nullopt, batches);
+    if (status.ok()) Log(LogLevel::kWarning, why + "; its episodes begin without seeds");
+  }
+  return NamingPeer(status, *transport_);
+}
+
+Status Client2::ResetAll(std::optional<std::uint64_t> seed, std::span<Batch> batches) {
+  std::byte* payload = BeginMessage(seed.has_value() ? blocks_.options : blocks_.seeds);
   std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
-  for (std::size_t i = 0; i < blocks_.environments; ++i) {
-    const std::uint64_t own = seed + i;
+  if (seed.has_value()) std::memcpy(payload, &protocol2::kWithSeeds, sizeof(protocol2::kWithSeeds));
+  for (std::size_t i = 0; seed.has_value() && i < blocks_.environments; ++i) {
+    const std::uint64_t own = *seed + i;
     std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
   }
-  const Status status = Exchange(FrameType::kReset, batches);
-  return NamingPeer(status, *transport_);
+  return Exchange(FrameType::kReset, batches);
 }
 
 Status Client2::Step(std::span<Batch> batches, MoreSteps) {
@@ -330,6 +340,7 @@ Status Client2::Refusal(const Frame& frame) {
   const Result<protocol2::ErrorMessage> error = protocol2::ParseError(frame.payload);
   if (!error.ok()) return error.status();
   refused_ = true;
+  refusal_ = error->code;
   if (error->ends_connection) open_ = false;
   const std::string where = error->environment < 0 ? "" : ", environment " + std::to_string(error->environment);
   return {CodeOf(error->code), transport_->peer() + " refused (" + error->code + where + "): " + error->message +

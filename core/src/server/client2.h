@@ -98,6 +98,8 @@ class Client2 final : public EnvClient {
 
   Status ConnectAnew(const Status& why, double start, Said said);
   Result<Frame> Request(FrameType type, const std::string& json);
+  /// RESET of every environment, with seeds from `seed` on or without.
+  Status ResetAll(std::optional<std::uint64_t> seed, std::span<Batch> batches);
   Status Exchange(FrameType type, std::span<Batch> batches);
   /// Rewards that are numbers on the wire and none in a batch: an error, or said to a caller that looks for itself.
   Status CheckRewards(const std::byte* payload, std::span<const Batch> batches);
@@ -137,7 +139,8 @@ class Client2 final : public EnvClient {
   std::int64_t steps_ = 0;
   std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
   double engine_seconds_ = 0.0, alive_at_ = 0.0, deserted_at_ = -1.0;
-  bool agents_leave_ = false, open_ = false, refused_ = false;
+  bool agents_leave_ = false, open_ = false, refused_ = false, takes_seeds_ = true;
+  std::string refusal_;  // the code of the latest refusal
   bool paused_ = false;  // the engine said so on this connection
 };
 
