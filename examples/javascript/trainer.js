@@ -86,6 +86,7 @@ class Trainer {
       const said = type === ERROR ? readJson(payload) : {}
       if (type === ERROR && !['code', 'severity', 'message'].every(name => isText(said[name]))) throw new Refused('MALFORMED', 'an ERROR without what it must have')
       for (const [name, fits] of [['env', isWhole], ['path', isText]]) member(said, name, fits)
+      if (said.code === 'UNSUPPORTED' && said.severity === 'request' && request === this.request && this.seeded) return this.reset(false)  // R47
       this.left = type === GOAWAY || said.severity === 'connection'
       return this.leave(`${NAMES[type]}: ${payload}`)
     }
@@ -128,14 +129,21 @@ class Trainer {
     const [{ done }] = this.judge.behaviours
     this.learns = behaviours.length === 1 && done.leaves.length === 1 && done.leaves[0].space.type === 'discrete'
     this.slots = this.judge.behaviours.reduce((sum, { slots }) => sum + slots, 0)
-    const payload = Buffer.alloc(align(8 + this.environments) + 8 * this.environments)
-    payload.writeUInt32LE(1, 0)
+    this.reset(true)
+  }
+
+  reset(seeded) {
+    this.seeded = seeded
+    const seeds = align(8 + this.environments)
+    const payload = Buffer.alloc(seeds + (seeded ? 8 * this.environments : 0))
+    payload.writeUInt32LE(seeded ? 1 : 0, 0)
     payload.fill(1, 8, 8 + this.environments)
-    for (let env = 0; env < this.environments; env++) payload.writeBigInt64LE(BigInt(env), payload.length - 8 * (this.environments - env))
+    for (let env = 0; env < this.environments && seeded; env++) payload.writeBigInt64LE(BigInt(env), seeds + 8 * env)
     this.ask(RESET, payload, RESULT)
   }
 
   result(payload) {
+    this.seeded = false
     const anyone = this.judge.judge(payload, this.actions !== undefined)
     this.deserted = anyone ? undefined : this.deserted ?? Date.now()
     if (Date.now() - this.deserted > DEADLINE) return this.leave('nobody takes part: state 16 is set for no slot (R77)')

@@ -214,7 +214,9 @@ TEST(TrainingEvaluation, OneThatFailsAtTheEndIsTheRunsEndToo) {
 
 /// A folder in the place of the file that a best model is written to first.
 void KeepNoBest(const std::string& run) {
-  std::filesystem::create_directories(run + "/best/model.consac.tmp-" + std::to_string(ProcessId()));
+  const std::string place = run + "/best/model.consac.tmp-" + std::to_string(ProcessId());
+  std::filesystem::create_directories(place);
+  std::ofstream(place + "/somebody's") << "so that nobody sweeps it up";
 }
 
 TEST(TrainingEvaluation, APlaceWhereNoBestModelCanBeKeptIsSaidBeforeTheTraining) {
