@@ -124,6 +124,18 @@ def test_an_interrupt_before_the_first_reset_and_an_engine_that_keeps_no_session
         assert at > 100
 
 
+def test_a_step_may_follow_a_first_reset_that_was_answered_and_not_looked_at(monkeypatch):
+    """Nothing is known of the states before it, least of all that they were 0 (R66)."""
+    with ToyServer() as server, contextlib.closing(consac.make_vec(server.url, protocol=2)) as envs:
+        def interrupt(*_, **__):
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(envs.connection, "_check", interrupt)
+            envs.reset()
+        envs.step(np.zeros(envs.num_envs, np.int64))
+
+
 @pytest.mark.parametrize("what", ["step", "reset"])
 def test_an_interrupted_request_of_text_protocol_1_is_mended_by_reset(what):
     with Server(Counter, protocol="text1", training_length=1 << 30, limits=Limits(grace_s=ENDS_S)) as server, consac.make(f"tcp://127.0.0.1:{server.port}", protocol="text1") as env:
