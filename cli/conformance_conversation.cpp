@@ -104,9 +104,13 @@ Status Conversation::DoSend(const Case& what) {
   const bool hello = what.contains("text") && what["type"] == "HELLO" && payload.starts_with("{");
   if (hello && !token_.empty()) payload.insert(1, "\"token\":" + JsonText(Case(token_)) + ",");
   const std::string kind = what.value("payload", ""), leaf = what.value("leaf", "");
-  if (what.contains("floats") && !payloads_.has_floats()) return Over("no action has a floating-point number");
   if (kind.starts_with("illegal") && !payloads_.CanBeIllegal(leaf))
     return Over("no action can be outside its space" + (leaf.empty() ? "" : " by a " + leaf));
+  if (Payloads::IsSpoilt(kind)) {
+    world_at_fault_ = payloads_.WorldAtFault(kind, result_, leaf);
+    if (world_at_fault_ < 0)
+      return Over("nobody takes part whose action can be " + (leaf.empty() ? kind : kind + " by a " + leaf));
+  }
   if (!kind.empty()) payload = payloads_.Of(kind, result_, leaf);
   payload.resize(std::max(payload.size(), what.value("blanks", std::size_t{0})), ' ');
   const std::uint64_t request = what["request"] == "next" ? request_ + 1 : what["request"].get<std::uint64_t>();
@@ -236,8 +240,8 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
   if (!what.contains("env")) return Status::Ok();
   const Case env = message.value("env", Case());
   if (!env.is_number_integer()) return Failed("it has no env");
-  if (what["env"] == "first" && env != payloads_.FirstWorld(result_))
-    return Failed(fmt::format("env is {}, at fault is {}", JsonText(env), payloads_.FirstWorld(result_)));
+  if (what["env"] == "first" && env != world_at_fault_)
+    return Failed(fmt::format("env is {}, at fault is {}", JsonText(env), world_at_fault_));
   return Status::Ok();
 }
 

@@ -92,7 +92,8 @@ class Conversation {
   std::size_t limit_ = protocol2::kLargestFrame;  // WELCOME's
   bool crc_ = false, ended_ = false, held_ = false;
   std::string over_;
-  std::optional<std::string> pong_;  // the bytes of the PONG that is waited for
+  std::int64_t world_at_fault_ = -1;  // of the latest STEP that must be refused
+  std::optional<std::string> pong_;   // the bytes of the PONG that is waited for
   std::map<std::string, std::string> kept_;
 };
 

@@ -35,13 +35,16 @@ inline bool IsOfKind(const Leaf& leaf, const std::string& kind) {
   }
 }
 
+inline bool IsFloat(const Leaf& leaf) {
+  return leaf.dtype == DType::kF32 || leaf.dtype == DType::kF64;
+}
+
 /// The last number of a leaf is above or below what its space has; false where its type holds no such number.
 inline bool LeaveSpace(const Leaf& leaf, std::byte* row) {
   const auto [least, most] = EndsOf(leaf.dtype);
   const auto [low, high] = ElementBounds(leaf, leaf.count - 1);
-  const bool floats = leaf.dtype == DType::kF32 || leaf.dtype == DType::kF64;
-  const double over = leaf.dtype == DType::kBool ? 2.0 : high + std::max(1.0, floats ? std::fabs(high) : 1.0);
-  const double under = low - std::max(1.0, floats ? std::fabs(low) : 1.0);
+  const double over = leaf.dtype == DType::kBool ? 2.0 : high + std::max(1.0, IsFloat(leaf) ? std::fabs(high) : 1.0);
+  const double under = low - std::max(1.0, IsFloat(leaf) ? std::fabs(low) : 1.0);
   const bool above = over <= most, below = under >= least;
   if (above || below) WriteElement(leaf, row, leaf.count - 1, above ? over : under);
   return above || below;
@@ -53,11 +56,22 @@ inline bool MakeIllegal(const Layout& layout, const std::string& kind, std::byte
     if (IsOfKind(layout.leaves[i], kind) && LeaveSpace(layout.leaves[i], row)) return true;
   }
   for (const Leaf& leaf : layout.leaves) {
-    if (!kind.empty() || (leaf.dtype != DType::kF32 && leaf.dtype != DType::kF64)) continue;
+    if (!kind.empty() || !IsFloat(leaf)) continue;
     WriteElement(leaf, row, 0, std::numeric_limits<double>::quiet_NaN());
     return true;
   }
   return false;
+}
+
+/// The last number of every floating-point leaf is `value`; false where there is none.
+inline bool MakeNonFinite(const Layout& layout, double value, std::byte* row) {
+  bool written = false;
+  for (const Leaf& leaf : layout.leaves) {
+    if (!IsFloat(leaf)) continue;
+    WriteElement(leaf, row, leaf.count - 1, value);
+    written = true;
+  }
+  return written;
 }
 
 }  // namespace consac::cli

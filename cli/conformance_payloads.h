@@ -54,11 +54,9 @@ class Payloads {
     if (kind == "no options") return Options("");
     if (kind == "first") return OnlyFirst(Step(0, result), 1);
     if (kind == "others") return OnlyFirst(Step(1, result), 0);
-    if (kind == "illegal") return Illegal(Step(1, result), result, blocks_.environments, leaf);
-    if (kind == "illegal but not stepped") return Illegal(OnlyFirst(Step(1, result), 0), result, 1, leaf);
+    if (IsSpoilt(kind)) return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).first;
+    if (kind == "illegal but not stepped") return Spoilt(OnlyFirst(Step(1, result), 0), result, 1, kind, leaf).first;
     if (kind == "illegal of the absent") return IllegalOfAbsent(Step(1, result), result);
-    if (kind == "NaN") return NonFinite(Step(1, result), result, std::numeric_limits<double>::quiet_NaN());
-    if (kind == "infinity") return NonFinite(Step(1, result), result, std::numeric_limits<double>::infinity());
     if (kind == "largest seeds") return LargestSeeds(Reset(protocol2::kWithSeeds, 1));
     if (kind == "seeded options")
       return With(Reset(protocol2::kWithSeeds, 1), 0, protocol2::kWithSeeds | protocol2::kWithOptions) +
@@ -67,13 +65,11 @@ class Payloads {
     return Step(1, result);
   }
 
-  /// The world of the first slot that takes part, which is whose action is wrong; -1 where nobody does.
-  std::int64_t FirstWorld(const std::string& result) const {
-    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
-      const std::int64_t slot = FirstSlot(b, result, blocks_.environments);
-      if (slot >= 0) return slot / static_cast<std::int64_t>(env_->behaviours[b].agents.size());
-    }
-    return -1;
+  /// Whether a STEP of that kind has one action that must be refused.
+  static bool IsSpoilt(const std::string& kind) { return kind == "illegal" || kind == "NaN" || kind == "infinity"; }
+  /// The world of that action; -1 where nobody takes part whose action can be so.
+  std::int64_t WorldAtFault(const std::string& kind, const std::string& result, const std::string& leaf) const {
+    return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).second;
   }
 
   /// Whether some action can be outside its space by a leaf of a kind (a space's type or BOOL; "" is any).
@@ -81,16 +77,6 @@ class Payloads {
     for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
       std::vector<std::byte> row(env_->behaviours[b].action_layout.row_bytes);
       if (MakeIllegal(env_->behaviours[b].action_layout, kind, row.data())) return true;
-    }
-    return false;
-  }
-
-  /// Whether some action has a floating-point number.
-  bool has_floats() const {
-    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
-      for (const Leaf& leaf : env_->behaviours[b].action_layout.leaves) {
-        if (IsFloat(leaf)) return true;
-      }
     }
     return false;
   }
@@ -218,14 +204,22 @@ class Payloads {
            static_cast<std::size_t>(slot) * env_->behaviours[b].action_layout.row_bytes;
   }
 
-  /// The first agent that takes part, of the first `worlds`, does what cannot be done, in the last leaf of that kind.
-  std::string Illegal(std::string payload, const std::string& result, std::size_t worlds,
-                      const std::string& kind) const {
+  /// The first agent that takes part, of the first `worlds`, and whose action can be so, does what cannot be done; with
+  /// its world, -1 where there is none.
+  std::pair<std::string, std::int64_t> Spoilt(std::string payload, const std::string& result, std::size_t worlds,
+                                              const std::string& kind, const std::string& leaf) const {
     for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const BehaviourSpec& behaviour = env_->behaviours[b];
       const std::int64_t slot = FirstSlot(b, result, worlds);
-      if (slot >= 0 && MakeIllegal(env_->behaviours[b].action_layout, kind, ActionOf(payload, b, slot))) return payload;
+      if (slot >= 0 && Spoil(behaviour.action_layout, kind, leaf, ActionOf(payload, b, slot)))
+        return {std::move(payload), slot / static_cast<std::int64_t>(behaviour.agents.size())};
     }
-    return payload;
+    return {std::move(payload), -1};
+  }
+  static bool Spoil(const Layout& layout, const std::string& kind, const std::string& leaf, std::byte* row) {
+    if (kind == "NaN") return MakeNonFinite(layout, std::numeric_limits<double>::quiet_NaN(), row);
+    if (kind == "infinity") return MakeNonFinite(layout, std::numeric_limits<double>::infinity(), row);
+    return MakeIllegal(layout, leaf, row);
   }
 
   /// Nobody who takes no part does what can be done.
@@ -236,23 +230,6 @@ class Payloads {
         if ((state & protocol2::kActive) == 0)
           MakeIllegal(env_->behaviours[b].action_layout, "", ActionOf(payload, b, slot));
       }
-    }
-    return payload;
-  }
-
-  static bool IsFloat(const Leaf& leaf) { return leaf.dtype == DType::kF32 || leaf.dtype == DType::kF64; }
-
-  /// The last number of every floating-point leaf of the first agent that takes part and has one is `value`.
-  std::string NonFinite(std::string payload, const std::string& result, double value) const {
-    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
-      const std::int64_t slot = FirstSlot(b, result, blocks_.environments);
-      bool written = false;
-      for (const Leaf& leaf : env_->behaviours[b].action_layout.leaves) {
-        if (slot < 0 || !IsFloat(leaf)) continue;
-        WriteElement(leaf, ActionOf(payload, b, slot), leaf.count - 1, value);
-        written = true;
-      }
-      if (written) return payload;
     }
     return payload;
   }

@@ -67,6 +67,17 @@ TEST(Allocations, NonePerStepOfLearningContinuousActions) {
   }
 }
 
+// Parameters are disturbed at the end of an episode, outputs moved with every batch.
+TEST(Allocations, NonePerStepOfNoiseInParametersAndMovedOutputs) {
+  ExpectNoneWhileItLearns(**worlds::FindWorld("pendulum-v1"), "ddpg",
+                          {{"net_arch", "[16]"},
+                           {"batch_size", "32"},
+                           {"param_noise", "true"},
+                           {"critic_l2_reg", "0.01"},
+                           {"normalize_returns", "true"},
+                           {"enable_popart", "true"}});
+}
+
 TEST(Allocations, NonePerStepOfHindsight) {
   ExpectNoneWhileItLearns(**worlds::FindWorld("bit-flipping-v0"), "dqn",
                           {{"replay_buffer_class", "HerReplayBuffer"}, {"buffer_size", "300"}});

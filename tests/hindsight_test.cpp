@@ -25,7 +25,16 @@ std::unique_ptr<VectorEnv> Bits(const std::string& algorithm, std::int32_t copie
 }
 
 const std::vector<std::string>& OffPolicyAlgorithms() {
-  static const std::vector<std::string> names = {"dqn", "sac", "td3", "ddpg"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> found;
+    for (const learn::Algorithm& algorithm : learn::Algorithms()) {
+      const auto relabels = [](const learn::Hyperparameter& one) {
+        return std::string_view(one.name) == "replay_buffer_class";
+      };
+      if (std::ranges::any_of(algorithm.hyperparameters, relabels)) found.emplace_back(algorithm.name);
+    }
+    return found;
+  }();
   return names;
 }
 

@@ -205,15 +205,19 @@ class Connection(Session):
         that cannot take them is asked without, with a warning (R47)."""
         payload = reset_payload(self.environments, mask, seeds, options)
         with self._lock:
+            refused = None
             try:
                 answer = self._ask(wire.RESET, payload, wire.RESULT)
             except EngineError as error:
                 if seeds is None or error.code != "UNSUPPORTED" or error.fatal:
                     raise
+                refused = error.message
                 answer = self._ask(wire.RESET, reset_payload(self.environments, mask, None, options), wire.RESULT)
-                warnings.warn(f"{self.url} cannot take these seeds, which have no effect: {error.message}", stacklevel=2)
             self._parse(answer)
             self._check(self.request, mask, step=False)
+            self._under_way = False
+        if refused is not None:
+            warnings.warn(f"{self.url} cannot take these seeds, which have no effect: {refused}", stacklevel=2)
 
     def render(self, env: int = 0) -> np.ndarray:
         """The picture [height, width, 3] u8 of one environment; needs capability `render`."""
@@ -269,7 +273,7 @@ class Connection(Session):
             raise ConsacError(f"a request of {len(payload)} bytes; the engine takes {self.max_frame}")
         request = self._begin()
         payload = self._exchange(self._packed(kind, payload, request), request, answer)
-        self.request, self._under_way = request, False
+        self.request, self._under_way = request, answer == wire.RESULT  # which is over when it was judged: reset
         return payload
 
     def _exchange(self, frame: memoryview, request: int, answer: int) -> memoryview:

@@ -53,8 +53,6 @@ class Judge:
         before, finals, now = self._seen, False, []
         if request == before[0]:
             return before[2]
-        if step and before[0] == 0:  # an interrupt came between the first RESET's answer and its look
-            before = (0, None, True)
         anyone = False
         for index, said in enumerate(rows):
             states, going_on = said.states, self._going_on[index]

@@ -212,11 +212,19 @@ TEST(TrainingEvaluation, OneThatFailsAtTheEndIsTheRunsEndToo) {
   EXPECT_TRUE(Policy::Load(scratch.path() + "/pole/model.consac").ok());
 }
 
-/// A folder in the place of the file that a best model is written to first.
-void KeepNoBest(const std::string& run) {
-  const std::string place = run + "/best/model.consac.tmp-" + std::to_string(ProcessId());
+/// A run of 256 steps that goes on to `steps`, and whose best model cannot be saved: a folder is where it is written
+/// first.
+RunConfig KeepingNoBest(const std::string& root, std::int64_t steps, std::int64_t eval_every) {
+  RunConfig config = Pole(root, "pole");
+  config.steps = 256;
+  Trained(config);
+  const std::string place = root + "/pole/best/model.consac.tmp-" + std::to_string(ProcessId());
   std::filesystem::create_directories(place);
   std::ofstream(place + "/somebody's") << "so that nobody sweeps it up";
+  config.resume = true;
+  config.steps = steps;
+  config.eval_every = eval_every;
+  return config;
 }
 
 TEST(TrainingEvaluation, APlaceWhereNoBestModelCanBeKeptIsSaidBeforeTheTraining) {
@@ -235,13 +243,7 @@ TEST(TrainingEvaluation, APlaceWhereNoBestModelCanBeKeptIsSaidBeforeTheTraining)
 
 TEST(TrainingEvaluation, ABestModelThatCannotBeSavedIsSaidAtTheEnd) {
   consac::testing::ScratchFolder scratch("no_best");
-  RunConfig config = Pole(scratch.path(), "pole");
-  config.steps = 256;
-  Trained(config);
-  KeepNoBest(scratch.path() + "/pole");
-  config.resume = true;
-  config.steps = 1024;
-  config.eval_every = 512;
+  const RunConfig config = KeepingNoBest(scratch.path(), 1024, 512);
   const Result<RunSummary> ended = Train(config, kNeverStop);
   ASSERT_FALSE(ended.ok());
   EXPECT_EQ(ended.status().code(), StatusCode::kDataLoss);
@@ -251,13 +253,7 @@ TEST(TrainingEvaluation, ABestModelThatCannotBeSavedIsSaidAtTheEnd) {
 
 TEST(TrainingEvaluation, OfWhatFailsAtTheEndNothingIsSaidToGoOn) {
   consac::testing::ScratchFolder scratch("end");
-  RunConfig config = Pole(scratch.path(), "pole");
-  config.steps = 256;
-  Trained(config);
-  KeepNoBest(scratch.path() + "/pole");
-  config.resume = true;
-  config.steps = 512;
-  config.eval_every = 512;
+  const RunConfig config = KeepingNoBest(scratch.path(), 512, 512);
   ::testing::internal::CaptureStderr();
   const Result<RunSummary> ended = Train(config, kNeverStop);
   EXPECT_EQ(::testing::internal::GetCapturedStderr().find("training goes on"), std::string::npos);
@@ -268,13 +264,7 @@ TEST(TrainingEvaluation, OfWhatFailsAtTheEndNothingIsSaidToGoOn) {
 // A script reads one line of JSON there.
 TEST(TrainingEvaluation, WhatFailsIsNotSaidOnStandardOutputToAScript) {
   consac::testing::ScratchFolder scratch("quiet");
-  RunConfig config = Pole(scratch.path(), "pole");
-  config.steps = 256;
-  Trained(config);
-  KeepNoBest(scratch.path() + "/pole");
-  config.resume = true;
-  config.steps = 768;
-  config.eval_every = 256;
+  const RunConfig config = KeepingNoBest(scratch.path(), 768, 256);
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   EXPECT_FALSE(Train(config, kNeverStop).ok());
