@@ -103,8 +103,9 @@ Status EngineScript::Answer(const std::string& payload) {
 }
 
 Status EngineScript::GoesOnOrLeaves() {
+  const double deadline = Now() + kConformancePatience;
   while (true) {
-    const Result<Frame> frame = Next();
+    const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
     if (!frame.ok()) return Failed("the trainer neither goes on nor says BYE: " + frame.status().message());
     if (IsMove(frame->header.type)) return Status::Ok();
     if (frame->header.type == FrameType::kBye) {
@@ -118,8 +119,9 @@ Status EngineScript::GoesOnOrLeaves() {
 
 Status EngineScript::DoExpect(const Case& what) {
   if (what.contains("closed")) return ExpectClosed(what);
+  const double deadline = Now() + kConformancePatience;  // a heartbeat between restarts no clock
   while (true) {
-    const Result<Frame> frame = Next();
+    const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
     if (!frame.ok()) return Failed(fmt::format("expected {}, but {}", Wanted(what), frame.status().message()));
     const Result<bool> taken = Take(what, *frame);
     if (!taken.ok()) return taken.status();
@@ -267,8 +269,9 @@ Status EngineScript::CheckNumbers(const protocol2::FrameHeader& header) const {
 
 Status EngineScript::ExpectClosed(const Case& what) {
   bool bye = false, after = what.contains("after");
+  const double deadline = Now() + kConformancePatience;
   while (true) {
-    const Result<Frame> frame = Next();
+    const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
     if (!frame.ok() && frame.status().code() == StatusCode::kUnavailable) {
       transport_ = nullptr;
       return bye || !what.contains("bye") ? Status::Ok() : Failed("the trainer left without BYE (R85)");
@@ -296,8 +299,9 @@ Status EngineScript::Desert() {
   const double begun = Now();
   for (int steps = 0;; ++steps) {
     CONSAC_RETURN_IF_ERROR(Answer(BytesOf(results_["nobody"])));
+    const double deadline = Now() + kConformancePatience;
     for (bool moves = false; !moves;) {
-      const Result<Frame> frame = Next();
+      const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
       if (!frame.ok()) return Failed("the trainer neither steps on nor says BYE: " + frame.status().message());
       if (frame->header.type == FrameType::kBye)
         return steps > 0 ? Status::Ok() : Failed("the trainer leaves at once where nobody takes part yet (R77)");

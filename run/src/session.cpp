@@ -91,7 +91,8 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<World
   const double start = Now();
   const Status looped = Guarded([&] { return training.Loop(); });
   const bool failed = !looped.ok() && looped.code() != StatusCode::kCancelled;
-  if (failed && training.replaces()) return Guarded([&] { return training.GiveUp(looped); });
+  if (training.replaces() && (failed || stop.load()))  // no step was taken
+    return Guarded([&] { return training.GiveUp(failed ? looped : Status{StatusCode::kCancelled, "stopped"}); });
   Result<RunSummary> summary = Guarded([&] { return training.Finish(Now() - start); });
   if (!summary.ok() && training.replaces()) return Guarded([&] { return training.GiveUp(summary.status()); });
   if (!summary.ok()) {

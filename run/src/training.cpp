@@ -99,6 +99,8 @@ RunSummary ServeForever(const RunConfig& config, Length length, const std::atomi
   Refusals waiting(say, kBrief, 1), of_brief_ones(say, kBrief, 1), failures(say, kFailuresEvery, 1);
   RunConfig of_session = config;
   while (!stop.load()) {
+    waiting.Look();
+    failures.Look();
     Result<std::vector<WorldSource>> worlds =
         ConnectEngines(engines, [&](const std::string& line) { waiting.Say(line); });
     const bool nobody = !worlds.ok() && worlds.status().code() == StatusCode::kUnavailable;
@@ -155,7 +157,7 @@ Result<RunSummary> LearnFromRecorded(RunConfig config, const std::atomic<bool>& 
 
 Result<RunSummary> TrainAsAsked(const RunConfig& asked, const std::atomic<bool>& stop) {
   RunConfig config = asked;
-  if (!asked.name.empty()) CONSAC_RETURN_IF_ERROR(FinishOverwriting(asked.directory, asked.name));
+  if (!asked.resume && !asked.name.empty()) CONSAC_RETURN_IF_ERROR(FinishOverwriting(asked.directory, asked.name));
   if (asked.resume) {
     Result<RunConfig> resumed = ResumedConfig(asked);
     if (!resumed.ok()) return resumed.status();

@@ -338,7 +338,7 @@ Result<RunSummary> Training::Finish(double seconds) {
     const std::string found = trainee.watch.Summary();
     if (!found.empty()) report_->Line("warning: what the world sent: " + found);
   }
-  CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());  // which a stop before the first step has left to do
+  CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
   const Status saved = Save(Telling::kAtTheEnd);
   CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());  // the curve would be drawn in somebody else's folder
   const Status report = report_->Finish();

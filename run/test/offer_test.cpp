@@ -117,16 +117,16 @@ TEST(Offer, AnIdThatIsNotSaidEqualsAny) {
   EXPECT_TRUE(CompareOffers(OfferText(First(), slots), OfferText(silent, slots)).ok());
 }
 
-// A model is judged in its own spaces too; and a reward that is no number is no verdict.
-TEST(Offer, EvaluationsNeedTheModelsSpacesAndRewardsThatAreNumbers) {
+// A model is judged in its own spaces too.
+TEST(Offer, EvaluationsNeedTheModelsSpaces) {
   testing::ScratchFolder scratch("judged");
   RunConfig config = SmallRun(scratch.path(), "walker");
   config.steps = 64;
   ASSERT_TRUE(TrainIn(First(), config).ok());
-  const auto judged = [&](const EnvSpec& spec, float reward) {
+  const auto judged = [&](const EnvSpec& spec) {
     EnvServerOptions options;
     options.training_length = 1000;
-    const testing::ServedWorld engine(std::make_unique<OfferedWorld>(spec, reward), options);
+    const testing::ServedWorld engine(std::make_unique<OfferedWorld>(spec), options);
     EvaluateOptions asked;
     asked.model = "walker";
     asked.directory = scratch.path();
@@ -134,9 +134,9 @@ TEST(Offer, EvaluationsNeedTheModelsSpacesAndRewardsThatAreNumbers) {
     asked.episodes = 3;
     return Evaluate(asked, kNeverStop).status();
   };
-  EXPECT_TRUE(judged(First(), 1.0f).ok());
-  const Status bounds = judged(Offer(*Space::Box(0, 4000, {2}), *Space::Discrete(3)), 1.0f);
-  EXPECT_THAT(bounds.message(), AllOf(HasSubstr("40"), HasSubstr("4000")));
+  EXPECT_TRUE(judged(First()).ok());
+  const Status bounds = judged(Offer(*Space::Box(0, 4000, {2}), *Space::Discrete(3)));
+  EXPECT_THAT(bounds.message(), AllOf(HasSubstr("Box(0, 40,"), HasSubstr("Box(0, 4000,")));
 }
 
 TEST(Judging, ARewardThatIsNoNumberIsAFailure) {

@@ -215,7 +215,7 @@ void AddPatchesRows(const PatchGrid& grid, std::int64_t first, std::int64_t coun
   }
 }
 
-/// x / by, the nearest float: a product with the reciprocal and one correction, a quarter of a division's time, where
+/// x / by, the nearest float: a product with the reciprocal and one correction, where
 /// no step of it can leave the normal numbers. Source: Markstein 1990, IBM J. Res. Dev. 34(1), theorem 8.
 HWY_INLINE FloatVector Quotient(FloatVector x, FloatVector by, [[maybe_unused]] FloatVector reciprocal) {
 #if HWY_NATIVE_FMA

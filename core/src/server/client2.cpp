@@ -124,6 +124,7 @@ Result<Frame> Client2::Perform(FrameType type) {
   const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
   const std::uint64_t next = ++request_;
   refused_ = false;
+  refusal_.clear();
   if (payload > welcome_.max_frame) {
     return Status{StatusCode::kInvalidArgument, "a request of " + std::to_string(payload) + " bytes is more than the " +
                                                     std::to_string(welcome_.max_frame) +
@@ -277,16 +278,15 @@ Result<Frame> Client2::ReadAnswer(std::uint64_t request, double deadline_s) {
 }
 
 Result<bool> Client2::IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience) {
-  constexpr std::size_t kLargestPing = 64;
   switch (frame.header.type) {
     case FrameType::kWelcome:
       open_ = true;  // the engine has a session now, which hears BYE whatever is wrong with it (R85)
       break;
     case FrameType::kPing:
-      if (frame.payload.size() > kLargestPing)
+      if (frame.payload.size() > protocol2::kLargestPing)
         return Status{StatusCode::kProtocol, transport_->peer() + " sent a PING of " +
-                                                 std::to_string(frame.payload.size()) +
-                                                 " bytes; at most 64 are taken (R16)"};
+                                                 std::to_string(frame.payload.size()) + " bytes; at most " +
+                                                 std::to_string(protocol2::kLargestPing) + " are taken (R16)"};
       CONSAC_RETURN_IF_ERROR(SendControl(
           FrameType::kPong, std::string(reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size())));
       return false;

@@ -227,7 +227,7 @@ class EnvServerOfEither final : public EnvServer {
     return type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
   }
 
-  void Welcome(Undecided one) {
+  void Welcome(Undecided&& one) {
     Result<Seat*> seat = SeatFor(*one.hello);
     if (!seat.ok()) return TurnAway(one, seat.status());
     Arrival arrival;
@@ -270,7 +270,7 @@ class EnvServerOfEither final : public EnvServer {
     return seat;
   }
 
-  void WelcomeText(Undecided one) {
+  void WelcomeText(Undecided&& one) {
     if (!text_fits_.ok() || options_.protocol == Protocol::kProtocol2) {
       return DismissText(one);
     }

@@ -16,8 +16,6 @@ using protocol2::Frame;
 using protocol2::FrameHeader;
 using protocol2::FrameType;
 
-constexpr std::size_t kLargestPing = 64;
-
 }  // namespace
 
 Status Session2Server::Handle(const Frame& frame) {
@@ -25,7 +23,7 @@ Status Session2Server::Handle(const Frame& frame) {
   const auto type = static_cast<std::uint16_t>(header.type);
   switch (header.type) {
     case FrameType::kPing:
-      if (frame.payload.size() > kLargestPing)
+      if (frame.payload.size() > protocol2::kLargestPing)
         return Fatal(Fault("MALFORMED", "a PING has more than 64 bytes"), header.request);
       return SendFrame(FrameType::kPong, 0, frame.payload);
     case FrameType::kPong:

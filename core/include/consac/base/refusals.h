@@ -42,8 +42,9 @@ class Refusals {
   /// Tells of those that were counted, once it is time; to be called now and then.
   void Look() {
     if (in_full_ == 0 || Now() < tell_at_) return;
-    if (counted_ == 0) in_full_ = 0;  // it has been quiet
+    const bool quiet = counted_ == 0 || Now() >= tell_at_ + every_s_;
     Tell();
+    if (quiet) in_full_ = 0;
     tell_at_ = Now() + every_s_;
   }
 

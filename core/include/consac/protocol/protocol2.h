@@ -19,6 +19,7 @@ inline constexpr std::uint32_t kMagic = 0x43534EC0;  ///< the bytes C0 4E 53 43
 inline constexpr int kVersion = 2;                   ///< lowest and highest that this code speaks
 inline constexpr std::size_t kHeaderBytes = 32;
 inline constexpr std::size_t kLargestBeforeWelcome = 4096;
+inline constexpr std::size_t kLargestPing = 64;
 inline constexpr std::size_t kLargestFrame = std::size_t{64} << 20;
 inline constexpr std::size_t kLargestJson = std::size_t{1} << 20;
 
