@@ -233,17 +233,21 @@ TEST(Engine, ForeverTellsOfBriefSessionsInALineNowAndThen) {
   TrainRoad(scratch.path(), "walker");
   const auto listener = *ListenTcp({"127.0.0.1", 0});
   std::atomic<bool> stop{false};
+  const SlowClock clock;
   std::thread engine([&] {
+    constexpr double kWaits = 0.1;  // seconds of the slow clock, 10 of ours
     std::byte action[256];
     for (int served = 0; served < kSessions;) {
-      Result<std::unique_ptr<Transport>> trainer = listener->Accept(5.0);
+      Result<std::unique_ptr<Transport>> trainer = listener->Accept(kWaits);
       if (!trainer.ok() || *trainer == nullptr) break;
       const bool acts = served++ % 2 == 1;
-      const auto say = [&](const std::string& line) { (void)(*trainer)->Write(std::as_bytes(std::span(line)), 5.0); };
+      const auto say = [&](const std::string& line) {
+        (void)(*trainer)->Write(std::as_bytes(std::span(line)), kWaits);
+      };
       say(acts ? "D#3#0#B#2#0,0,40,40#0#walker\n10,30\n" : "D#3#0#B#2#0,0,40,40#1\n10,30#0#0\n");
-      (void)(*trainer)->Read(action, 5.0);
+      (void)(*trainer)->Read(action, kWaits);
       say(acts ? "11,30\n" : "11,30#1#0\n");
-      (void)(*trainer)->Read(action, 5.0);
+      (void)(*trainer)->Read(action, kWaits);
       (*trainer)->Close();
     }
     stop = true;
@@ -254,12 +258,8 @@ TEST(Engine, ForeverTellsOfBriefSessionsInALineNowAndThen) {
   config.quiet = false;
   config.hyperparameters = {{"n_steps", "1"}, {"nminibatches", "1"}, {"net_arch", "[{pi: [4], vf: [4]}]"}};
   ::testing::internal::CaptureStdout();
-  Result<RunSummary> summary = RunSummary();
-  {
-    const SlowClock clock;
-    summary = Train(config, stop);
-    engine.join();
-  }
+  const Result<RunSummary> summary = Train(config, stop);
+  engine.join();
   const std::string said = ::testing::internal::GetCapturedStdout();
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   const auto times = [&said](std::string_view words) {

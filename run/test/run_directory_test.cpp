@@ -152,7 +152,9 @@ TEST(RunDirectory, CheckpointsThatSomebodyNamedAreTheirs) {
   }
   there.insert("step_1000000000001.consac");
   std::set<std::string> left;
-  for (const auto& entry : fs::directory_iterator(directory->File("checkpoints"))) left.insert(entry.path().filename());
+  for (const auto& entry : fs::directory_iterator(directory->File("checkpoints"))) {
+    left.insert(entry.path().filename().string());
+  }
   EXPECT_EQ(left, there);
 }
 

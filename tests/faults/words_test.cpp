@@ -382,6 +382,7 @@ TEST(Words, AnEngineThatTakesASessionUpAndClosesIsGivenTime) {
 
 // R47: it is asked without.
 TEST(Words, AnEngineThatTakesNoSeedsIsResetWithout) {
+  LogLines log;
   RawEngine engine;
   std::vector<bool> seeded;
   std::thread peer([&] {
@@ -398,7 +399,6 @@ TEST(Words, AnEngineThatTakesNoSeedsIsResetWithout) {
       }
     }
   });
-  LogLines log;
   {
     Session session(engine.Connect(), Impatient(Way::kTcp));
     EXPECT_TRUE(session.client().Reset(7, {&session.batch(), 1}).ok());
