@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tracemalloc
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium import spaces
@@ -228,6 +229,18 @@ def test_environments_of_a_module_are_drawn_where_they_say_so(worlds):
     from consac.serve.world import environment_maker
 
     assert environment_maker(f"{worlds}:Drawing", render=False)().render_mode is None
+
+
+@pytest.mark.parametrize("id_of_gymnasium", ["Drawing-v3", "DrawingOfTheRegistry"])
+def test_a_package_is_imported_for_the_ids_that_it_registers(worlds, tmp_path, id_of_gymnasium):
+    package = f"package_of_{id_of_gymnasium.partition('-')[0].lower()}"
+    (tmp_path / f"{package}.py").write_text(f"import gymnasium\ngymnasium.register({id_of_gymnasium!r}, entry_point='{worlds}:Drawing')\n")
+    try:
+        with Server(f"{package}:{id_of_gymnasium}") as server:
+            Raw(server).reset()
+    finally:
+        gymnasium.registry.pop(id_of_gymnasium, None)
+        sys.modules.pop(package, None)
 
 
 @pytest.mark.parametrize("name, why", [("Drawnig", "did you mean worlds_of_ours:Drawing"), ("nothing_like_it", "has no callable"), ("Old", "no close.*old gym"), ("Older", "gave a ndarray.*old gym")])

@@ -131,10 +131,11 @@ def flat_mask(mask) -> np.ndarray:
 
 
 def environment_maker(name: str, render: bool = True):
-    """Makes environments by Gymnasium id, or by `module:attribute` where the attribute is callable."""
+    """Makes environments by Gymnasium id, by `package:id` of a package that registers it, or by `module:attribute` where the attribute is callable."""
     module, colon, attribute = name.partition(":")
+    if colon:
+        place, name = importlib.import_module(module), attribute  # gymnasium.spec imports nothing, unlike gymnasium.make
     if colon and attribute.isidentifier():
-        place = importlib.import_module(module)
         found = getattr(place, attribute, None)
         if callable(found):
             return _drawing(found) if render else found
