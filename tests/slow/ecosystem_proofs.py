@@ -181,14 +181,14 @@ def rllib(seed: int) -> dict:
     return {"return": result, "beside": native, "seconds_beside": time.monotonic() - seconds}
 
 
-def consac_train(world: str, envs: int, steps: int, settings: dict, seed: int) -> dict:
+def consac_train(world: str, envs: int, steps: int, settings: dict, seed: int, algorithm: str = "ppo") -> dict:
     """`consac train` on somebody else's world that consac.serve offers, judged by `consac eval` on the same."""
     with tempfile.TemporaryDirectory() as folder:
         with engine(sys.executable, "-m", "consac.serve", world, "--envs", envs, "--no-render", "--seed", seed) as url:
             say(f"{world} at {url}")
             chosen = [part for key, value in settings.items() for part in ("--set", f"{key}={value}")]
             # In lock step, as the agents were trained that it is compared with.
-            subprocess.run([CONSAC, "train", url, "--lockstep", "--algo", "ppo", "--steps", str(steps), "--seed", str(seed), "--name", "run", "--dir", folder, "--no-table", "--no-tensorboard", *chosen],
+            subprocess.run([CONSAC, "train", url, "--lockstep", "--algo", algorithm, "--steps", str(steps), "--seed", str(seed), "--name", "run", "--dir", folder, "--no-table", "--no-tensorboard", *chosen],
                            check=True, stdout=sys.stderr)
             verdict = subprocess.run([CONSAC, "eval", "run", url, "--dir", folder, "--episodes", str(EPISODES), "--seed", str(1000 + seed), "--json"],
                                      check=True, stdout=subprocess.PIPE, text=True).stdout
@@ -216,6 +216,18 @@ class Proof:
 LUNAR_LANDER = {"n_steps": 1024, "batch_size": 64, "gae_lambda": 0.98, "gamma": 0.999, "n_epochs": 4, "ent_coef": 0.01}
 SWIMMER = {"gamma": 0.9999, "norm_obs": "true"}
 
+
+def beside_stable_baselines3() -> list[Proof]:
+    """The rows of bench/results/sb3_curves.json in Gymnasium's worlds, as far as Stable Baselines3 has learned them."""
+    rows = [row for row in json.loads((ROOT / "bench/results/sb3_curves.json").read_text()) if "served" in row and "median" in row]
+    return [Proof(row["name"], f"`consac train --algo {row['algorithm']}` on {row['world']} through `consac.serve`, settings of [sb3_curves.md](sb3_curves.md)",
+                  f"{row['steps']:,} x {row['envs']}",
+                  functools.partial(consac_train, row["world"], row["envs"], row["steps"], {"policy": row["policy"]} | row["settings"], algorithm=row["algorithm"]),
+                  ["gymnasium", *row["served"]], row["median"] - row["standard_error"], -math.inf,
+                  f"Stable Baselines3, the same settings, {len(row['results'])} seeds: median {row['median']:g} +- {row['standard_error']:g}", seeds=len(row["results"]))
+            for row in rows]
+
+
 PROOFS = [
     Proof("sb3", "Stable Baselines3's PPO on `consac serve cartpole-v1` through `consac.sb3.ConsacVecEnv`", "100,000 x 8", stable_baselines3,
           ["stable-baselines3", "torch", "gymnasium"], 475, 475, "solved: 475"),
@@ -227,6 +239,7 @@ PROOFS = [
           functools.partial(consac_train, "LunarLander-v3", 16, 1_000_000, LUNAR_LANDER), ["gymnasium", "box2d"], 200, 200, "RL Zoo (v2): 242.1 +- 31.8"),
     Proof("mujoco", "`consac train` on Gymnasium's Swimmer-v5 (MuJoCo) through `consac.serve`", "1,000,000 x 1",
           functools.partial(consac_train, "Swimmer-v5", 1, 1_000_000, SWIMMER), ["gymnasium", "mujoco"], 282, -math.inf, "RL Zoo (v3), one agent: 282 +- 10"),
+    *beside_stable_baselines3(),
 ]
 
 HEAD = f"""# Ecosystem proofs
