@@ -19,7 +19,7 @@ ARROWS = {
 }
 # modules, lowest first
 MODULES = {
-    "core": ["base", "space", "nn", "model", "env", "policy", "protocol", "transport", "server"],
+    "core": ["base", "robot", "space", "nn", "model", "env", "policy", "protocol", "transport", "server"],
     "learn": ["grad", "optim", "buffer", "collect", "algo"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]')
