@@ -37,6 +37,11 @@ class TrainingDriver final : public Driver {
     if (!algorithm.ok()) return algorithm.status();
     learn::HyperparameterSet values((*algorithm)->hyperparameters);
     for (const auto& [name, text] : options_.hyperparameters) CONSAC_RETURN_IF_ERROR(values.Set(name, text));
+    const std::size_t models = options_.start_from.size(), behaviours = world_.spec().behaviours.size();
+    if (models != 0 && models != behaviours) {
+      return {StatusCode::kInvalidArgument, "start_from has " + std::to_string(models) + " models for " +
+                                                std::to_string(behaviours) + " behaviours; give one for each"};
+    }
     for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
       learn::LearnerOptions options;
       options.behaviour = world_.spec().behaviours[b];
@@ -45,6 +50,7 @@ class TrainingDriver final : public Driver {
       options.max_bytes = kMostLearnerBytes;
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
+      if (models != 0) CONSAC_RETURN_IF_ERROR(StartFrom(options_.start_from[b], b, learner->get()));
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
@@ -122,6 +128,16 @@ class TrainingDriver final : public Driver {
   std::int64_t ShareOfSteps(std::size_t b) const {
     const std::int64_t places = std::max(1, world_.places()), slots = world_.spec().behaviours[b].slots;
     return options_.total_steps / places * slots + options_.total_steps % places * slots / places;
+  }
+
+  /// The weights of a model; optimiser, random numbers and counts begin anew.
+  Status StartFrom(std::span<const std::byte> bytes, std::size_t b, learn::Learner* learner) const {
+    const BehaviourSpec& behaviour = world_.spec().behaviours[b];
+    const Result<Policy> model = Policy::FromBytes(bytes);
+    Status status = model.ok() ? model->Fits(behaviour) : model.status();
+    if (status.ok()) status = learner->StartFrom(model->data());
+    if (status.ok()) return status;
+    return {status.code(), "behaviour '" + behaviour.name + "' cannot begin with this model: " + status.message()};
   }
 
   void BeginEveryone() {

@@ -263,6 +263,27 @@ TEST(Training, NoTwoBehavioursDrawTheSameNumbers) {
   EXPECT_NE(parameters[0], parameters[1]);
 }
 
+// A training goes on from what another one has learned, and says what it cannot begin with.
+TEST(Training, BeginsWithAModel) {
+  TickedEngine taught("road-v0", 1, 1);
+  auto teacher = *Train(taught.world(), RoadTraining(20000));
+  TrainToTheEnd(taught, *teacher);
+  const std::vector<std::byte> model = teacher->Model(0)->Serialise();
+  TrainOptions options = RoadTraining(256);
+  options.start_from = {model};
+  options.hyperparameters = {{"n_steps", "128"}, {"learning_rate", "1e-9"}};
+  TickedEngine engine("road-v0", 1, 1);
+  auto driver = *Train(engine.world(), options);
+  TrainToTheEnd(engine, *driver);
+  Policy policy = *Policy::FromFile(*driver->Model(0));
+  EXPECT_GE(RoadAccuracy(policy), 0.98);
+
+  TickedEngine other("cartpole-v1", 1, 1);
+  EXPECT_THAT(Train(other.world(), options).status().message(), HasSubstr("cannot begin with this model"));
+  options.start_from.push_back(model);
+  EXPECT_THAT(Train(engine.world(), options).status().message(), HasSubstr("2 models for 1 behaviours"));
+}
+
 TEST(Training, SaysWhatDoesNotFit) {
   TickedEngine engine("road-v0", 1, 1);
   TrainOptions options = RoadTraining(100);

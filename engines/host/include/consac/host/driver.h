@@ -81,9 +81,10 @@ struct TrainOptions {
   std::int64_t total_steps = 100000;                                 ///< of single agents
   std::uint64_t seed = 0;                                            ///< of learner and world
   WhileLearning while_learning = WhileLearning::kWait;               ///< see there
+  std::vector<std::vector<std::byte>> start_from;  ///< a model file's bytes for each behaviour; none: from nothing
 };
 /// Learns on a thread of its own; after total_steps the agents go on by what was learned. The error names the
-/// hyperparameter or space that does not fit.
+/// hyperparameter, space or model that does not fit.
 Result<std::unique_ptr<Driver>> Train(TickWorld& world, const TrainOptions& options);
 
 /// A trained model.
