@@ -163,6 +163,20 @@ func _model(path: String) -> void:
 	for i in 1000:
 		alike = alike and model.predict(rows.slice(2 * i, 2 * i + 2))[0] == all[i]
 	_check("one by one the same", alike)
+	_same("what failed before is over", model.last_error(), "")
+	var named: Dictionary = model.predict_named({coin = PackedFloat32Array([40, 0]), actor = [10.0, 20]})
+	_same("by names", named, {"action": model.predict(PackedFloat32Array([10, 40, 20, 0]))})
+	_check("a name is missing", model.predict_named({actor = 10}).is_empty() and model.last_error().contains("'coin'"))
+	_check("a name too many", model.predict_named({actor = 10, coin = 40, x = 1}).is_empty() and model.last_error().contains("'x'"))
+	_check("of two lengths", model.predict_named({actor = 10, coin = [40, 3]}).is_empty() and model.last_error().contains("2 numbers"))
+	var box := {type = "box", low = 0.0, high = 40.0}
+	var reversed := {observations = [box.merged({name = "coin"}), box.merged({name = "actor"})],
+			actions = [{name = "move", type = "discrete", n = 3}]}
+	_same("in the order of the script", model.arrange(reversed), "")
+	_same("as it says", model.describe().observations.map(func(entry: Dictionary) -> String: return entry.name), ["coin", "actor"])
+	_same("and acts so", model.predict(PackedFloat32Array([40, 10, 0, 20])), named["action"])
+	_same("under its name", model.predict_named({coin = [40, 0], actor = [10, 20]}), {"move": named["action"]})
+	model.load(path)
 	model.set_seed(1)
 	var drawn := model.predict_with(rows, PackedByteArray(), PackedByteArray(), true)
 	model.set_seed(1)

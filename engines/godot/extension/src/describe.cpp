@@ -181,9 +181,9 @@ Result<host::TickWorldOptions> ReadWorld(const Dictionary& table) {
   return options;
 }
 
-Array DescribeEntries(const Layout& layout) {
+Array DescribeEntries(const std::vector<Leaf>& leaves) {
   Array all;
-  for (const Leaf& leaf : layout.leaves) {
+  for (const Leaf& leaf : leaves) {
     Dictionary table;
     table.Set("name", Variant::Of(std::string_view(leaf.name)));
     DescribeSpace(leaf.space, &table);

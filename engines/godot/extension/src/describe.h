@@ -21,7 +21,7 @@ Result<host::Offering> ReadOffering(const Dictionary& table);
 /// bounded.
 Result<host::TickWorldOptions> ReadWorld(const Dictionary& table);
 
-/// The entries of a space: a Dict's children in its order, else the space itself under the name of its leaf.
-Array DescribeEntries(const Layout& layout);
+/// Entries as tables, in this order.
+Array DescribeEntries(const std::vector<Leaf>& leaves);
 
 }  // namespace consac::godot

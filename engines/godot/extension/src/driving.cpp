@@ -4,6 +4,7 @@
 
 #include "consac/base/names.h"
 #include "files.h"
+#include "interrupts.h"
 #include "options.h"
 #include "world.h"
 
@@ -12,6 +13,17 @@ namespace {
 
 // The longest that one call holds the engine up.
 constexpr double kLongestWait_s = 60.0;
+
+// Every file's bytes, in the order of the paths.
+Result<std::vector<std::vector<std::byte>>> ReadAll(const std::vector<std::string>& paths) {
+  std::vector<std::vector<std::byte>> all;
+  for (const std::string& path : paths) {
+    Result<std::vector<std::byte>> bytes = ReadEngineFile(path);
+    if (!bytes.ok()) return bytes.status();
+    all.push_back(*std::move(bytes));
+  }
+  return all;
+}
 
 }  // namespace
 
@@ -44,8 +56,12 @@ Status World::Serve(const Dictionary& options) {
 
 Status World::Train(const Dictionary& options) {
   CONSAC_RETURN_IF_ERROR(Ready());
-  const Result<host::TrainOptions> read = ReadTrain(options);
+  std::vector<std::string> start_from;
+  Result<host::TrainOptions> read = ReadTrain(options, &start_from);
   if (!read.ok()) return read.status();
+  Result<std::vector<std::vector<std::byte>>> models = ReadAll(start_from);
+  if (!models.ok()) return models.status();
+  read->start_from = *std::move(models);
   Close();
   return Drive(host::Train(*world_, *read));
 }
@@ -59,14 +75,10 @@ Status World::Act(const Dictionary& options) {
                                               " paths; expected one for each of " + std::to_string(rows_.size()) +
                                               " behaviours"};
   }
-  std::vector<std::vector<std::byte>> models;
-  for (const std::string& path : read->models) {
-    Result<std::vector<std::byte>> bytes = ReadEngineFile(path);
-    if (!bytes.ok()) return bytes.status();
-    models.push_back(*std::move(bytes));
-  }
+  const Result<std::vector<std::vector<std::byte>>> models = ReadAll(read->models);
+  if (!models.ok()) return models.status();
   Close();
-  const Status status = Drive(host::Act(*world_, models, *read));
+  const Status status = Drive(host::Act(*world_, *models, *read));
   if (status.ok()) return status;
   std::string paths;
   for (const std::string& path : read->models) paths += (paths.empty() ? "" : ", ") + path;
@@ -121,6 +133,14 @@ std::int64_t World::Port() {
 
 bool World::Finished() {
   return driver_ != nullptr && driver_->finished();
+}
+
+void World::WatchInterrupts() {
+  CatchInterrupts();
+}
+
+bool World::WasInterrupted() {
+  return Interrupted();
 }
 
 void World::SetPaused(bool paused) {

@@ -6,6 +6,7 @@
 
 #include "binding/class.h"
 #include "consac/base/hooks.h"
+#include "interrupts.h"
 #include "model.h"
 #include "world.h"
 
@@ -33,6 +34,12 @@ void Assertion(void*, const char* expression, const char* file, int line) {
 }
 
 void Initialise(void*, GDExtensionInitializationLevel level) {
+  if (level == GDEXTENSION_INITIALIZATION_EDITOR) {
+    for (const auto table : kClasses) {
+      const std::string help = HelpOf(table());
+      engine.editor_help_load_xml_from_utf8_chars_and_len(help.data(), static_cast<GDExtensionInt>(help.size()));
+    }
+  }
   if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
   Hooks hooks;
   hooks.log = &LogLine;
@@ -44,6 +51,7 @@ void Initialise(void*, GDExtensionInitializationLevel level) {
 void Deinitialise(void*, GDExtensionInitializationLevel level) {
   if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
   registered.clear();
+  ForgetInterrupts();  // the handler goes with the library
   SetHooks(Hooks{});
 }
 

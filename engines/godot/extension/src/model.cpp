@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "consac/base/text.h"
 #include "describe.h"
 #include "files.h"
+#include "reader.h"
 
 namespace consac::godot {
 namespace {
@@ -17,18 +19,44 @@ const Status kNothingLoaded{StatusCode::kFailedPrecondition, "no model is loaded
 ClassTable ModelTable() {
   ClassTable table;
   table.name = "ConsacModel";
+  table.brief = "A trained model that a script asks itself.";
+  table.help = "For games without [ConsacSync]: load a model, ask it with [method predict_named].";
   table.make = []() -> Instance* { return new Model; };
   table.methods = {
-      Bind<Model, &Model::LastError>("last_error"),
-      Bind<Model, &Model::Load>("load", {"path"}),
-      Bind<Model, &Model::LoadBytes>("load_bytes", {"bytes"}),
-      Bind<Model, &Model::Loaded>("loaded"),
-      Bind<Model, &Model::Describe>("describe"),
-      Bind<Model, &Model::Fits>("fits", {"behaviour"}),
-      Bind<Model, &Model::Predict>("predict", {"observations"}),
-      Bind<Model, &Model::PredictWith>("predict_with", {"observations", "bytes", "masks", "sample"}),
-      Bind<Model, &Model::BeginEpisode>("begin_episode", {"row"}),
-      Bind<Model, &Model::SetSeed>("set_seed", {"seed"}),
+      Bind<Model, &Model::LastError>("last_error", {},
+                                     "Why the latest call that can fail did; \"\" where it went well."),
+      Bind<Model, &Model::Load>("load", {"path"},
+                                "Reads a model from any path of the engine; it tests itself. What is wrong, or \"\"."),
+      Bind<Model, &Model::LoadBytes>("load_bytes", {"bytes"}, "The same from a file's bytes."),
+      Bind<Model, &Model::Loaded>("loaded", {}, "Whether one is loaded."),
+      Bind<Model, &Model::Describe>(
+          "describe", {},
+          "[code]{behaviour, observations = [entries], actions = [entries], training}[/code]; the entries "
+          "in the order of rows."),
+      Bind<Model, &Model::Fits>(
+          "fits", {"behaviour"},
+          "What differs between the model and a behaviour as [method ConsacWorld.create] takes it, or \"\"."),
+      Bind<Model, &Model::Arrange>(
+          "arrange", {"behaviour"},
+          "Like [method fits]; where it fits, rows hold the entries in the order of this description from "
+          "now on."),
+      Bind<Model, &Model::PredictNamed>(
+          "predict_named", {"observations"},
+          "The same by names: [code]{place = PackedFloat32Array([...]), height = 3.0}[/code] in, "
+          "[code]{steer = PackedFloat32Array([...])}[/code] out; of several rows one after the other. No "
+          "order can be mistaken."),
+      Bind<Model, &Model::Predict>(
+          "predict", {"observations"},
+          "The best actions for any number of rows. A row holds the numbers of all entries in the order of "
+          "[method describe], which is the alphabet's unless [method arrange] has set another."),
+      Bind<Model, &Model::PredictWith>(
+          "predict_with", {"observations", "bytes", "masks", "sample"},
+          "The same as [method predict] for models that see pictures too, with masks of legal choices (or "
+          "none), the best action or one drawn."),
+      Bind<Model, &Model::BeginEpisode>(
+          "begin_episode", {"row"},
+          "For models that remember: the agent of this row begins an episode; below 0: all do."),
+      Bind<Model, &Model::SetSeed>("set_seed", {"seed"}, "What the draws begin from."),
   };
   return table;
 }
@@ -37,11 +65,24 @@ Status Model::Take(std::span<const std::byte> bytes) {
   Result<Policy> policy = Policy::FromBytes(bytes, 1);
   if (!policy.ok()) return policy.status();
   policy_.emplace(*std::move(policy));
-  observation_.emplace(policy_->observation_layout(), policy_->observation_layout().leaves);
-  action_.emplace(policy_->action_layout(), policy_->action_layout().leaves);
+  Order(policy_->observation_layout().leaves, policy_->action_layout().leaves);
   room_ = 0;
   begins_.clear();
   return MakeRoom(1);
+}
+
+void Model::Order(const std::vector<Leaf>& seen, const std::vector<Leaf>& done) {
+  seen_leaves_ = seen;
+  done_leaves_ = done;
+  const auto names = [](const std::vector<Leaf>& leaves, const char* alone) {
+    std::vector<std::string> all;
+    for (const Leaf& leaf : leaves) all.push_back(leaf.name.empty() ? alone : leaf.name);
+    return all;
+  };
+  seen_names_ = names(seen, "observation");
+  done_names_ = names(done, "action");
+  observation_.emplace(policy_->observation_layout(), seen_leaves_);
+  action_.emplace(policy_->action_layout(), done_leaves_);
 }
 
 Status Model::MakeRoom(std::int64_t rows) {
@@ -75,21 +116,42 @@ Result<Dictionary> Model::Describe() {
   if (!policy_.has_value()) return kNothingLoaded;
   Dictionary table;
   table.Set("behaviour", Variant::Of(std::string_view(policy_->data().behaviour)));
-  table.Set("observations", Variant::Of(DescribeEntries(policy_->observation_layout())));
-  table.Set("actions", Variant::Of(DescribeEntries(policy_->action_layout())));
+  table.Set("observations", Variant::Of(DescribeEntries(seen_leaves_)));
+  table.Set("actions", Variant::Of(DescribeEntries(done_leaves_)));
   table.Set("training", Variant::Of(std::string_view(policy_->data().training_json)));
   return table;
 }
 
 Status Model::Fits(const Dictionary& behaviour) {
+  return WorldOf(behaviour).status();
+}
+
+Status Model::Arrange(const Dictionary& behaviour) {
+  const Result<std::unique_ptr<host::TickWorld>> world = WorldOf(behaviour);
+  if (!world.ok()) return world.status();
+  std::vector<Leaf> seen, done;
+  for (std::size_t i = 0; i < policy_->observation_layout().leaves.size(); ++i)
+    seen.push_back((*world)->ObservationLeaf(0, i));
+  for (std::size_t i = 0; i < policy_->action_layout().leaves.size(); ++i) done.push_back((*world)->ActionLeaf(0, i));
+  Order(seen, done);
+  const Result<host::Offering> offering = ReadOffering(behaviour);
+  if (!offering.ok()) return offering.status();
+  for (std::size_t i = 0; i < seen.size(); ++i) seen_names_[i] = offering->observations[i].name;
+  for (std::size_t i = 0; i < done.size(); ++i) done_names_[i] = offering->actions[i].name;
+  return Status::Ok();
+}
+
+// A world of this behaviour, which the model fits.
+Result<std::unique_ptr<host::TickWorld>> Model::WorldOf(const Dictionary& behaviour) const {
   if (!policy_.has_value()) return kNothingLoaded;
   Result<host::Offering> offering = ReadOffering(behaviour);
   if (!offering.ok()) return offering.status();
   host::TickWorldOptions options;
   options.offerings.push_back(*std::move(offering));
-  const Result<std::unique_ptr<host::TickWorld>> world = host::TickWorld::Create(std::move(options));
+  Result<std::unique_ptr<host::TickWorld>> world = host::TickWorld::Create(std::move(options));
   if (!world.ok()) return world.status();
-  return policy_->Fits((*world)->spec().behaviours[0]);
+  CONSAC_RETURN_IF_ERROR(policy_->Fits((*world)->spec().behaviours[0]));
+  return world;
 }
 
 Result<Floats> Model::Predict(const Floats& numbers) {
@@ -142,6 +204,67 @@ Result<Floats> Model::PredictWith(const Floats& numbers, const Bytes& bytes, con
     done += now;
   }
   std::fill_n(begins_.begin(), static_cast<std::size_t>(*rows), std::uint8_t{0});
+  return actions;
+}
+
+Result<Dictionary> Model::PredictNamed(const Dictionary& observations) {
+  if (!policy_.has_value()) return kNothingLoaded;
+  Reader reader(observations, "observations: ");
+  std::vector<std::vector<double>> numbers(seen_leaves_.size());
+  std::vector<Bytes> bytes(seen_leaves_.size());
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < seen_leaves_.size(); ++i) {
+    const Leaf& leaf = seen_leaves_[i];
+    const bool is_bytes = leaf.dtype == DType::kU8 && leaf.space.kind() == SpaceKind::kBox;
+    if (!reader.Has(seen_names_[i]))
+      return Status{StatusCode::kInvalidArgument, "observations: there is no " + Quote(seen_names_[i]) + "; give it"};
+    if (is_bytes) {
+      reader.Take(seen_names_[i], &bytes[i]);
+    } else {
+      reader.Take(seen_names_[i], &numbers[i]);
+    }
+    const auto width = static_cast<std::size_t>(leaf.count);
+    const std::size_t given = is_bytes ? bytes[i].span().size() : numbers[i].size();
+    rows = i == 0 ? given / width : rows;
+    if (given != rows * width) {
+      CONSAC_RETURN_IF_ERROR(reader.Finish());
+      return Status{StatusCode::kInvalidArgument,
+                    "observations: " + Quote(seen_names_[i]) + " has " + std::to_string(given) + " numbers; expected " +
+                        std::to_string(width) + " for each of " + std::to_string(rows) + " rows"};
+    }
+  }
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  Floats in = Floats::OfSize(rows * observation_->numbers());
+  Bytes pictures = Bytes::OfSize(rows * observation_->bytes());
+  const std::span<float> to_numbers = in.writable();
+  const std::span<std::uint8_t> to_bytes = pictures.writable();
+  std::size_t number = 0, byte = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t i = 0; i < seen_leaves_.size(); ++i) {
+      const auto width = static_cast<std::size_t>(seen_leaves_[i].count);
+      for (std::size_t k = row * width; k < (row + 1) * width; ++k) {
+        if (!numbers[i].empty()) {
+          to_numbers[number++] = static_cast<float>(numbers[i][k]);
+        } else {
+          to_bytes[byte++] = bytes[i].span()[k];
+        }
+      }
+    }
+  }
+  const Result<Floats> chosen = PredictWith(in, pictures, Bytes(), false);
+  if (!chosen.ok()) return chosen.status();
+  Dictionary actions;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < done_leaves_.size(); ++i) {
+    const auto width = static_cast<std::size_t>(done_leaves_[i].count);
+    Floats own = Floats::OfSize(rows * width);
+    for (std::size_t row = 0; row < rows; ++row) {
+      const auto from = chosen->span().subspan(row * action_->numbers() + first, width);
+      std::copy(from.begin(), from.end(), own.writable().begin() + static_cast<std::ptrdiff_t>(row * width));
+    }
+    actions.Set(done_names_[i], Variant::Of(own));
+    first += width;
+  }
   return actions;
 }
 

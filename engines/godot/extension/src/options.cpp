@@ -69,12 +69,13 @@ Result<host::ServeOptions> ReadServe(const Dictionary& table) {
   return options;
 }
 
-Result<host::TrainOptions> ReadTrain(const Dictionary& table) {
+Result<host::TrainOptions> ReadTrain(const Dictionary& table, std::vector<std::string>* start_from) {
   host::TrainOptions options;
   Dictionary hyperparameters;
   Reader reader(table, "train: ");
   reader.Take("algorithm", &options.algorithm);
   reader.Take("total_steps", &options.total_steps);
+  reader.Take("start_from", start_from);
   reader.Take("seed", &options.seed);
   reader.Take<host::WhileLearning>("while_learning", &options.while_learning,
                                    {{"wait", host::WhileLearning::kWait}, {"go_on", host::WhileLearning::kGoOn}});

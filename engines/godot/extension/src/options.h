@@ -9,8 +9,9 @@ namespace consac::godot {
 
 /// {host, port, training_length, model_name, seed, protocol, terminator, token, quiet_s, deadline_s, ...}
 Result<host::ServeOptions> ReadServe(const Dictionary& table);
-/// {algorithm, hyperparameters = {...}, total_steps, seed, while_learning = "wait" or "go_on"}
-Result<host::TrainOptions> ReadTrain(const Dictionary& table);
+/// {algorithm, hyperparameters = {...}, total_steps, seed, while_learning = "wait" or "go_on", start_from = [a path for
+/// each behaviour]}; the paths are not read.
+Result<host::TrainOptions> ReadTrain(const Dictionary& table, std::vector<std::string>* start_from);
 /// {models = [a path for each behaviour], mode = "deterministic" or "sample", seed}
 Result<host::ActOptions> ReadAct(const Dictionary& table);
 

@@ -170,6 +170,13 @@ void Reader::Take(std::string_view key, std::vector<std::string>* value) {
   }
 }
 
+void Reader::Take(std::string_view key, Bytes* value) {
+  const Variant* given = Find(key);
+  if (given == nullptr) return;
+  if (given->type() != Bytes::kType) return Expected(key, *given, "a PackedByteArray");
+  *value = given->As<Bytes>();
+}
+
 std::size_t Reader::TakeWord(std::string_view key, const std::vector<std::string_view>& words) {
   const Variant* given = Find(key);
   if (given == nullptr) return words.size();

@@ -46,6 +46,8 @@ class Reader {
     const std::size_t index = TakeWord(key, known);
     if (index < known.size()) *value = words.begin()[index].second;
   }
+  /// A PackedByteArray.
+  void Take(std::string_view key, Bytes* value);
   /// Whether the key is there.
   bool Has(std::string_view key) const;
 

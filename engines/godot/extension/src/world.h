@@ -47,6 +47,8 @@ class World : public Instance {
   Status Offer();
   std::int64_t Port();
   bool Finished();
+  void WatchInterrupts();  // CatchInterrupts()
+  bool WasInterrupted();
   void SetPaused(bool paused);
   Dictionary Progress();
   bool Learned(std::int64_t behaviour);

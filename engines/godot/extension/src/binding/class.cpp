@@ -54,6 +54,58 @@ void RegisterMethod(const StringName& class_name, Method& method) {
 
 }  // namespace
 
+namespace {
+
+std::string Escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+std::string MethodHelp(const Method& method) {
+  const auto type = [](GDExtensionVariantType of) {
+    return of == GDEXTENSION_VARIANT_TYPE_NIL ? std::string("void") : TypeName(of);
+  };
+  std::string text = "<method name=\"" + method.name + "\"><return type=\"" + type(method.result) + "\"/>";
+  for (std::size_t i = 0; i < method.argument_types.size(); ++i) {
+    text += "<param index=\"" + std::to_string(i) + "\" name=\"" + method.argument_names[i] + "\" type=\"" +
+            type(method.argument_types[i]) + "\"/>";
+  }
+  return text + "<description>" + Escaped(method.help) + "</description></method>";
+}
+
+}  // namespace
+
+std::string HelpOf(const ClassTable& table) {
+  std::string text = "<class name=\"" + table.name + "\" inherits=\"RefCounted\"><brief_description>" +
+                     Escaped(table.brief) + "</brief_description><description>" + Escaped(table.help) +
+                     "</description><methods>";
+  for (const Method& method : table.methods) text += MethodHelp(method);
+  text += "</methods><constants>";
+  for (const Constant& constant : table.constants) {
+    text += "<constant name=\"" + constant.name + "\" value=\"" + std::to_string(constant.value) + "\" enum=\"" +
+            constant.group + "\">" + Escaped(constant.help) + "</constant>";
+  }
+  return text + "</constants></class>";
+}
+
 RegisteredClass::RegisteredClass(ClassTable table) : table_(std::move(table)), name_(table_.name.c_str()) {
   GDExtensionClassCreationInfo4 info{};
   info.is_exposed = 1;

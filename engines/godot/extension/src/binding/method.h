@@ -1,9 +1,9 @@
 #pragma once
-// From a C++ member function to a method that scripts call: Bind<World, &World::Join>("join", {"behaviour"}) is one row
-// of a class's table. Arguments and results are std::int64_t, double, bool, std::string, Floats, Bytes, Array,
-// Dictionary; a result may also be void, a Status (the script gets its sentence, "" for success) or a Result of these
-// (the script gets an empty value, or -1, where it failed). A failure is kept as the object's last error and written
-// into the engine's log.
+// From a C++ member function to a method that scripts call: Bind<World, &World::Join>("join", {"behaviour"}, "Takes a
+// place.") is one row of a class's table. Arguments and results are std::int64_t, double, bool, std::string, Floats,
+// Bytes, Array, Dictionary; a result may also be void, a Status (the script gets its sentence, "" for success) or a
+// Result of these (the script gets an empty value, or -1, where it failed). A failure is kept as the object's last
+// error and written into the engine's log.
 
 #include <array>
 #include <string>
@@ -21,10 +21,12 @@ namespace consac::godot {
 class Instance {
  public:
   virtual ~Instance() = default;
-  /// The sentence of the latest failure; "" when there was none.
+  /// The sentence of the latest call that can fail; "" where it went well.
   std::string LastError() const { return last_error_; }
   /// Keeps a failure and writes it into the engine's log; `where` is "ConsacWorld.serve".
   void Report(const std::string& where, const Status& status);
+  /// A call went well: what failed before is over.
+  void Forget() { last_error_.clear(); }
 
  private:
   std::string last_error_;
@@ -33,6 +35,7 @@ class Instance {
 /// One method of a class, as the engine wants to know it.
 struct Method {
   std::string name;                         ///< as scripts write it
+  std::string help;                         ///< what the editor's help says of it
   std::vector<std::string> argument_names;  ///< as many as argument_types
   std::vector<GDExtensionVariantType> argument_types;
   GDExtensionVariantType result = GDEXTENSION_VARIANT_TYPE_NIL;  ///< NIL: none
@@ -81,7 +84,11 @@ template <>
 struct Outcome<Status> {
   using Type = std::string;
   static std::string Of(Instance& instance, const Method& method, const Status& status) {
-    if (!status.ok()) instance.Report(method.where, status);
+    if (status.ok()) {
+      instance.Forget();
+    } else {
+      instance.Report(method.where, status);
+    }
     return status.message();
   }
 };
@@ -89,7 +96,10 @@ template <class T>
 struct Outcome<Result<T>> {
   using Type = T;
   static T Of(Instance& instance, const Method& method, Result<T> result) {
-    if (result.ok()) return *std::move(result);
+    if (result.ok()) {
+      instance.Forget();
+      return *std::move(result);
+    }
     instance.Report(method.where, result.status());
     if constexpr (std::is_same_v<T, std::int64_t>) return -1;  // where numbers count from 0
     return T{};
@@ -191,10 +201,12 @@ Method MakeMethodOf(R (C::*)(A...) const, std::string name, std::vector<std::str
   return MakeMethod<member, T, R, A...>(std::move(name), std::move(names));
 }
 
-/// The row of class T's table for a member function of it or of what it stems from.
+/// The row of class T's table for a member function of it or of what it stems from; `help` in the editor's BBCode.
 template <class T, auto member>
-Method Bind(std::string name, std::vector<std::string> argument_names = {}) {
-  return MakeMethodOf<member, T>(member, std::move(name), std::move(argument_names));
+Method Bind(std::string name, std::vector<std::string> argument_names, std::string help) {
+  Method method = MakeMethodOf<member, T>(member, std::move(name), std::move(argument_names));
+  method.help = std::move(help);
+  return method;
 }
 
 }  // namespace consac::godot

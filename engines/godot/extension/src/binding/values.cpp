@@ -142,6 +142,11 @@ Variant Variant::Of(const Dictionary& value) {
   return Wrap(GDEXTENSION_VARIANT_TYPE_DICTIONARY, copy);
 }
 
+Variant Variant::Of(const Floats& value) {
+  Floats copy(value);
+  return Wrap(Floats::kType, copy);
+}
+
 std::string Variant::text() const {
   String text;
   engine.variant_stringify(ptr(), text.ptr());

@@ -127,6 +127,7 @@ class Variant {
   static Variant Of(std::string_view value);
   static Variant Of(const Array& value);
   static Variant Of(const Dictionary& value);
+  static Variant Of(const Floats& value);
 
   /// What it holds.
   GDExtensionVariantType type() const { return engine.variant_get_type(storage_.data()); }
