@@ -1,21 +1,26 @@
 #!/usr/bin/env bash
-# Makes a game of one example of engines/godot: FOLDER/NAME (the release template) and FOLDER/NAME.pck beside it.
-#   tools/godot_export.sh road build/games
+# Makes a game of one scene: FOLDER/NAME (the release template) and FOLDER/NAME.pck beside it.
+#   tools/godot_export.sh road build/games                        an example of engines/godot
+#   tools/godot_export.sh res://levels/one.tscn build/games PROJECT   a scene of any project; NAME is the scene's, "one"
 # Files of the project that end in .consac (models) go along. The game takes the same arguments as a scene in the editor
 # binary, for instance:  build/games/road --headless -- --consac-port=0
 # Exit codes: 0 made, 1 the export failed, 2 usage, 3 no engine (tools/godot.sh fetches it).
 set -euo pipefail
+mkdir -p "${2:-.}"
+folder=$(cd "${2:-.}" && pwd)
+own=""
+if [ $# -eq 3 ]; then own=$(cd "$3" && pwd); fi
 cd "$(dirname "$0")/.."
-source=engines/godot
+source=${own:-engines/godot}
+scene=${1:-}
+case $scene in res://*) ;; *) scene=res://examples/$scene/$scene.tscn ;; esac
 
-if [ $# -ne 2 ] || [ ! -f "$source/examples/$1/$1.tscn" ]; then
-  echo "usage: tools/godot_export.sh EXAMPLE FOLDER; examples: $(cd $source/examples && echo *)" >&2
+if [ $# -lt 2 ] || [ $# -gt 3 ] || [ ! -f "$source/${scene#res://}" ] || [ ! -f "$source/project.godot" ]; then
+  echo "usage: tools/godot_export.sh EXAMPLE FOLDER, or SCENE FOLDER PROJECT; examples: $(cd engines/godot/examples && echo *)" >&2
   exit 2
 fi
-name=$1
+name=$(basename "$scene" .tscn)
 engine=$(tools/godot.sh where)
-mkdir -p "$2"
-folder=$(cd "$2" && pwd)
 
 # A copy, so that the project of whoever has it open stays as it is: the example becomes what the game starts with.
 work=$(mktemp -d)
@@ -27,7 +32,7 @@ if [ -f "$source/addons/consac/bin/consac.gdextension" ]; then
   mkdir "$work/project/.godot"
   echo res://addons/consac/bin/consac.gdextension >"$work/project/.godot/extension_list.cfg"
 fi
-sed -i "s|^run/main_scene=.*|run/main_scene=\"res://examples/$name/$name.tscn\"|" "$work/project/project.godot"
+sed -i "s|^run/main_scene=.*|run/main_scene=\"$scene\"|" "$work/project/project.godot"
 export XDG_DATA_HOME=$work/data XDG_CONFIG_HOME=$work/config XDG_CACHE_HOME=$work/cache  # nobody's editor settings
 run() {
   if timeout 300 "$engine/godot" --headless --path "$work/project" "$@" >"$work/log" 2>&1 &&
@@ -36,6 +41,8 @@ run() {
   echo "godot_export: the engine could not do: $*" >&2
   exit 1
 }
+# A project of somebody's own may have no preset for Linux yet.
+[ -f "$work/project/export_presets.cfg" ] || cp engines/godot/export_presets.cfg "$work/project"
 run --import
 run --export-pack Linux "$work/$name.pck"
 cp -L "$engine/godot-template" "$folder/$name.part"

@@ -33,7 +33,7 @@ def display(godot):
     """A display that draws into memory, for the engine started within."""
     if shutil.which("Xvfb") is None:
         missing("no Xvfb here: run tools/setup.sh godot")
-    server = subprocess.Popen(["Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"],
+    server = subprocess.Popen(["Xvfb", "-displayfd", "1", "-screen", "0", "1600x900x24", "-nolisten", "tcp"],
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     godot.environment["DISPLAY"] = ":" + server.stdout.readline().strip()
     yield

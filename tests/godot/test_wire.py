@@ -197,15 +197,15 @@ def test_a_camera_sees_what_is_drawn(godot, display):
     assert re.search(r"camera: first \[2[45]\d, [0-9], [0-9]\], last [0-9]+", output), output
 
 
-def scene_file(godot, name, script, sensor=""):
+def scene_file(godot, name, script):
     """A world of one agent with this script's lines, beside the examples."""
     (godot.project / f"{name}.gd").write_text("extends ConsacAgent\n" + script)
-    (godot.project / f"{name}.tscn").write_text(SCENE.replace("NAME", name) + sensor)
+    (godot.project / f"{name}.tscn").write_text(SCENE.replace("NAME", name))
     return f"res://{name}.tscn"
 
 
 def test_a_picture_is_refused_with_one_line(godot):
-    scene = scene_file(godot, "picture", "", sensor=CAMERA)
+    scene = scene_file(godot, "picture", "func prepare() -> String:\n\tobservations[0] = ConsacEntry.image(&'eye', Vector2i(8, 4), 3)\n\treturn super()\n")
     code, output = godot.start(godot.folder / "godot", "--headless", "--path", godot.project, scene, "--",
                                "--consac-quit=1", "--consac-protocol=text1").finish()
     assert code == 1 and "entry 'eye' is an image: protocol 2 carries it" in output.splitlines()[-1], output
@@ -235,7 +235,6 @@ SCENE = """[gd_scene format=3]
 [ext_resource type="Script" path="res://addons/consac/consac_sync.gd" id="1"]
 [ext_resource type="Script" path="res://NAME.gd" id="2"]
 [ext_resource type="Script" path="res://addons/consac/consac_entry.gd" id="3"]
-[ext_resource type="Script" path="res://addons/consac/sensors/camera_sensor.gd" id="4"]
 [sub_resource type="Resource" id="place"]
 script = ExtResource("3")
 name = &"place"
@@ -245,15 +244,8 @@ name = &"move"
 [node name="World" type="Node"]
 [node name="ConsacSync" type="Node" parent="."]
 script = ExtResource("1")
-[node name="View" type="SubViewport" parent="."]
-size = Vector2i(8, 4)
 [node name="Agent" type="Node" parent="."]
 script = ExtResource("2")
 observations = Array[ExtResource("3")]([SubResource("place")])
 actions = Array[ExtResource("3")]([SubResource("move")])
-"""
-CAMERA = """[node name="Camera" type="Node" parent="Agent" node_paths=PackedStringArray("viewport")]
-script = ExtResource("4")
-entry_name = &"eye"
-viewport = NodePath("../../View")
 """

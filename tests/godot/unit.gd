@@ -71,6 +71,21 @@ func _agents() -> void:
 	agent.action_row = PackedFloat32Array([0.5, 0.25, -1, 1])
 	agent.hand_over()
 	_check("acts", agent.heard, {&"turn": 0.5, &"move": PackedFloat32Array([0.25, -1]), &"jump": 1})
+	agent.actions = [ConsacEntry.box(&"turn", 1, 2.0, 6.0), ConsacEntry.discrete(&"jump", 2)]
+	agent.prepare()
+	agent.ask_heuristic()
+	_check("unless overridden: the middle, the first", agent.action_row, PackedFloat32Array([4, 0]))
+	agent.masks_actions = true
+	agent.look()
+	_check("unless overridden: all is legal", agent.mask_row, PackedByteArray([1, 1]))
+	agent.legal = PackedByteArray([0, 1])
+	agent.look()
+	_check("what is legal", agent.mask_row, PackedByteArray([0, 1]))
+	agent.legal = PackedByteArray([0, 0])
+	_holds("nothing legal", agent.look(), "mask() leaves no legal choice for action 'jump'")
+	agent.legal = PackedByteArray([1])
+	_holds("a mask too small", agent.look(), "mask() gave 1 bytes for action 'jump', expected a PackedByteArray of 2")
+	agent.masks_actions = false
 	agent.add_reward(INF)
 	_holds("bad reward", agent.account(), "the reward is inf")
 	agent.start_episode(3)
@@ -112,6 +127,16 @@ func _command_line() -> void:
 	for text: String in cases:
 		_check("--consac-set=%s is read" % text, ConsacCommandLine._assign(sync, "set", text), "")
 		_check("--consac-set=%s" % text, sync.hyperparameters, cases[text])
+	var lines := {
+		"steps=1e5": "", "steps=12": "", "fast=yes": "", "deadline=0.5": "",
+		"steps=1.5": "'1.5' is no whole number", "steps=nan": "'nan' is no number", "fast=maybe": "expected 1 or 0",
+		"port=70000": "expected 0 to 65535", "mode=ply": "there are serve, train, act, by_hand",
+	}
+	for line: String in lines:
+		var parts := line.split("=")
+		_check("--consac-" + line, ConsacCommandLine._assign(sync, parts[0], parts[1]), lines[line])
+		if line == "steps=1e5":
+			_check("which is", sync.training_length, 100000)
 	_check("--consac-set=0.9", ConsacCommandLine._assign(sync, "set", "0.9"), "expected NAME:VALUE,NAME:VALUE")
 	sync.free()
 
@@ -278,9 +303,14 @@ class _Speaker:
 	extends ConsacAgent
 	var says := {}
 	var heard := {}
+	var legal := PackedByteArray()
 
 	func observe(into: Dictionary) -> void:
 		into.merge(says, true)
+
+	func mask(into: Dictionary) -> void:
+		if not legal.is_empty():
+			into[&"jump"] = legal
 
 	func act(chosen: Dictionary) -> void:
 		heard = chosen.duplicate()

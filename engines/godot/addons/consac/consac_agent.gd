@@ -12,6 +12,8 @@ extends Node
 ## Asks for observations: put one value for each entry into [param values], as [method observe]
 ## does.
 signal observing(values: Dictionary)
+## Asks which choices are legal, where [member masks_actions] is set: see [method mask].
+signal masking(legal: Dictionary)
 ## Brings actions: one value for each entry, as [method act] gets them.
 signal acting(values: Dictionary)
 ## The world has moved: the place for [method add_reward] and [method end_episode].
@@ -20,6 +22,13 @@ signal judging
 signal resetting(episode_seed: int)
 ## An episode is over.
 signal episode_ended(total_reward: float, steps: int)
+
+## Who chooses for one agent.
+enum ControlMode {
+	AS_THE_SYNC,  ## whoever the [ConsacSync] says
+	MODEL,  ## the model in [member model]; needs the native extension
+	BY_HAND,  ## its own [method heuristic]
+}
 
 ## Every agent is in this group.
 const GROUP := &"consac_agents"
@@ -31,7 +40,14 @@ const GROUP := &"consac_agents"
 ## What it does.
 @export var actions: Array[ConsacEntry] = []
 ## Decisions after which an episode is cut off (truncated); 0 for never.
-@export var max_steps: int = 0
+@export_range(0, 1000000000, 1, "hide_slider") var max_steps: int = 0
+## Not every choice is legal at every time; [method mask] says which are. Needs the native extension.
+@export var masks_actions: bool = false
+@export_group("Who chooses")
+## Who chooses for this agent: a person or a model may act beside agents that learn, or against them.
+@export var control: ControlMode = ControlMode.AS_THE_SYNC
+## Of MODEL: a file [code]NAME.consac[/code], dragged here from the file system dock.
+@export var model: ConsacModelFile
 
 ## Random numbers of this episode, seeded anew before each [method reset].
 var rng := RandomNumberGenerator.new()
@@ -41,7 +57,11 @@ var steps: int = 0
 var total_reward: float = 0.0
 
 ## The [ConsacSync] that drives it, once one does.
-var driven_by: Node
+var driven_by: ConsacSync
+## The sync's backend does not drive it: it acts by a model or a rule of its own.
+var played := false
+## Of those: by its own rule.
+var by_rule := false
 
 # What a backend reads after each collect(): the numbers of all observation entries in order.
 var row := PackedFloat32Array()
@@ -53,6 +73,7 @@ var terminated: bool = false
 var truncated: bool = false
 # What a backend writes before hand_over(): the numbers of all action entries in order.
 var action_row := PackedFloat32Array()
+var mask_row := PackedByteArray()  # a byte for each choice of all discrete actions; empty where nothing is masked
 var all_observations: Array[ConsacEntry] = []  # its own, then its sensors'
 
 var _sensors: Array[ConsacSensor] = []
@@ -61,17 +82,26 @@ var _widths := PackedInt32Array()  # their numbers; negative: to be looked at mo
 var _action_names: Array[StringName] = []
 var _action_widths := PackedInt32Array()
 var _given := {}  # actions by name
+var _legal := {}  # masks by name
 var _problem := ""
 
 
 func _enter_tree() -> void:
 	add_to_group(GROUP)
-	if not Engine.is_editor_hint():
-		_warn_if_alone.call_deferred()
+	if Engine.is_editor_hint():
+		return
+	for sync: ConsacSync in get_tree().get_nodes_in_group(ConsacSync.GROUP):
+		sync.meet(self)
+	_warn_if_alone.call_deferred()
+
+
+func _exit_tree() -> void:
+	if is_instance_valid(driven_by):
+		driven_by.miss()
 
 
 func _warn_if_alone() -> void:
-	if is_inside_tree() and get_tree().get_nodes_in_group(&"consac_syncs").is_empty():
+	if is_inside_tree() and get_tree().get_nodes_in_group(ConsacSync.GROUP).is_empty():
 		push_warning("%s: there is no ConsacSync in the scene, so nobody drives this agent" % name)
 
 
@@ -98,7 +128,7 @@ func reset(episode_seed: int) -> void:
 
 
 ## Override: fill [param into] with an action for each entry, from the player's keys or a rule.
-## Drives the agent in the mode "by hand". Unless overridden: nothing pressed, the middle of each
+## Drives the agent in the mode "by hand". Unless overridden: the first choice, the middle of each
 ## range.
 func heuristic(into: Dictionary) -> void:
 	for entry in actions:
@@ -107,8 +137,21 @@ func heuristic(into: Dictionary) -> void:
 		else:
 			var middle := PackedFloat32Array()
 			middle.resize(entry.size)
-			middle.fill(clampf(0.0, entry.low, entry.high))
+			middle.fill(entry.middle())
 			into[entry.name] = middle
+
+
+## Override, where [member masks_actions] is set: [param legal] holds a PackedByteArray for each discrete action, 1 for
+## each choice; write 0 where a choice is not legal now. One at least stays legal.
+func mask(legal: Dictionary) -> void:
+	masking.emit(legal)
+
+
+## A number of your own for people to see, with the rewards: how far it came, whether it hit. Its mean stands in the
+## sync's lines, in its curve and in the editor's dock.
+func note(metric: StringName, value: float) -> void:
+	if is_instance_valid(driven_by) and driven_by.counts(self):
+		driven_by.report.note_metric(metric, value)
 
 
 ## Adds to the reward of the present step.
@@ -132,7 +175,13 @@ func prepare() -> String:
 	all_observations = observations.duplicate()
 	for child in find_children("*", "ConsacSensor", true, false):
 		var sensor: ConsacSensor = child
+		var missing := sensor.fault()
+		if not missing.is_empty():
+			return "%s/%s: %s" % [name, sensor.name, missing]
 		_sensors.append(sensor)
+		if sensor.place() != null and not sensor.has_meta(&"drawing"):
+			sensor.set_meta(&"drawing", true)
+			sensor.begin_drawing(sensor.place())
 		all_observations.append_array(sensor.entries())
 	var fault := _fault_of(all_observations, "observation")
 	if fault.is_empty():
@@ -140,7 +189,16 @@ func prepare() -> String:
 	row.resize(_plan(all_observations, _names, _widths))
 	action_row.resize(_plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
+	mask_row.clear()
+	by_rule = control == ControlMode.BY_HAND
+	if fault.is_empty() and control == ControlMode.MODEL and model == null:
+		fault = "%s acts by a model and has none; set model to a .consac file" % name
 	return fault
+
+
+## Whether one of its sensors wants the world drawn before it looks.
+func sees_pictures() -> bool:
+	return _sensors.any(func(sensor: ConsacSensor) -> bool: return sensor is ConsacCameraSensor)
 
 
 ## Called by [ConsacSync]: begins an episode.
@@ -198,7 +256,23 @@ func look() -> String:
 		else:
 			_store(row, at, all_observations[i], value, "observe()")
 		at += absi(width)
+	if masks_actions:
+		_look_at_masks()
 	return _problem
+
+
+## The pictures of [param images] in [param of], one after the other. One that is missing is left out; [method look] says
+## so.
+func image_bytes(of: Dictionary, images: Array[StringName]) -> PackedByteArray:
+	var bytes := PackedByteArray()
+	for image in images:
+		var picture: Variant = of.get(image)
+		if not picture is PackedByteArray:
+			continue
+		if images.size() == 1:
+			return picture
+		bytes.append_array(picture)
+	return bytes
 
 
 ## Called by a backend that found a number in [param numbers] which is not finite: which entry it
@@ -252,6 +326,31 @@ func ask_heuristic() -> String:
 		_store(action_row, at, entry, _given.get(entry.name), "heuristic()")
 		at += entry.numbers()
 	return _problem
+
+
+func _look_at_masks() -> void:
+	for entry in actions:
+		if entry.kind == ConsacEntry.Kind.DISCRETE:
+			var legal := PackedByteArray()
+			legal.resize(entry.choices)
+			legal.fill(1)
+			_legal[entry.name] = legal
+	mask(_legal)
+	mask_row.clear()
+	for entry in actions:
+		if entry.kind != ConsacEntry.Kind.DISCRETE:
+			continue
+		var legal: Variant = _legal.get(entry.name)
+		if not legal is PackedByteArray or legal.size() != entry.choices:
+			_blame("mask() gave %s for action '%s', expected a PackedByteArray of %d" % [
+					_kind_of(legal) if not legal is PackedByteArray else "%d bytes" % legal.size(), entry.name, entry.choices])
+			legal = PackedByteArray()
+			legal.resize(entry.choices)
+			legal.fill(1)
+		elif legal.count(0) == legal.size():
+			_blame("mask() leaves no legal choice for action '%s'; one at least must be" % entry.name)
+			legal.fill(1)
+		mask_row.append_array(legal)
 
 
 # The general way into a row; says what does not fit. A picture stays where it is.

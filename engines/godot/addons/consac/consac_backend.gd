@@ -26,6 +26,8 @@ enum Cue {
 var completed := true
 ## Why the latest session failed.
 var error := ""
+## What is to be said of a session that ended as it should, or "".
+var note := ""
 ## From which the episodes' seeds of this session come.
 var session_seed: int = 0
 ## What it does at the moment, for the label on the screen.
@@ -76,6 +78,21 @@ func refuse(why: String) -> void:
 ## offered.
 func set_paused(_paused: bool) -> void:
 	pass
+
+
+## Whether Ctrl-C or SIGTERM has come while something was under way that wants to be saved.
+func interrupted() -> bool:
+	return false
+
+
+## Saves what was learned so far, marked with [param step]. What is wrong, or "".
+func checkpoint(_step: int) -> String:
+	return ""
+
+
+## How it goes, as ConsacWorld.progress() tells it; empty where there is none.
+func progress() -> Dictionary:
+	return {}
 
 
 ## Ends everything; can be called at any time, and again.

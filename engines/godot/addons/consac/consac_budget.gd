@@ -27,8 +27,9 @@ func show_state(sync: ConsacSync) -> void:
 		return
 	var pace := maxi(0, sync.steps - _steps) / passed
 	var lines := PackedStringArray([sync.state(), "%.0f steps/s, %d steps" % [pace, sync.steps]])
-	if not sync.episode_rewards.is_empty():
-		lines.append("mean reward of %d episodes: %.2f" % [sync.episode_rewards.size(), sync.mean_episode_reward()])
+	if sync.report.episodes > 0:
+		lines.append("mean reward of %d episodes: %.2f" % [
+				sync.report.episode_rewards.size(), sync.mean_episode_reward()])
 	_label.text = "\n".join(lines)
 	_steps = sync.steps
 	_usec = now

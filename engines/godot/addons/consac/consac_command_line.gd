@@ -14,10 +14,15 @@ const ARGUMENTS := {
 	"port": &"port",
 	"period": &"decision_period",
 	"fast": &"as_fast_as_possible",  # 0 or 1
+	"ticks-a-frame": &"ticks_a_frame",
 	"loop": &"loop_mode",
 	"steps": &"training_length",
 	"name": &"model_name",
 	"model": &"model_path",
+	"start-from": &"start_from",
+	"checkpoints": &"checkpoint_every",
+	"report": &"report_every_s",
+	"curve": &"curve_path",
 	"algorithm": &"algorithm",
 	"set": &"hyperparameters",  # name:value,name:value; a value may hold commas: net_arch:[64,64]
 	"act-while-learning": &"act_while_learning",
@@ -31,8 +36,10 @@ const ARGUMENTS := {
 }
 
 
-## Sets what the command line says. The first argument that it does not know or cannot read, and why, or "".
+## Sets what the command line says. The first argument that it does not know or cannot read, and why, or ""; the others
+## count all the same, so that a program that is to quit does.
 static func apply(sync: ConsacSync) -> String:
+	var first := ""
 	for argument in OS.get_cmdline_user_args():
 		if not argument.begins_with(PREFIX):
 			continue
@@ -40,9 +47,9 @@ static func apply(sync: ConsacSync) -> String:
 		var fault := "expected --consac-NAME=VALUE"
 		if parts.size() == 2:
 			fault = _assign(sync, parts[0], parts[1])
-		if not fault.is_empty():
-			return "argument '%s': %s" % [argument, fault]
-	return ""
+		if not fault.is_empty() and first.is_empty():
+			first = "argument '%s': %s" % [argument, fault]
+	return first
 
 
 static func _assign(sync: ConsacSync, argument: String, text: String) -> String:
@@ -65,12 +72,34 @@ static func _assign(sync: ConsacSync, argument: String, text: String) -> String:
 				return "expected NAME:VALUE,NAME:VALUE"
 			sync.set(property, table)
 		TYPE_BOOL:
+			if not text in ["0", "1", "false", "true", "no", "yes"]:
+				return "expected 1 or 0"
 			sync.set(property, text in ["1", "true", "yes"])
 		_:
-			if not text.is_valid_float():
-				return "'%s' is no number" % text
-			sync.set(property, text.to_float() if typeof(sync.get(property)) == TYPE_FLOAT else text.to_int())
+			return _assign_number(sync, property, text)
 	return ""
+
+
+# Whole numbers may be written as 1e6; what the inspector would not take is refused.
+static func _assign_number(sync: ConsacSync, property: StringName, text: String) -> String:
+	if not text.is_valid_float() or not is_finite(text.to_float()):
+		return "'%s' is no number" % text
+	var number := text.to_float()
+	var whole := typeof(sync.get(property)) == TYPE_INT
+	if whole and (number != floorf(number) or absf(number) > 9e15):
+		return "'%s' is no whole number" % text
+	for known: Dictionary in sync.get_property_list():
+		if known.name != property or known.hint != PROPERTY_HINT_RANGE:
+			continue
+		var bounds := (known.hint_string as String).split_floats(",")
+		if number < bounds[0] or number > bounds[1]:
+			return "expected %s to %s" % [_plain(bounds[0]), _plain(bounds[1])]
+	sync.set(property, int(number) if whole else number)
+	return ""
+
+
+static func _plain(number: float) -> String:
+	return str(int(number)) if number == floorf(number) else str(number)
 
 
 # A comma parts two values only where a name and a colon follow it, outside of all brackets. Empty where

@@ -74,6 +74,46 @@ func numbers() -> int:
 	return 0
 
 
+## The middle of a box's range; where it has no end, 0 or what is nearest to it.
+func middle() -> float:
+	if is_finite(low) and is_finite(high):
+		return low + (high - low) / 2.0
+	return clampf(0.0, low, high)
+
+
+## Entries as the native classes take them.
+static func tables(entries: Array[ConsacEntry]) -> Array[Dictionary]:
+	var all: Array[Dictionary] = []
+	for entry in entries:
+		match entry.kind:
+			Kind.BOX:
+				all.append({name = entry.name, type = "box", shape = [entry.size], low = entry.low, high = entry.high})
+			Kind.DISCRETE:
+				all.append({name = entry.name, type = "discrete", n = entry.choices})
+			Kind.IMAGE:
+				all.append({
+					name = entry.name, type = "box", dtype = "uint8",
+					shape = [entry.height, entry.width, entry.channels]})
+	return all
+
+
+## The same for a model that has [param known] entries: one that was learned over text protocol 1 knows one row of
+## numbers without a name.
+static func tables_for(entries: Array[ConsacEntry], known: Array) -> Array[Dictionary]:
+	var nameless: bool = known.size() == 1 and known[0].name.is_empty() and known[0].type == "box"
+	if not nameless or entries.size() < 2:
+		return tables(entries)
+	var lows := PackedFloat64Array()
+	var highs := PackedFloat64Array()
+	for entry in entries:
+		for i in entry.numbers():
+			lows.append(entry.low)
+			highs.append(entry.high)
+	var all: Array[Dictionary] = []
+	all.append({name = "numbers", type = "box", shape = [lows.size()], low = lows, high = highs})
+	return all
+
+
 ## What is wrong with it, in one sentence; "" when nothing is.
 func fault() -> String:
 	if name == &"":

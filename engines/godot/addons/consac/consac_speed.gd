@@ -5,14 +5,19 @@ extends RefCounted
 ## Physics ticks in one second of the clock, at most, are this many times those of the project. A
 ## power of two, so that a tick's length is the same number, bit for bit, at either pace.
 const TIMES := 1024
-const TICKS_A_FRAME := 64  # a window draws about once a second of the world
+const TIMES_FRAME_A_TICK := 65536  # where each tick has a frame: more than one tick is always due, and one is taken
+const TICKS_A_FRAME := 64  # unless the world goes with frames; a window draws about once a second of the world
+const DRAWN_EVERY_USEC := 50000  # where each tick has a frame, so often one is drawn
 
 var _saved := {}
+var _frame_a_tick := false
+var _drawn_usec := 0
 
 
 ## No limit of frames; [param fast]: physics ticks of the usual length, as fast as they can be
-## computed.
-func change(fast: bool) -> void:
+## computed, [param ticks_a_frame] before each frame. With 1, timers and [code]_process[/code] go with the ticks; most
+## of those frames are not drawn.
+func change(fast: bool, ticks_a_frame := TICKS_A_FRAME) -> void:
 	if _saved.is_empty():
 		_saved = {
 			max_fps = Engine.max_fps,
@@ -22,6 +27,7 @@ func change(fast: bool) -> void:
 			jitter_fix = Engine.physics_jitter_fix,
 			low_processor = OS.low_processor_usage_mode,
 			sleep_usec = OS.low_processor_usage_mode_sleep_usec,
+			draws = RenderingServer.render_loop_enabled,
 			vsync = DisplayServer.window_get_vsync_mode(),
 		}
 	OS.low_processor_usage_mode = false
@@ -29,10 +35,23 @@ func change(fast: bool) -> void:
 	if fast:
 		OS.low_processor_usage_mode_sleep_usec = 1  # without a window the engine sleeps so long in every frame
 		DisplayServer.window_set_vsync_mode(DisplayServer.VSYNC_DISABLED)
-		Engine.physics_ticks_per_second = _saved.ticks * TIMES
-		Engine.time_scale = _saved.time_scale * TIMES
-		Engine.max_physics_steps_per_frame = TICKS_A_FRAME
+		var times := TIMES_FRAME_A_TICK if ticks_a_frame == 1 else TIMES
+		Engine.physics_ticks_per_second = _saved.ticks * times
+		Engine.time_scale = _saved.time_scale * times
+		Engine.max_physics_steps_per_frame = ticks_a_frame
+		_frame_a_tick = ticks_a_frame == 1
 		Engine.physics_jitter_fix = 0.0
+
+
+## Once a tick: decides whether its frame is drawn.
+func note_tick() -> void:
+	if not _frame_a_tick:
+		return
+	var now := Time.get_ticks_usec()
+	var draws := now - _drawn_usec >= DRAWN_EVERY_USEC
+	RenderingServer.render_loop_enabled = draws and _saved.draws
+	if draws:
+		_drawn_usec = now
 
 
 ## As it was before [method change].
@@ -46,6 +65,8 @@ func restore() -> void:
 	Engine.time_scale = _saved.time_scale
 	Engine.max_physics_steps_per_frame = _saved.most_ticks
 	Engine.physics_jitter_fix = _saved.jitter_fix
+	RenderingServer.render_loop_enabled = _saved.draws
+	_frame_a_tick = false
 	if DisplayServer.window_get_vsync_mode() != _saved.vsync:
 		DisplayServer.window_set_vsync_mode(_saved.vsync)
 	_saved = {}

@@ -23,6 +23,9 @@ enum Protocol {
 signal session_began
 ## A session is over; [param fault] is "" when it ended as it should.
 signal session_ended(fault: String)
+## Every [member report_every_s] while something learns: how it goes, as numbers by name (steps, steps_per_s, episodes,
+## mean_episode_reward, mean_episode_length, updates, and what [method ConsacAgent.note] was told).
+signal progressed(numbers: Dictionary)
 
 ## Every sync is in this group.
 const GROUP := &"consac_syncs"
@@ -31,7 +34,6 @@ const NATIVE_CLASS := &"ConsacWorld"
 const NATIVE_MODEL := &"ConsacModel"
 const NATIVE_LIBRARY := "res://addons/consac/bin/consac.gdextension"
 const NATIVE_BACKEND := "res://addons/consac/backends/native_backend.gd"
-const LATEST := 100  # episodes of the mean reward on the screen
 const WINDOW_BUDGET_S := 0.01  # of a frame that is spent on waiting and looping, where the window follows the clock
 const FAST_BUDGET_S := 0.1  # and where it need not
 const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window paces the engine
@@ -47,35 +49,54 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 ## While something learns, physics ticks of the usual length follow one another as fast as they can
 ## be computed.
 @export var as_fast_as_possible: bool = true
+## Of these, physics ticks before each frame. In a frame go [code]_process()[/code], tweens, animations and timers that
+## are not set to physics, so with 64 they see only each 64th tick. 0: as the world needs, 1 where a node in it goes with
+## frames, else 64. Where such nodes only draw, 64 is faster.
+@export_range(0, 64) var ticks_a_frame: int = 0
 ## For worlds that need no physics, whose [method ConsacAgent.act] moves them: many steps within one
 ## frame. Where a model or a person acts, [member decision_period] still sets the pace.
 @export var loop_mode: bool = false
-## Actions to train for.
-@export var training_length: int = 20000
+## Actions to train for; by hand or by a model, where [member sessions] counts, the length of a session.
+@export_range(0, 1000000000000, 1, "hide_slider") var training_length: int = 20000
 ## Name of the model for the trainer; "" lets the trainer choose.
 @export var model_name: String = ""
 ## Where the model lies that acts, and where training inside the engine saves one, as
 ## NAME.stopped.consac when it is stopped before the end. Where a scene has
 ## several behaviours, {behaviour} in it stands for the name of each.
 @export_file("*.consac") var model_path: String = ""
-## Of training inside the engine: an algorithm and all its hyperparameters, as properties. Without it
+## Of ACT, instead of the path: a file [code]NAME.consac[/code] dragged here from the file system dock.
+@export var model: ConsacModelFile
+@export_group("Training inside the engine")
+## An algorithm and all its hyperparameters, as properties. Without it
 ## [member algorithm] with its defaults.
 @export var settings: ConsacHyperparameters
-## Of training inside the engine: an algorithm that [code]consac list algorithms[/code] knows.
+## An algorithm that [code]consac list algorithms[/code] knows.
 @export var algorithm: String = "ppo2"
-## Of training inside the engine: values by name, as the program [code]consac[/code] takes them; they
+## Values by name, as the program [code]consac[/code] takes them; they
 ## go before [member settings].
 @export var hyperparameters: Dictionary = {}
-## Of training inside the engine: while it learns, the agents go on. Algorithms that learn in rounds
+## While it learns, the agents go on. Algorithms that learn in rounds
 ## (ppo) then act by their latest model and learn nothing from these steps; those that learn at every
 ## step (dqn) lose none. Else the world stands still and every step is learned from.
 @export var act_while_learning: bool = false
+## A model to begin with, instead of nothing learned: training goes on from what it knows. {behaviour} stands for the
+## name of each.
+@export_file("*.consac") var start_from: String = ""
+## Steps after which what was learned so far is saved beside [member model_path], as NAME.STEPS.consac; 0 for never.
+@export_range(0, 1000000000000, 1, "hide_slider") var checkpoint_every: int = 0
+## Seconds between lines that say how it goes, and between signals [signal progressed]; 0 for none.
+@export_range(0.0, 3600.0) var report_every_s: float = 5.0
+## A file (CSV: steps, name, value) for curves of what the lines say; "" for none.
+@export_global_file("*.csv") var curve_path: String = ""
+@export_group("Agents")
 ## Where what the agents saw and did is saved (spec/demonstration.md); "" for nowhere. Needs the
 ## native extension.
 @export var record_path: String = ""
-## Agents come and go while it runs, at most so many of each behaviour at once; 0: all stay as long as
-## this node. Needs the native extension. Each behaviour has an agent when it begins.
+## While something learns agents may come and go, at most so many of each behaviour at once; 0: all stay as long as
+## this node. Needs the native extension. Each behaviour has an agent when it begins. Where models or people act agents
+## come and go as they like, from none on.
 @export_range(0, 65536) var room_for_agents: int = 0
+@export_group("Sessions")
 ## Of everything random in the episodes.
 @export var world_seed: int = 1
 ## Sessions in which the world has stepped, after which it stops; 0 for never.
@@ -84,14 +105,14 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 ## failed.
 @export var quit_at_end: bool = false
 ## Seconds of a trainer's silence after which it has left.
-@export var deadline_s: float = 60.0
+@export_range(0.001, 1000000.0, 0.001, "hide_slider") var deadline_s: float = 60.0
 ## Shows state, steps a second and mean reward on the screen.
 @export var show_budget: bool = true
 
 ## Decisions of this session, of all agents.
 var steps: int = 0
-## Rewards of the latest episodes.
-var episode_rewards := PackedFloat32Array()
+## What it has counted of this session.
+var report := ConsacReport.new()
 ## The agents that are there, once it has begun.
 var agents: Array[ConsacAgent] = []
 ## Who chooses, once it has begun.
@@ -106,12 +127,18 @@ var _ticks_left := 0
 var _held := false
 var _was_paused := false
 var _paused := false  # by somebody else
-var _met := {}  # instance ids of agents that need no welcome: they are there, or were turned away
+var _driven: Array[ConsacAgent] = []  # of the agents: those of the backend
+var _players := ConsacPlayers.new()  # and the others
+var _arrived: Array[ConsacAgent] = []  # since the latest tick
+var _one_left := false
+var _turned_away := {}  # agents for which there was no room
+var _sees_pictures := false
+var _next_checkpoint := 0
+var _due := Callable()  # what goes on in a later tick, while the world stands still
+var _due_frame := 0  # and not before this frame
 var _newcomers := {}  # agents that have not been offered yet
 var _over := 0  # sessions that are over, of those that have stepped
 var _exit_code := 0
-var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
-var _began_usec := 0
 var _seeds := RandomNumberGenerator.new()
 var _speed := ConsacSpeed.new()
 var _budget: ConsacBudget
@@ -120,10 +147,14 @@ var _budget: ConsacBudget
 func _ready() -> void:
 	if Engine.is_editor_hint():
 		set_physics_process(false)
+		var look := Timer.new()  # what is wrong with a scene changes elsewhere than in this node
+		look.wait_time = 1.0
+		look.autostart = true
+		look.timeout.connect(update_configuration_warnings)
+		add_child(look, false, Node.INTERNAL_MODE_BACK)
 		return
 	process_mode = Node.PROCESS_MODE_ALWAYS
 	process_physics_priority = -1000  # before the world's own nodes
-	_step_rewards.resize(1000)
 	add_to_group(GROUP)
 	_refused_argument = ConsacCommandLine.apply(self)
 	if show_budget:
@@ -137,9 +168,12 @@ func _exit_tree() -> void:
 
 
 func _get_configuration_warnings() -> PackedStringArray:
+	var found := ConsacSceneCheck.warnings_of(self)
 	if mode in [Mode.TRAIN, Mode.ACT] and not has_native():
-		return ["This mode needs the native extension; see engines/godot/README.md."]
-	return []
+		found.append("This mode needs the native extension; see engines/godot/README.md.")
+	if mode == Mode.ACT and path_to_model().is_empty():
+		found.append("Mode act: set model, or model_path.")
+	return found
 
 
 ## Whether the native extension is loaded.
@@ -154,7 +188,33 @@ func state() -> String:
 
 ## Of the latest 100 episodes.
 func mean_episode_reward() -> float:
-	return _mean(episode_rewards, episode_rewards.size())
+	return report.mean_episode_reward()
+
+
+## Where the model lies that acts, or is saved.
+func path_to_model() -> String:
+	return model.resource_path if model_path.is_empty() and model != null else model_path
+
+
+## Whether agents may leave while it runs.
+func agents_may_leave() -> bool:
+	return room_for_agents > 0 or not _learns()
+
+
+## Whether what [param agent] earns is what this session is about: beside agents that learn an opponent's is not.
+func counts(agent: ConsacAgent) -> bool:
+	return not (agent.played and _learns())
+
+
+## Called by an agent that comes into the scene.
+func meet(agent: ConsacAgent) -> void:
+	if _begun:
+		_arrived.append(agent)
+
+
+## Called when an agent leaves the scene.
+func miss() -> void:
+	_one_left = true
 
 
 ## Ends the session and puts everything back that was changed.
@@ -176,12 +236,22 @@ func _physics_process(_delta: float) -> void:
 	if not fault.is_empty():
 		_finish(fault)
 		return
-	if room_for_agents > 0:
+	if not _arrived.is_empty():
 		_welcome_newcomers()
+	if backend.interrupted():
+		_interrupt()
+		return
 	_note_pause()
 	if _paused:
 		return
-	if not _waiting:
+	_speed.note_tick()
+	if _due.is_valid():
+		if Engine.get_process_frames() < _due_frame:
+			return
+		var due := _due
+		_due = Callable()
+		due.call()
+	elif not _waiting:
 		_ticks_left -= 1
 		if _ticks_left > 0:
 			return
@@ -195,33 +265,69 @@ func _physics_process(_delta: float) -> void:
 func _begin() -> void:
 	_begun = true
 	_stopped = true  # until everything is ready
-	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
-		if get_parent().is_ancestor_of(node):
-			agents.append(node)
-			_met[node.get_instance_id()] = true
 	var fault := _refused_argument
-	if fault.is_empty() and agents.is_empty():
+	if fault.is_empty():
+		fault = _fault_of_scene()
+	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
+		if fault.is_empty() and get_parent().is_ancestor_of(node):
+			fault = _take_in(node)
+	if fault.is_empty() and loop_mode and _learns() and _sees_pictures:
+		fault = "loop_mode leaves no time to draw what a camera sensor sees; turn it off"
+	if fault.is_empty() and _driven.is_empty() and _learns():
 		fault = "no ConsacAgent below %s; put the ConsacSync beside or above the agents" % get_parent().name
-	for agent in agents:
-		if fault.is_empty() and is_instance_valid(agent.driven_by) and agent.driven_by != self:
-			fault = "%s is driven by %s already; one ConsacSync is enough" % [agent.name, agent.driven_by.name]
-		if fault.is_empty():
-			agent.driven_by = self
-			fault = agent.prepare()
+		if not agents.is_empty():
+			fault = "all agents below %s act by models or rules of their own, so none can learn" % get_parent().name
 	if fault.is_empty():
 		fault = _choose_backend()
 	if fault.is_empty():
-		fault = backend.begin(agents)
+		fault = backend.begin(_driven)
 	if fault.is_empty():
 		_stopped = false
 		print("consac: ", backend.state)
 		_hold(true)
+		ConsacRemote.connect_to_editor(self)
 	else:
 		_finish(fault)
 
 
+func _fault_of_scene() -> String:
+	for other: ConsacSync in get_tree().get_nodes_in_group(GROUP):
+		if other != self and other._begun and not other._stopped:
+			return ("%s drives this game already, and two would stop each other; one ConsacSync above all agents is enough: "
+					+ "their property control says who chooses for each") % other.get_path()
+	return ConsacSceneCheck.fault_of_loop(get_parent()) if loop_mode and _learns() else ""
+
+
+## An agent that was there from the beginning. What is wrong, or "".
+func _take_in(agent: ConsacAgent) -> String:
+	if is_instance_valid(agent.driven_by) and agent.driven_by != self and not agent.driven_by._stopped:
+		return "%s is driven by %s already; one ConsacSync is enough" % [agent.name, agent.driven_by.name]
+	agent.driven_by = self
+	agent.played = false
+	var fault := agent.prepare()
+	if not fault.is_empty():
+		return fault
+	agents.append(agent)
+	_sees_pictures = _sees_pictures or agent.sees_pictures()
+	if agent.control == ConsacAgent.ControlMode.AS_THE_SYNC:
+		_driven.append(agent)
+		return ""
+	return _let_play(agent)
+
+
+## An agent that the backend does not drive. What is wrong, or "".
+func _let_play(agent: ConsacAgent) -> String:
+	if agent.control == ConsacAgent.ControlMode.MODEL:
+		return _players.take_by_model(agent, agent.model.resource_path, agent.model.bytes)
+	if agent.control == ConsacAgent.ControlMode.AS_THE_SYNC and mode == Mode.ACT:
+		return _players.take_by_model(agent, ConsacNativeBackend.path_of(path_to_model(), agent.behaviour))
+	agent.by_rule = true
+	_players.take_by_hand(agent)
+	return ""
+
+
 func _choose_backend() -> String:
-	if mode == Mode.BY_HAND and (record_path.is_empty() or not has_native()):
+	if mode == Mode.BY_HAND and (record_path.is_empty() or not has_native()) or _driven.is_empty():
 		backend = ConsacHandBackend.new()
 		return ""
 	if has_native() and (mode != Mode.SERVE or protocol != Protocol.TEXT1):
@@ -250,7 +356,7 @@ static func _how_to_get_native() -> String:
 func _drive() -> void:
 	var fast := as_fast_as_possible and _learns()
 	var until := Time.get_ticks_usec() + int(1e6 * (FAST_BUDGET_S if fast else WINDOW_BUDGET_S))
-	while not _stopped:
+	while not _stopped and not _due.is_valid():
 		match backend.poll(maxf(0.0, (until - Time.get_ticks_usec()) / 1e6) if _in_session else 0.0):
 			ConsacBackend.Cue.WAIT:
 				_hold(true)
@@ -258,8 +364,19 @@ func _drive() -> void:
 					OS.delay_usec(IDLE_USEC)
 				return
 			ConsacBackend.Cue.RESET:
-				_start_session(fast)
+				_in_session = true
+				if _learns():
+					_speed.change(fast, _wanted_ticks_a_frame(fast))
+				if fast:
+					_go_on_later(_start_session, 2)  # the frame of the change itself has no sensible length
+				else:
+					_start_session()
 			ConsacBackend.Cue.ACT:
+				if not _players.agents.is_empty():
+					var fault := _players.choose()
+					if not fault.is_empty():
+						backend.refuse(fault)
+						continue
 				for agent in agents:
 					if not _newcomers.has(agent):
 						agent.hand_over()
@@ -285,24 +402,57 @@ func _learns() -> bool:
 	return mode in [Mode.SERVE, Mode.TRAIN]
 
 
-func _start_session(fast: bool) -> void:
-	_in_session = true
+# What is [param due] in the next tick, or so many frames later, while the world stands still.
+func _go_on_later(due: Callable, frames := 0) -> void:
+	_due = due
+	_due_frame = Engine.get_process_frames() + frames
+	_hold(true)
+
+
+func _start_session() -> void:
 	_hold(_held)
-	_began_usec = Time.get_ticks_usec()
-	if _learns():
-		_speed.change(fast)
 	steps = 0
-	episode_rewards.clear()
+	_next_checkpoint = checkpoint_every
 	_seeds.seed = backend.session_seed if mode != Mode.BY_HAND else world_seed
+	var fault := report.begin(curve_path if _learns() else "")
 	session_began.emit()
-	var fault := ""
-	for i in agents.size():
+	for i in _driven.size():
 		var drawn := _seeds.randi()
 		var given := backend.seed_for(i)
-		agents[i].start_episode(drawn if given < 0 else given)
-	for agent in agents:
-		fault = _first(fault, agent.look())
+		_driven[i].start_episode(drawn if given < 0 else given)
+	for agent in _players.agents:
+		_players.begin_episode(agent)
+		agent.start_episode(_seeds.randi())
+	if _sees_pictures:
+		_go_on_later(_look_at_first.bind(agents.duplicate(), fault))
+	else:
+		_look_at_first(agents, fault)
+
+
+# What agents see where their episodes begin. Where they see pictures a tick has passed since: only then is everything
+# that reset() has changed ready to be drawn.
+func _look_at_first(beginning: Array[ConsacAgent], fault: String) -> void:
+	_draw()
+	for agent in beginning:
+		if is_instance_valid(agent):
+			fault = _first(fault, agent.look())
 	_offer(fault)
+
+
+# Ticks before each frame while something learns: what goes with frames wants one for each tick.
+func _wanted_ticks_a_frame(fast: bool) -> int:
+	if ticks_a_frame > 0:
+		return ticks_a_frame
+	if not fast or loop_mode:
+		return ConsacSpeed.TICKS_A_FRAME
+	var node := ConsacSceneCheck.frame_bound(get_parent())
+	var tweens := get_tree().get_processed_tweens().size()
+	if node == null and tweens == 0:
+		return ConsacSpeed.TICKS_A_FRAME
+	print("consac: %s goes with frames, so each tick has one while it learns; where it only draws, ticks_a_frame = %d is faster"
+			% ["a tween" if node == null else "%s (%s)" % [get_parent().get_path_to(node), node.get_class()],
+			ConsacSpeed.TICKS_A_FRAME])
+	return 1
 
 
 ## After the world has moved: rewards and ends of all agents, then what they see, then the next
@@ -311,7 +461,6 @@ func _start_session(fast: bool) -> void:
 func _look() -> void:
 	var fault := ""
 	var ended := false
-	var kept := _step_rewards.size()
 	for agent in agents:
 		if _newcomers.has(agent):
 			agent.forget_step()  # nobody asked it for one
@@ -319,30 +468,54 @@ func _look() -> void:
 		var what := agent.account()
 		if not what.is_empty():
 			fault = what
-		_step_rewards[steps % kept] = agent.reward
-		steps += 1
+		if counts(agent):
+			report.note_step(agent.reward)
+			steps += 1
 		ended = ended or agent.terminated or agent.truncated
+	_draw()
 	for agent in agents:
 		var what := agent.look()
 		if not what.is_empty():
 			fault = what
-	if ended:
-		fault = _first(fault, _next_episodes())
-	_offer(fault)
+	if report.is_due(report_every_s):
+		_report()
+	if checkpoint_every > 0 and steps >= _next_checkpoint:
+		_checkpoint()
+	if not ended:
+		_offer(fault)
+	else:
+		_next_episodes(fault)
+	if not _learns() and sessions > 0 and steps >= training_length:
+		_end_session("")
 
 
-func _next_episodes() -> String:
+func _next_episodes(fault: String) -> void:
+	var beginning: Array[ConsacAgent] = []
 	for agent in agents:
 		if agent.terminated or agent.truncated:
-			if episode_rewards.size() >= LATEST:
-				episode_rewards.remove_at(0)
-			episode_rewards.append(agent.total_reward)
+			if counts(agent):
+				report.note_episode(agent)
+			if agent.played:
+				_players.begin_episode(agent)
 			agent.next_episode(agent.rng.randi())
-	var fault := ""
-	for agent in agents:
-		if agent.terminated or agent.truncated:
-			fault = _first(fault, agent.look())
-	return fault
+			beginning.append(agent)
+	if _sees_pictures:
+		_go_on_later(_look_at_first.bind(beginning, fault))
+	else:
+		_look_at_first(beginning, fault)
+
+
+func _checkpoint() -> void:
+	_next_checkpoint += checkpoint_every * ((steps - _next_checkpoint) / checkpoint_every + 1)
+	var fault := backend.checkpoint(steps)
+	if not fault.is_empty():
+		printerr("consac: ", fault)
+
+
+# Pictures show the world as it is, not as it was when the latest frame was drawn.
+func _draw() -> void:
+	if _sees_pictures:
+		ConsacCameraSensor.draw_now(get_parent())
 
 
 func _offer(fault: String) -> void:
@@ -354,6 +527,16 @@ func _offer(fault: String) -> void:
 		backend.refuse(fault)
 
 
+func _report() -> void:
+	var numbers := report.tell()
+	var told := backend.progress()
+	if told.has("updates") and told.updates > 0:
+		numbers.updates = told.updates
+	if mode == Mode.TRAIN:
+		print("consac: ", ConsacReport.line_of(numbers, training_length))
+	progressed.emit(numbers)
+
+
 func _end_session(fault: String) -> void:
 	_in_session = false
 	_waiting = true
@@ -361,21 +544,29 @@ func _end_session(fault: String) -> void:
 	if counts:
 		_over += 1
 	_speed.restore()
-	var seconds := maxf(1e-6, (Time.get_ticks_usec() - _began_usec) / 1e6)
-	var kept := mini(steps, _step_rewards.size())
 	var how := "the session failed"
 	if fault.is_empty():
-		how = "training completed" if backend.completed else "the session ended"
-	print("consac: %s: %d steps in %.2f s (%.0f steps/s)" % [how, steps, seconds, steps / seconds],
-			", mean reward of the last %d steps %.3f" % [kept, _mean(_step_rewards, kept)],
-			", of the last %d episodes %.2f" % [episode_rewards.size(), mean_episode_reward()])
+		how = "training completed" if backend.completed and _learns() else "the session ended"
+	print("consac: %s: %s%s" % [how, report.summary(), "" if backend.note.is_empty() else "; " + backend.note])
 	if not fault.is_empty():
 		printerr("consac: ", fault)
 		if counts:
 			_exit_code = 1
+	if _learns() and counts:
+		progressed.emit(report.tell())
 	session_ended.emit(fault)
-	if mode == Mode.BY_HAND or (sessions > 0 and _over >= sessions):
+	if (mode == Mode.BY_HAND and not fault.is_empty()) or (sessions > 0 and _over >= sessions):
 		_finish("")
+	elif not _learns() and fault.is_empty():
+		_go_on()
+
+
+# Where nobody learns a session is only a number of steps: the next one follows at once.
+func _go_on() -> void:
+	_in_session = true
+	steps = 0
+	report.begin()
+	session_began.emit()
 
 
 func _finish(fault: String) -> void:
@@ -387,42 +578,71 @@ func _finish(fault: String) -> void:
 		get_tree().quit(_exit_code)
 
 
+# Ctrl-C, SIGTERM, or the dock's button: what was learned or recorded is saved, and the program ends.
+func _interrupt(exit_code := 130) -> void:
+	print("consac: interrupted after %d steps" % steps)
+	stop()
+	get_tree().quit(exit_code)
+
+
 ## Agents that are no longer in the scene. What is wrong with that, or "".
 func _say_goodbye() -> String:
-	var before := agents.size()
-	for i in range(before - 1, -1, -1):
-		if not is_instance_valid(agents[i]) or not agents[i].is_inside_tree():
-			agents.remove_at(i)
-	if agents.size() == before:
+	if not _one_left:
 		return ""
-	if room_for_agents == 0:
+	_one_left = false
+	var before := _driven.size()
+	for list: Array[ConsacAgent] in [agents, _driven]:
+		for i in range(list.size() - 1, -1, -1):
+			if not is_instance_valid(list[i]) or not list[i].is_inside_tree():
+				list.remove_at(i)
+	_players.let_go()
+	if _driven.size() == before:
+		return ""
+	if not agents_may_leave():
 		return "an agent has left the scene; where agents come and go, set room_for_agents"
-	_met.clear()  # who was turned away may find room now
-	for agent in agents:
-		_met[agent.get_instance_id()] = true
+	for agent: Variant in _turned_away:
+		if is_instance_valid(agent):
+			_arrived.append(agent)  # may find room now
+	_turned_away.clear()
 	return backend.let_go()
 
 
 ## Agents that have come into the scene. One that finds no place is told so and left alone.
 func _welcome_newcomers() -> void:
-	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
-		if _met.has(node.get_instance_id()) or not get_parent().is_ancestor_of(node):
+	var some := _arrived
+	_arrived = []
+	for agent: Variant in some:
+		if not is_instance_valid(agent) or not agent.is_inside_tree() or agent in agents or not get_parent().is_ancestor_of(agent):
 			continue
-		_met[node.get_instance_id()] = true
-		var agent: ConsacAgent = node
-		var fault := agent.prepare()
-		if fault.is_empty():
-			fault = backend.join(agent)
+		var fault := _welcome(agent)
 		if not fault.is_empty():
 			printerr("consac: %s takes no part: %s" % [agent.name, fault])
+			_turned_away[agent] = true
 			continue
 		agents.append(agent)
+		_sees_pictures = _sees_pictures or agent.sees_pictures()
 		if _in_session:
 			_newcomers[agent] = true
 			agent.start_episode(_seeds.randi())
 			fault = agent.look()
 			if not fault.is_empty():
 				backend.refuse(fault)
+
+
+func _welcome(agent: ConsacAgent) -> String:
+	agent.driven_by = self
+	agent.played = false
+	var fault := agent.prepare()
+	if not fault.is_empty() or agent.control != ConsacAgent.ControlMode.AS_THE_SYNC:
+		return _let_play(agent) if fault.is_empty() else fault
+	if not agents_may_leave():
+		return "it has come while others learn; where agents come and go, set room_for_agents"
+	if not _learns() and (_driven.is_empty() or room_for_agents == 0):
+		return _let_play(agent)
+	fault = backend.join(agent)
+	if fault.is_empty():
+		_driven.append(agent)
+	return fault
 
 
 # A world that the game has paused is frozen: nothing that can be learned from or recorded happens in
@@ -438,7 +658,7 @@ func _note_pause() -> void:
 	if paused:
 		_speed.restore()
 	else:
-		_speed.change(as_fast_as_possible)
+		_speed.change(as_fast_as_possible, _wanted_ticks_a_frame(as_fast_as_possible))
 
 
 ## Stops the world without stopping the window. A world that is moved in a loop stands still by itself, and held it
@@ -457,10 +677,3 @@ func _hold(held: bool) -> void:
 
 static func _first(fault: String, other: String) -> String:
 	return other if fault.is_empty() else fault
-
-
-static func _mean(values: PackedFloat32Array, count: int) -> float:
-	var sum := 0.0
-	for i in count:
-		sum += values[i]
-	return sum / count if count > 0 else 0.0

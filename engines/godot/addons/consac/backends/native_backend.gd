@@ -6,6 +6,8 @@ extends ConsacBackend
 
 ## In a model's path: stands for the behaviour's name, where a scene has several.
 const PLACEHOLDER := "{behaviour}"
+## In the name of a model whose training was stopped before its end.
+const STOPPED := ".stopped"
 
 # The agents of one behaviour. Its rows are theirs, in this order; null is a free place.
 class Herd:
@@ -14,10 +16,12 @@ class Herd:
 	var observations: Array[ConsacEntry] = []
 	var actions: Array[ConsacEntry] = []
 	var first := 0  # the first place's number in the world
+	var masked := false
 	var numbers := 0  # of an action
 	var images: Array[StringName] = []
 	var nothing := PackedFloat32Array()  # what a free place observes
 	var darkness := PackedByteArray()  # and its images
+	var liberty := PackedByteArray()  # and what is legal for it
 
 var _sync: ConsacSync
 var _agents: Array[ConsacAgent] = []
@@ -31,6 +35,7 @@ var _beginning := true
 var _refused := false
 var _unsaved := false  # something was learned since
 var _ended := false  # nobody drives any more
+var _watching := false  # for Ctrl-C
 
 
 func _init(sync: ConsacSync) -> void:
@@ -140,7 +145,7 @@ func set_paused(paused: bool) -> void:
 
 
 func close() -> void:
-	var fault := _keep(".stopped") if _unsaved else ""
+	var fault := _keep(STOPPED) if _unsaved else ""
 	_unsaved = false
 	if not fault.is_empty():
 		printerr("consac: ", fault)
@@ -149,7 +154,14 @@ func close() -> void:
 	state = "closed"
 
 
-## How fast it goes and what was learned, as ConsacWorld.progress() tells it.
+func interrupted() -> bool:
+	return _watching and _world.interrupted()
+
+
+func checkpoint(step: int) -> String:
+	return _keep("." + str(step))
+
+
 func progress() -> Dictionary:
 	return _world.progress()
 
@@ -173,6 +185,11 @@ func _gather(agents: Array[ConsacAgent]) -> String:
 			herd.name = agent.behaviour
 			herd.observations = agent.all_observations
 			herd.actions = agent.actions
+			herd.masked = agent.masks_actions
+			for entry in agent.actions:
+				if agent.masks_actions and entry.kind == ConsacEntry.Kind.DISCRETE:
+					herd.liberty.resize(herd.liberty.size() + entry.choices)
+			herd.liberty.fill(1)
 			for entry in agent.all_observations:
 				if entry.kind == ConsacEntry.Kind.IMAGE:
 					herd.images.append(entry.name)
@@ -194,12 +211,13 @@ func _create() -> String:
 		behaviours.append({
 			name = herd.name,
 			agents = maxi(herd.agents.size(), _sync.room_for_agents),
-			observations = _describe(herd.observations, _is_nameless(b, "observations")),
-			actions = _describe(herd.actions, _is_nameless(b, "actions")),
+			masks_actions = herd.masked,
+			observations = ConsacEntry.tables_for(herd.observations, _known(b, "observations")),
+			actions = ConsacEntry.tables_for(herd.actions, _known(b, "actions")),
 		})
 	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
 	var fault: String = _world.create({
-		id = scene, behaviours = behaviours, agents_leave = _sync.room_for_agents > 0})
+		id = scene, behaviours = behaviours, agents_leave = _sync.agents_may_leave()})
 	if not fault.is_empty():
 		return fault
 	for b in _herds.size():
@@ -221,21 +239,25 @@ func _take_place(b: int, agent: ConsacAgent) -> void:
 
 ## What would only be found out after the training. What is wrong, or "".
 func _check_paths() -> String:
-	var path := _sync.model_path
+	var path := _sync.path_to_model()
+	var trains := _mode == ConsacSync.Mode.TRAIN
 	if _mode == ConsacSync.Mode.ACT and path.is_empty():
 		return "set model_path to the .consac file that is to act"
-	if _mode not in [ConsacSync.Mode.ACT, ConsacSync.Mode.TRAIN]:
-		return ""
-	if path.is_empty():
+	if trains and path.is_empty():
 		push_warning("model_path is empty, so what is learned will not be saved")
-		return ""
-	if _herds.size() > 1 and not path.contains(PLACEHOLDER):
-		return "the scene has %d behaviours, each with a model of its own; put %s into model_path" % [
-				_herds.size(), PLACEHOLDER]
-	if _mode == ConsacSync.Mode.TRAIN:
-		var folder := ProjectSettings.globalize_path(path).get_base_dir()
+	var of_each := {record_path = _sync.record_path}
+	if trains or _mode == ConsacSync.Mode.ACT:
+		of_each.model_path = path
+	if trains:
+		of_each.start_from = _sync.start_from
+	for property: String in of_each:
+		if _herds.size() > 1 and not of_each[property].is_empty() and not of_each[property].contains(PLACEHOLDER):
+			return "the scene has %d behaviours, each with a file of its own; put %s into %s" % [
+					_herds.size(), PLACEHOLDER, property]
+	for written: String in [path if trains else "", _sync.record_path]:
+		var folder := ProjectSettings.globalize_path(written).get_base_dir()
 		if not folder.is_empty() and DirAccess.make_dir_recursive_absolute(folder) != OK:
-			return "the folder %s of model_path cannot be made" % folder
+			return "the folder %s of '%s' cannot be made" % [folder, written]
 	return ""
 
 
@@ -252,7 +274,12 @@ func _drive() -> String:
 			var settings := _sync.settings
 			var values := {} if settings == null else settings.collect()
 			values.merge(_sync.hyperparameters, true)
+			var begins := PackedStringArray()
+			for herd in _herds:
+				if not _sync.start_from.is_empty():
+					begins.append(path_of(_sync.start_from, herd.name))
 			fault = _world.train({
+				start_from = begins,
 				algorithm = _sync.algorithm if settings == null else settings.algorithm(),
 				hyperparameters = values,
 				total_steps = _sync.training_length, seed = _sync.world_seed,
@@ -260,11 +287,14 @@ func _drive() -> String:
 		ConsacSync.Mode.ACT:
 			var models := PackedStringArray()
 			for b in _herds.size():
-				models.append(_path_of(_sync.model_path, b))
+				models.append(path_of(_sync.path_to_model(), _herds[b].name))
 			fault = _world.act({models = models, seed = _sync.world_seed})
 		ConsacSync.Mode.BY_HAND:
 			fault = _world.by_hand(_sync.world_seed)
 	state = _world.progress().state
+	if fault.is_empty() and (_mode == ConsacSync.Mode.TRAIN or not _sync.record_path.is_empty()):
+		_world.watch_interrupts()
+		_watching = true
 	return fault
 
 
@@ -325,8 +355,13 @@ func _look(b: int) -> String:
 	if not herd.images.is_empty():
 		var bytes := PackedByteArray()
 		for agent in herd.agents:
-			bytes.append_array(herd.darkness if agent == null else _images_of(agent.values, herd))
+			bytes.append_array(herd.darkness if agent == null else agent.image_bytes(agent.values, herd.images))
 		fault = _first(fault, _world.set_observation_bytes(b, bytes))
+	if herd.masked:
+		var masks := PackedByteArray()
+		for agent in herd.agents:
+			masks.append_array(herd.liberty if agent == null else agent.mask_row)
+		fault = _first(fault, _world.set_masks(b, masks))
 	return fault
 
 
@@ -346,7 +381,7 @@ func _judge(b: int) -> String:
 		if not herd.nothing.is_empty():
 			fault = _first(fault, _world.set_final_observation_of(herd.first + i, agent.final_row))
 		if not herd.images.is_empty():
-			var pictures := _images_of(agent.final_values, herd)
+			var pictures := agent.image_bytes(agent.final_values, herd.images)
 			fault = _first(fault, _world.set_final_observation_bytes_of(herd.first + i, pictures))
 	return fault
 
@@ -371,21 +406,24 @@ func _hand_over() -> String:
 	return ""
 
 
-## At the end of a training inside the engine: saves what was learned. One that was stopped before has a name
-## of its own, and takes no finished one's place. A model that has learned nothing yet is worth no file.
+## At the end of a training inside the engine, or where it stands: saves what was learned. What was not finished has a
+## name of its own, by [param mark], and takes no finished one's place. A model that has learned nothing yet is worth no
+## file.
 func _keep(mark := "") -> String:
-	if _mode != ConsacSync.Mode.TRAIN or _sync.model_path.is_empty():
+	var path := _sync.path_to_model()
+	if _mode != ConsacSync.Mode.TRAIN or path.is_empty():
 		return ""
 	for b in _herds.size():
 		if not _world.learned(b):
 			continue
-		var path := _path_of(_sync.model_path, b)
-		var target := path if mark.is_empty() else "%s%s.%s" % [path.get_basename(), mark, path.get_extension()]
+		var whole := path_of(path, _herds[b].name)
+		var target := whole if mark.is_empty() else "%s%s.%s" % [whole.get_basename(), mark, whole.get_extension()]
 		var fault: String = _world.save_model(b, target)
 		if not fault.is_empty():
 			return fault
 		if not mark.is_empty():
-			print("consac: stopped early; what was learned is in ", target)
+			print("consac: ", "stopped early; what was learned is in " if mark == STOPPED else "what was learned so far is in ",
+					target)
 	return ""
 
 
@@ -394,71 +432,29 @@ func _keep_recording() -> void:
 		return
 	for b in _herds.size():
 		if _world.recorded_steps(b) > 0:
-			_world.save_recording(b, _path_of(_sync.record_path, b))
+			_world.save_recording(b, path_of(_sync.record_path, _herds[b].name))
 
 
-func _path_of(path: String, b: int) -> String:
-	return path.replace(PLACEHOLDER, _world.file_of(_herds[b].name))
+## A path with the file name of [param behaviour] in the place for it.
+static func path_of(path: String, behaviour: StringName) -> String:
+	if not path.contains(PLACEHOLDER):
+		return path
+	var world: RefCounted = ClassDB.instantiate(ConsacSync.NATIVE_CLASS)
+	return path.replace(PLACEHOLDER, world.file_of(behaviour))
 
 
-# A picture that is missing is left out here; look() says so.
-func _images_of(values: Dictionary, herd: Herd) -> PackedByteArray:
-	var bytes := PackedByteArray()
-	for image in herd.images:
-		var picture: Variant = values.get(image)
-		if not picture is PackedByteArray:
-			continue
-		if herd.images.size() == 1:
-			return picture
-		bytes.append_array(picture)
-	return bytes
-
-
-## A model that was learned over text protocol 1 knows one row of numbers without names.
-func _is_nameless(b: int, role: String) -> bool:
+# The entries that the model of a behaviour knows, where one acts; none where it cannot be read, which the world says.
+func _known(b: int, role: String) -> Array:
 	if _mode != ConsacSync.Mode.ACT:
-		return false
+		return []
 	var model: RefCounted = ClassDB.instantiate(ConsacSync.NATIVE_MODEL)
-	if not model.load(_path_of(_sync.model_path, b)).is_empty():
-		return false  # which the world says when it is to act by it
-	var entries: Array = model.describe()[role]
-	return entries.size() == 1 and entries[0].name.is_empty() and entries[0].type == "box"
-
-
-static func _describe(entries: Array[ConsacEntry], nameless := false) -> Array[Dictionary]:
-	var all: Array[Dictionary] = []
-	for entry in entries:
-		match entry.kind:
-			ConsacEntry.Kind.BOX:
-				all.append({
-					name = entry.name, type = "box", shape = [entry.size],
-					low = entry.low, high = entry.high})
-			ConsacEntry.Kind.DISCRETE:
-				all.append({name = entry.name, type = "discrete", n = entry.choices})
-			ConsacEntry.Kind.IMAGE:
-				all.append({
-					name = entry.name, type = "box", dtype = "uint8",
-					shape = [entry.height, entry.width, entry.channels]})
-	if nameless and entries.size() > 1:
-		return _merge(entries)
-	return all
-
-
-static func _merge(entries: Array[ConsacEntry]) -> Array[Dictionary]:
-	var low := PackedFloat64Array()
-	var high := PackedFloat64Array()
-	for entry in entries:
-		for i in entry.numbers():
-			low.append(entry.low)
-			high.append(entry.high)
-	var all: Array[Dictionary] = []
-	all.append({name = "numbers", type = "box", shape = [low.size()], low = low, high = high})
-	return all
+	return model.describe()[role] if model.load(path_of(_sync.path_to_model(), _herds[b].name)).is_empty() else []
 
 
 static func _alike(agent: ConsacAgent, herd: Herd) -> bool:
-	return (_describe(agent.all_observations) == _describe(herd.observations)
-			and _describe(agent.actions) == _describe(herd.actions))
+	return (ConsacEntry.tables(agent.all_observations) == ConsacEntry.tables(herd.observations)
+			and ConsacEntry.tables(agent.actions) == ConsacEntry.tables(herd.actions)
+			and agent.masks_actions == herd.masked)
 
 
 static func _first(fault: String, other: String) -> String:

@@ -173,6 +173,7 @@ func _welcome() -> Cue:
 	_out.clear()
 	_refusal = ""
 	error = ""
+	note = ""
 	_steps = 0
 	_fresh = true
 	_sessions += 1
@@ -249,10 +250,10 @@ func _take_box(text: String) -> String:
 
 
 func _left() -> Cue:
-	if _steps >= training_length:
-		_hang_up()
-		return Cue.DONE
-	return _fail("the trainer left after %d of %d steps" % [_steps, training_length])
+	completed = _steps >= training_length
+	note = "" if completed else "the trainer left after %d of %d steps" % [_steps, training_length]
+	_hang_up()
+	return Cue.DONE
 
 
 func _refuse_now(why: String) -> Cue:

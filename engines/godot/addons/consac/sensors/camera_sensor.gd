@@ -1,9 +1,9 @@
 @icon("res://addons/consac/icon.svg")
 class_name ConsacCameraSensor
 extends ConsacSensor
-## The picture of a SubViewport as bytes, row by row. Text protocol 1 cannot carry it: it needs the
-## native extension. A picture is drawn with a frame, so it shows the world as of the latest frame,
-## and none is drawn with --headless.
+## The picture of a SubViewport as bytes, row by row. Text protocol 1 cannot carry it: it needs the native extension.
+## [ConsacSync] has it drawn before each observation, so it shows the world as it is. Nothing is drawn with --headless:
+## on a server start the engine under Xvfb, or with a graphics card.
 
 ## What draws the picture; its size is the entry's.
 @export var viewport: SubViewport
@@ -11,7 +11,17 @@ extends ConsacSensor
 @export var grey: bool = false
 
 
+func fault() -> String:
+	if viewport == null:
+		return "set viewport to the SubViewport that draws the picture"
+	if DisplayServer.get_name() == "headless":
+		return "nothing is drawn with --headless; start the engine without it, on a server under Xvfb"
+	return ""
+
+
 func entries() -> Array[ConsacEntry]:
+	if viewport.render_target_update_mode != SubViewport.UPDATE_ALWAYS and not viewport.get_parent() is SubViewportContainer:
+		viewport.render_target_update_mode = SubViewport.UPDATE_ALWAYS  # what nobody shows would not be drawn
 	return [ConsacEntry.image(entry_name, viewport.size, 1 if grey else 3)]
 
 
@@ -24,3 +34,9 @@ func sense(into: Dictionary) -> void:
 		return
 	image.convert(Image.FORMAT_L8 if grey else Image.FORMAT_RGB8)
 	into[entry_name] = image.get_data()
+
+
+## Called by [ConsacSync] before agents look: draws everything in the world of [param root] as it is now.
+static func draw_now(root: Node) -> void:
+	root.propagate_call(&"force_update_transform")  # what was moved within this tick
+	RenderingServer.force_draw(false)

@@ -7,10 +7,14 @@ extends ConsacRaySensor
 @export var body: Node2D
 
 
+func _towards(angle: float) -> Variant:
+	return Vector2.from_angle(angle)
+
+
 func _cast(angle: float) -> Dictionary:
 	var from := body.global_position
 	var query := PhysicsRayQueryParameters2D.create(
-			from, from + Vector2.from_angle(body.global_rotation + angle) * length, collision_mask)
+			from, from + _towards(body.global_rotation + angle) * length, collision_mask)
 	query.collide_with_areas = hit_areas
 	if body is CollisionObject2D:
 		query.exclude = [(body as CollisionObject2D).get_rid()]

@@ -7,11 +7,15 @@ extends ConsacRaySensor
 @export var body: Node3D
 
 
+func _towards(angle: float) -> Variant:
+	return Vector3(sin(angle), 0.0, -cos(angle))
+
+
 func _cast(angle: float) -> Dictionary:
 	var from := body.global_position
 	var frame := body.global_transform.basis.orthonormalized()
 	var query := PhysicsRayQueryParameters3D.create(
-			from, from + frame * Vector3(sin(angle), 0.0, -cos(angle)) * length, collision_mask)
+			from, from + frame * _towards(angle) * length, collision_mask)
 	query.collide_with_areas = hit_areas
 	if body is CollisionObject3D:
 		query.exclude = [(body as CollisionObject3D).get_rid()]

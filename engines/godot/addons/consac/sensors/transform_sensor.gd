@@ -24,6 +24,12 @@ extends ConsacSensor
 @export var with_rotation: bool = false
 
 
+func fault() -> String:
+	if observer is Node3D and subject is Node3D or observer is Node2D and subject is Node2D:
+		return ""
+	return "set observer and subject to two nodes, both Node2D or both Node3D"
+
+
 func entries() -> Array[ConsacEntry]:
 	var dimensions := 3 if observer is Node3D else 2
 	var count := dimensions * (int(with_position) + int(with_velocity))

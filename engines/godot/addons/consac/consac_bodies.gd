@@ -1,0 +1,28 @@
+class_name ConsacBodies
+extends RefCounted
+## Puts rigid bodies where an episode begins, for [method ConsacAgent.reset]. The physics server owns a body's place: a
+## RigidBody2D whose [code]position[/code] alone is set stands where it was again after the next tick.
+
+
+## Puts [param body] there with this velocity (pixels a second) and turn (radians a second), awake.
+static func place_2d(body: RigidBody2D, where: Transform2D, velocity := Vector2.ZERO, turn := 0.0) -> void:
+	var id := body.get_rid()
+	PhysicsServer2D.body_set_state(id, PhysicsServer2D.BODY_STATE_TRANSFORM, where)
+	PhysicsServer2D.body_set_state(id, PhysicsServer2D.BODY_STATE_LINEAR_VELOCITY, velocity)
+	PhysicsServer2D.body_set_state(id, PhysicsServer2D.BODY_STATE_ANGULAR_VELOCITY, turn)
+	body.global_transform = where
+	body.linear_velocity = velocity
+	body.angular_velocity = turn
+	body.sleeping = false
+	body.reset_physics_interpolation()
+
+
+## Puts [param body] there with this velocity (metres a second) and turn (radians a second), awake.
+static func place_3d(body: RigidBody3D, where: Transform3D, velocity := Vector3.ZERO, turn := Vector3.ZERO) -> void:
+	var id := body.get_rid()
+	PhysicsServer3D.body_set_state(id, PhysicsServer3D.BODY_STATE_TRANSFORM, where)
+	body.global_transform = where
+	body.linear_velocity = velocity
+	body.angular_velocity = turn
+	body.sleeping = false
+	body.reset_physics_interpolation()

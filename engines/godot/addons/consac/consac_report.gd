@@ -1,0 +1,146 @@
+class_name ConsacReport
+extends RefCounted
+## Counts what a session brings and tells people: a line now and then, a file to draw curves of, the editor's dock.
+
+const LATEST := 100  # episodes, and
+const STEPS_KEPT := 1000  # steps, of the means
+const SHORT_IN_A_ROW := 20  # episodes of one step after which something is likely wrong
+
+## Rewards and lengths of the latest episodes.
+var episode_rewards := PackedFloat32Array()
+var episode_lengths := PackedInt32Array()
+## Episodes that have ended.
+var episodes: int = 0
+
+var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
+var _steps := 0
+var _began_usec := 0
+var _told_usec := 0
+var _told_steps := 0
+var _sums := {}  # of the game's own metrics since the latest line: [sum, count]
+var _short := 0  # episodes of one step in a row
+var _warned := false
+var _curve: FileAccess
+
+
+func _init() -> void:
+	_step_rewards.resize(STEPS_KEPT)
+
+
+## A session begins. [param path]: where the curve's file goes, "" for nowhere. What is wrong, or "".
+func begin(path := "") -> String:
+	episode_rewards.clear()
+	episode_lengths.clear()
+	episodes = 0
+	_steps = 0
+	_sums.clear()
+	_began_usec = Time.get_ticks_usec()
+	_told_usec = _began_usec
+	_told_steps = 0
+	_curve = null
+	if path.is_empty():
+		return ""
+	_curve = FileAccess.open(path, FileAccess.WRITE)
+	if _curve == null:
+		return "the curve '%s' cannot be written: %s" % [path, error_string(FileAccess.get_open_error())]
+	_curve.store_line("steps,name,value")
+	return ""
+
+
+## A step of one agent.
+func note_step(reward: float) -> void:
+	_step_rewards[_steps % STEPS_KEPT] = reward
+	_steps += 1
+
+
+## An episode is over.
+func note_episode(agent: ConsacAgent) -> void:
+	if episode_rewards.size() >= LATEST:
+		episode_rewards.remove_at(0)
+		episode_lengths.remove_at(0)
+	episode_rewards.append(agent.total_reward)
+	episode_lengths.append(agent.steps)
+	episodes += 1
+	_short = _short + 1 if agent.steps == 1 and agent.max_steps != 1 else 0
+	if _short == SHORT_IN_A_ROW and not _warned:
+		_warned = true
+		push_warning(("%d episodes in a row ended with their first step (the latest of %s): does reset() put back all that "
+				+ "judge() looks at? Rigid bodies are placed with ConsacBodies.place_2d() and place_3d()")
+				% [SHORT_IN_A_ROW, agent.name])
+
+
+## A number of the game's own; what a line tells is the mean since the line before.
+func note_metric(name: StringName, value: float) -> void:
+	var sum: Array = _sums.get_or_add(name, [0.0, 0])
+	sum[0] += value
+	sum[1] += 1
+
+
+## Whether [param every_s] seconds have passed since the latest call of [method tell].
+func is_due(every_s: float) -> bool:
+	return every_s > 0.0 and Time.get_ticks_usec() - _told_usec >= every_s * 1e6
+
+
+## How things stand, as numbers by name; also the next row of the curve.
+func tell() -> Dictionary:
+	var now := Time.get_ticks_usec()
+	var numbers := {
+		steps = _steps,
+		seconds = (now - _began_usec) / 1e6,
+		steps_per_s = (_steps - _told_steps) / maxf(1e-6, (now - _told_usec) / 1e6),
+		episodes = episodes,
+	}
+	if episodes > 0:
+		numbers.mean_episode_reward = mean_episode_reward()
+		numbers.mean_episode_length = _mean_length()
+	for name: StringName in _sums:
+		numbers[String(name)] = _sums[name][0] / _sums[name][1]
+	_sums.clear()
+	_told_usec = now
+	_told_steps = _steps
+	if _curve != null:
+		for name: String in numbers:
+			if name != "steps":
+				_curve.store_line("%d,%s,%s" % [_steps, name.c_escape().replace(",", ";"), var_to_str(numbers[name])])
+		_curve.flush()
+	return numbers
+
+
+## The line of [param numbers], which [method tell] gave.
+static func line_of(numbers: Dictionary, total_steps: int) -> String:
+	var parts := PackedStringArray([
+		"%d of %d steps" % [numbers.steps, total_steps] if total_steps > 0 else "%d steps" % numbers.steps,
+		"%.0f steps/s" % numbers.steps_per_s])
+	for name: String in numbers:
+		if not name in ["steps", "seconds", "steps_per_s"]:
+			var value: Variant = numbers[name]
+			parts.append("%s %s" % [name.replace("_", " "), value if value is int else String.num(value, 3)])
+	return ", ".join(parts)
+
+
+## What the session was, at its end.
+func summary() -> String:
+	var seconds := maxf(1e-6, (Time.get_ticks_usec() - _began_usec) / 1e6)
+	var kept := mini(_steps, STEPS_KEPT)
+	return "%d steps in %.2f s (%.0f steps/s), mean reward of the last %d steps %.3f, of the last %d episodes %.2f" % [
+			_steps, seconds, _steps / seconds, kept, _mean(_step_rewards, kept), episode_rewards.size(),
+			mean_episode_reward()]
+
+
+## Of the latest episodes.
+func mean_episode_reward() -> float:
+	return _mean(episode_rewards, episode_rewards.size())
+
+
+func _mean_length() -> float:
+	var sum := 0
+	for length in episode_lengths:
+		sum += length
+	return float(sum) / maxi(1, episode_lengths.size())
+
+
+static func _mean(values: PackedFloat32Array, count: int) -> float:
+	var sum := 0.0
+	for i in count:
+		sum += values[i]
+	return sum / count if count > 0 else 0.0

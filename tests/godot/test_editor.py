@@ -1,0 +1,55 @@
+"""The editor's side of the add-on, in the running editor under Xvfb: dock, live curve, warnings, help, models as resources.
+Its pictures lie in the test's folder, for people."""
+import re
+
+import pytest
+
+from test_native import built  # noqa: F401 (the extension must be there)
+from test_traps import DRAWS, WORLDS
+
+# An agent without entries, two syncs, a sensor without its node, a body in loop mode.
+WARNED = """[gd_scene format=3]
+[ext_resource type="Script" path="res://addons/consac/consac_sync.gd" id="1"]
+[ext_resource type="Script" path="res://addons/consac/consac_agent.gd" id="2"]
+[ext_resource type="Script" path="res://addons/consac/sensors/ray_sensor_2d.gd" id="3"]
+[node name="World" type="Node2D"]
+[node name="Body" type="RigidBody2D" parent="."]
+[node name="ConsacSync" type="Node" parent="."]
+script = ExtResource("1")
+loop_mode = true
+[node name="Second" type="Node" parent="."]
+script = ExtResource("1")
+[node name="Agent" type="Node" parent="."]
+script = ExtResource("2")
+[node name="Rays" type="Node" parent="Agent"]
+script = ExtResource("3")
+"""
+
+
+@pytest.fixture
+def editor(godot, display, tmp_path):
+    plugin = godot.project / "addons/drive"
+    plugin.mkdir(exist_ok=True)
+    (plugin / "plugin.cfg").write_text('[plugin]\nname="Drive"\ndescription="Drive"\nauthor="-"\nversion="1"\nscript="plugin.gd"\n')
+    source = (WORLDS / "editor_drive.gd").read_text().replace('const FOLDER := ""', f'const FOLDER := "{tmp_path}"')
+    (plugin / "plugin.gd").write_text(source)
+    (godot.project / "warned.tscn").write_text(WARNED)
+    settings = godot.project / "project.godot"
+    before = settings.read_text()
+    settings.write_text(before.replace('cfg")', 'cfg", "res://addons/drive/plugin.cfg")'))
+    yield godot.start(godot.folder / "godot", "--path", godot.project, "--editor", *DRAWS, "--resolution", "1600x900")
+    settings.write_text(before)
+
+
+def test_the_editor_as_a_person_uses_it(editor, tmp_path):
+    code, output = editor.finish(240)
+    assert code == 0 and not re.search(r"(SCRIPT ERROR|res://addons/consac.*(ERROR|Error))", output), output
+    for warning in ("The scene has several ConsacSync nodes", "Agent: it has no actions; add a ConsacEntry for each.",
+                    "Agent/Rays: body is empty", "loop_mode stops the engine's physics, and Body is a RigidBody2D"):
+        assert f"drive: warning: {warning}" in output, output
+    assert "drive: warnings of the road: []" in output, output
+    assert int(re.search(r"points of the curve: (\d+)", output).group(1)) >= 6 and '"mean_episode_reward"' in output, output
+    assert "drive: playing after stop: false" in output and "drive: saved: true" in output, output
+    assert "drive: model: ConsacModelFile actor: box [1]; coin: box [1] -> (one without a name): discrete 3 choices" in output, output
+    for picture in ("dock", "model", "help", "help_agent"):
+        assert (tmp_path / f"{picture}.png").stat().st_size > 10000

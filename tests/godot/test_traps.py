@@ -1,0 +1,172 @@
+"""What a Godot developer stumbles over, each in the running engine: bodies, timers, pictures, two syncs, agents that come
+and go, Ctrl-C. Every world here is one script that builds itself (worlds/)."""
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+
+import pytest
+
+from engine import ROOT
+from test_native import ENDED, built, play, tensors  # noqa: F401 (built: the extension must be there)
+
+WORLDS = pathlib.Path(__file__).parent / "worlds"
+
+
+def start(godot, name, *arguments, flags=("--headless",), **replaced):
+    """worlds/NAME.gd as a scene of its own; `replaced`: constants of the script and their new values."""
+    source = (WORLDS / f"{name}.gd").read_text()
+    for constant, value in replaced.items():
+        source, count = re.subn(rf"^const {constant} := .*$", f"const {constant} := {value}", source, flags=re.M)
+        assert count == 1, constant
+    (godot.project / f"{name}.gd").write_text(source)
+    (godot.project / f"{name}.tscn").write_text(
+        f'[gd_scene format=3]\n[ext_resource type="Script" path="res://{name}.gd" id="1"]\n'
+        f'[node name="World" type="Node2D"]\nscript = ExtResource("1")\n')
+    return godot.start(godot.folder / "godot", "--path", godot.project, *flags, f"res://{name}.tscn", "--",
+                       *(f"--consac-{argument}" for argument in arguments))
+
+
+def finished(engine, code=0):
+    left, output = engine.finish()
+    assert left == code and "SCRIPT ERROR" not in output, output
+    return output
+
+
+TRAIN = ("mode=train", "sessions=1", "quit=1")
+
+
+def test_a_body_begins_where_reset_puts_it(godot):
+    output = finished(start(godot, "bodies", *TRAIN, "steps=40", "set=n_steps:40"))
+    found = re.findall(r"bodies: (\S+) (\S+) (\S+)", output)
+    assert len(found) >= 6 and set(found) == {("0.5", "0.5", "0.5")}, output  # after a tick of 30 a second
+
+
+def test_episodes_of_one_step_are_warned_of(godot):
+    output = finished(start(godot, "bodies", *TRAIN, "steps=60", "set=n_steps:32", SHORT="true"))
+    assert output.count("20 episodes in a row ended with their first step") == 1, output
+
+
+def test_timers_tweens_and_frames_go_with_the_ticks_of_fast_training(godot):
+    output = finished(start(godot, "frames", *TRAIN, "steps=600", "set=n_steps:100"))
+    timer, process, tween = map(int, re.search(r"frames: timer (\d+) process (\d+) tween (\d+)", output).groups())
+    assert 95 <= timer <= 101 and 590 <= process <= 610 and 48 <= tween <= 51, output  # of 100, 600 and 50
+    assert "goes with frames, so each tick has one while it learns" in output
+
+
+def test_ticks_before_a_frame_can_be_set(godot):
+    output = finished(start(godot, "frames", *TRAIN, "steps=600", "set=n_steps:100", "ticks-a-frame=64"))
+    assert int(re.search(r"process (\d+)", output).group(1)) < 60, output
+
+
+DRAWS = ["--rendering-driver", "opengl3", "--audio-driver", "Dummy", "--display-driver", "x11"]
+
+
+def test_a_camera_sees_the_world_as_it_is_in_fast_training(godot, display):
+    output = finished(start(godot, "camera_world", *TRAIN, "steps=200", "set=n_steps:48", flags=DRAWS))
+    assert re.search(r"camera: 2\d\d right, 0 wrong", output), output
+
+
+def test_a_camera_that_cannot_see_is_refused_in_one_line(godot):
+    output = finished(start(godot, "camera_world", *TRAIN), 1)
+    assert "Agent/Eye: nothing is drawn with --headless" in output.splitlines()[-1], output
+    assert output.count("ERROR") == 0
+
+
+def test_a_second_sync_is_refused_until_the_first_is_gone(godot):
+    output = finished(start(godot, "two_syncs", "mode=by_hand"), 1)
+    assert re.search(r"\S*First drives this game already, and two would stop each other", output), output
+    assert "two_syncs: first went on: true, the next one after it: true" in output
+
+
+def test_a_recording_of_two_behaviours_wants_a_file_for_each(godot, tmp_path):
+    code, output = play(godot, "chase", "mode=by_hand", f"record={tmp_path}/played", "quit=1").finish()
+    assert code == 1 and "2 behaviours, each with a file of its own; put {behaviour} into record_path" in output, output
+
+
+@pytest.mark.parametrize("bad, said", [
+    ("steps=1.5", "'1.5' is no whole number"), ("steps=-1", "expected 0 to 1000000000000"),
+    ("fast=maybe", "expected 1 or 0"), ("port=70000", "expected 0 to 65535"), ("stpes=3", "there are mode"),
+])
+def test_a_bad_argument_ends_the_program_wherever_it_stands(godot, bad, said):
+    code, output = play(godot, "road", bad, "quit=1").finish(30)
+    assert code == 1 and f"argument '--consac-{bad}': {said}" in output, output
+
+
+def test_agents_come_and_go_in_a_game_that_acts_from_none_on(godot, tmp_path):
+    model = tmp_path / "model.consac"
+    finished(start(godot, "spawning", *TRAIN, "steps=256", "set=n_steps:64", f"model={model}", AGENTS="1"))
+    for mode in ("act", "by_hand"):
+        output = finished(start(godot, "spawning", f"mode={mode}", f"model={model}", flags=("--headless", "--fixed-fps", "60"),
+                                SCRIPTED="true"))
+        assert "spawning: alive [3, 2, 3], steps of the last one 20" in output and "ERROR" not in output, output
+
+
+def test_an_agent_that_comes_while_others_learn_is_told_of(godot):
+    output = finished(start(godot, "spawning", *TRAIN, "steps=200", "set=n_steps:48", AGENTS="1", SCRIPTED="true"))
+    assert re.search("takes no part: it has come while others learn; .* set room_for_agents", output), output
+
+
+def test_ctrl_c_saves_what_was_learned(godot, tmp_path):
+    for sent in (signal.SIGINT, signal.SIGTERM):
+        engine = start(godot, "spawning", "mode=train", "steps=1e8", "set=n_steps:64", "report=0.2", "model=%s" % (tmp_path / "m.consac"),
+                       AGENTS="1")
+        engine.wait_for("updates [1-9]")
+        engine.process.send_signal(sent)
+        output = finished(engine, 130)
+        assert "interrupted after" in output and (tmp_path / "m.stopped.consac").stat().st_size > 1000, output
+        (tmp_path / "m.stopped.consac").unlink()
+
+
+def test_ctrl_c_saves_what_was_recorded(godot, tmp_path):
+    engine = start(godot, "spawning", "mode=by_hand", f"record={tmp_path}/played", AGENTS="1", SCRIPTED="true")
+    engine.wait_for("spawning: alive")
+    engine.process.send_signal(signal.SIGTERM)
+    finished(engine, 130)
+    assert tensors(f"{tmp_path}/played")["rewards"][1][0] > 10
+
+
+def test_by_hand_counts_sessions(godot, tmp_path):
+    output = finished(start(godot, "spawning", "mode=by_hand", "steps=30", "sessions=2", "quit=1", f"record={tmp_path}/played", AGENTS="1"))
+    assert output.count("the session ended: 30 steps") == 2, output
+    assert tensors(f"{tmp_path}/played")["rewards"][1][0] == 60
+
+
+def test_loop_mode_with_bodies_of_the_engine_is_refused(godot):
+    output = finished(start(godot, "bodies", *TRAIN, "loop=1"), 1)
+    assert "loop_mode stops the engine's physics, and Ball2D is a RigidBody2D that it moves" in output, output
+
+
+def test_a_sensor_without_its_node_is_one_line(godot):
+    output = finished(start(godot, "bodies", *TRAIN, RAYS="true"), 1)
+    assert "Agent/Rays: set body to the node that the rays begin at" in output.splitlines()[-1], output
+
+
+def test_a_trainer_of_text_1_that_wants_fewer_steps_is_no_failure(godot, tmp_path):
+    engine, port = godot.scene("road", "steps=5000", "sessions=1", "quit=1")
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "short", "--steps", "1000", cwd=tmp_path)
+    assert trainer.finish()[0] == 0
+    output = finished(engine)
+    assert "the session ended: 1000 steps" in output and "the trainer left after 1000 of 5000 steps" in output, output
+
+
+def test_the_example_of_the_readme_learns(godot):
+    code = re.search(r"```gdscript\n(extends ConsacAgent.*?)```", (ROOT / "engines/godot/README.md").read_text(), re.S).group(1)
+    (godot.project / "readme_agent.gd").write_text(code)
+    output = finished(start(godot, "readme", *TRAIN, "steps=4e4", "set=n_steps:256,gamma:0.98,noptepochs:10,learning_rate:lin_1e-3"))
+    assert float(re.search(ENDED, output).group(5)) > 155, output  # of 200; whoever pushes at random has less than 147
+
+
+def test_any_project_is_exported(godot, tmp_path):
+    project = tmp_path / "own"
+    shutil.copytree(godot.project, project, ignore=shutil.ignore_patterns(".godot"))
+    (project / "examples/road").rename(project / "walk")
+    scene = project / "walk/road.tscn"
+    scene.write_text(scene.read_text().replace("res://examples/road", "res://walk"))
+    done = subprocess.run([ROOT / "tools/godot_export.sh", "res://walk/road.tscn", tmp_path / "games", project],
+                          capture_output=True, text=True, timeout=120, env=godot.environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+    game = godot.start(tmp_path / "games/road", "--headless", "--", "--consac-mode=by_hand", "--consac-steps=100",
+                       "--consac-sessions=1", "--consac-quit=1")
+    assert "the session ended: 100 steps" in finished(game)
