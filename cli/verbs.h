@@ -29,6 +29,7 @@ Action AddEval(CLI::App& app);
 Action AddPlay(CLI::App& app);
 Action AddList(CLI::App& app);
 Action AddInspect(CLI::App& app);
+Action AddTwin(CLI::App& app);
 Action AddBench(CLI::App& app);
 Action AddDoctor(CLI::App& app);
 

@@ -37,7 +37,7 @@ Not compiled against Unreal by its authors: see "How far this is tested" in Docs
 """
 TRAINER = "The trainer, started by the node Start Trainer Program, or by hand in a terminal.\n"
 CLI11 = Library("cli11", "libcli11-dev", (), "arguments of the program")
-LINUX_README = """What is compiled into it has its licences in the folder Licenses. On Debian 12: apt install libfmt9 libyaml-cpp0.7 libhwy1
+LINUX_README = """What is compiled into it has its licences in the folder Licenses. On Debian 12: apt install libfmt9 libyaml-cpp0.7 libhwy1 libpugixml1v5
 libcairo2. It needs these libraries of the system:
 """
 WINDOWS_README = """It runs by itself on 64-bit Windows 10 (1903) and later.

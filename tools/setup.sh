@@ -16,7 +16,7 @@ stage=${1:-build}
 . tools/windows_libraries.sh  # windows_sources
 
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
-  nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev)
+  nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev libpugixml-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git locales nodejs mono-mcs mono-runtime libmono-system-core4.0-cil)
 bench_packages=(libtorch-dev)

@@ -3,7 +3,7 @@
 # which fetches the sources. A library is built once, and again when its source or its recipe here has changed.
 
 # Debian's source packages, in the order to build them; the program needs all, the libraries of CONSAC only the first.
-windows_plain=(highway fmtlib yaml-cpp)
+windows_plain=(highway fmtlib yaml-cpp pugixml)
 windows_pictures=(libpng1.6 pixman cairo)
 windows_sources=("${windows_plain[@]}" "${windows_pictures[@]}")
 # Debian's packages of headers alone: copied, since /usr/include itself holds another system's.
@@ -82,6 +82,11 @@ build_fmtlib() {
 build_yaml-cpp() {
   by_cmake yaml-cpp "$needs/yaml-cpp" -DYAML_CPP_BUILD_TESTS=OFF -DYAML_CPP_BUILD_TOOLS=OFF -DYAML_CPP_BUILD_CONTRIB=OFF
   licence yaml-cpp "$needs/yaml-cpp/LICENSE"
+}
+
+build_pugixml() {
+  by_cmake pugixml "$needs/pugixml" -DPUGIXML_BUILD_TESTS=OFF
+  licence pugixml "$needs/pugixml/LICENSE.md"
 }
 
 # Debian's own for Windows; without its DLL, which would be taken first.

@@ -1,0 +1,209 @@
+// consac twin: a robot's description made a digital twin, and questions about it.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/flags.h"
+#include "cli/print.h"
+#include "cli/verbs.h"
+#include "consac/base/json.h"
+#include "consac/base/text.h"
+#include "consac/robot/conventions.h"
+#include "consac/robot/kinematics.h"
+#include "consac/robot/self_collision.h"
+#include "consac/twin/import.h"
+
+namespace consac::cli {
+namespace {
+
+constexpr double kDegrees = 180.0 / robot::kPiRadians;  // in a radian
+constexpr std::size_t kBytesPerTriangle = 160;  // of a closed mesh of a million, measured; of loose ones twice that
+
+struct TwinFlags {
+  std::string input, output = "twin", root, srdf, link, convention = "robot", positions;
+  std::vector<std::string> packages;
+  double density = 0.0;
+  bool force = false, json = false, degrees = false;
+};
+
+int ImportTwin(const TwinFlags& flags) {
+  twin::ImportOptions options;
+  options.output = flags.output;
+  options.replace = flags.force;
+  options.root = flags.root;
+  options.srdf = flags.srdf;
+  options.density = flags.density;
+  for (const std::string& package : flags.packages) {
+    const std::size_t equals = package.find('=');
+    if (equals == std::string::npos || equals == 0)
+      return Fail("twin", {StatusCode::kInvalidArgument, "--package " + Quote(package) + ": NAME=FOLDER is expected"});
+    options.packages[package.substr(0, equals)] = package.substr(equals + 1);
+  }
+  (void)StopSignal();
+  const auto begin = std::chrono::steady_clock::now();
+  auto told = begin;
+  options.progress = [&](std::size_t done, std::size_t of) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!flags.json && now - told > std::chrono::seconds(1)) {
+      told = now;
+      PrintError("consac twin: mesh {} of {}\n", done + 1, of);
+    }
+    return !Stopped();
+  };
+  const Result<twin::ImportReport> report = twin::Import(flags.input, options);
+  if (!report.ok()) return Fail("twin", report.status());
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  if (flags.json) {
+    PrintLines(AsciiJsonText(nlohmann::json({{"output", flags.output},
+                                             {"links", report->robot.links.size()},
+                                             {"joints", report->robot.joints.size()},
+                                             {"positions", report->robot.positions()},
+                                             {"meshes", report->meshes},
+                                             {"triangles", report->triangles},
+                                             {"files", report->files},
+                                             {"warnings", report->warnings}}),
+                             2));
+    return 0;
+  }
+  Print("{}: {} links, {} joints, {} of them move by themselves\n", report->robot.name, report->robot.links.size(),
+        report->robot.joints.size(), report->robot.positions());
+  Print("{} meshes, {} triangles, in {:.2f} s; about {:.0f} MiB for the largest, one at a time\n", report->meshes,
+        report->triangles, took.count(), static_cast<double>(report->most_triangles * kBytesPerTriangle) / 1048576.0);
+  for (const std::string& warning : report->warnings) Print("warning: {}\n", warning);
+  Print("written to {}: twin.glb, twin.json, twin.urdf, twin.xml, report.json, meshes\n", flags.output);
+  return 0;
+}
+
+Result<std::vector<double>> ReadPositions(const TwinFlags& flags, const robot::Robot& robot) {
+  std::vector<double> positions(robot.position_joints.size(), 0.0);
+  if (flags.positions.empty()) return positions;
+  std::vector<std::string> pieces;
+  std::istringstream text(flags.positions);
+  for (std::string piece; std::getline(text, piece, ',');) pieces.push_back(piece);
+  const auto in_unit = [&](std::size_t i, double value) {
+    const bool slides =
+        robot.joints[static_cast<std::size_t>(robot.position_joints[i])].type == robot::JointType::kPrismatic;
+    return flags.degrees && !slides ? value / kDegrees : value;
+  };
+  const bool named = flags.positions.find('=') != std::string::npos;
+  if (!named && pieces.size() != positions.size())
+    return Status{StatusCode::kInvalidArgument, "--q has " + std::to_string(pieces.size()) +
+                                                    " numbers; the robot has " + std::to_string(positions.size()) +
+                                                    " joints that move by themselves (consac twin check lists them)"};
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const std::size_t equals = pieces[i].find('=');
+    std::size_t at = i;
+    if (named) {
+      const std::string name = pieces[i].substr(0, std::min(equals, pieces[i].size()));
+      const std::int32_t joint = robot.FindJoint(name);
+      const bool moves = joint >= 0 && robot.joints[static_cast<std::size_t>(joint)].mimics < 0 &&
+                         robot.joints[static_cast<std::size_t>(joint)].position_index >= 0;
+      if (!moves || equals == std::string::npos)
+        return Status{StatusCode::kInvalidArgument, "--q names " + Quote(pieces[i]) +
+                                                        "; JOINT=NUMBER of a joint that moves by "
+                                                        "itself is expected (consac twin check lists them)"};
+      at = static_cast<std::size_t>(robot.joints[static_cast<std::size_t>(joint)].position_index);
+    }
+    double value = 0.0;
+    const std::string number = named ? pieces[i].substr(equals + 1) : pieces[i];
+    if (!ParseHumanNumber(number, &value))
+      return Status{StatusCode::kInvalidArgument, "--q holds " + Quote(number) + ", which is no number"};
+    positions[at] = in_unit(at, value);
+  }
+  return positions;
+}
+
+int ShowPose(const TwinFlags& flags) {
+  const Result<robot::Robot> robot = twin::LoadRobot(flags.input);
+  if (!robot.ok()) return Fail("twin", robot.status());
+  const Result<std::vector<double>> positions = ReadPositions(flags, *robot);
+  if (!positions.ok()) return Fail("twin", positions.status());
+  const robot::Convention convention = flags.convention == "gltf"     ? robot::Convention::kGltf
+                                       : flags.convention == "unreal" ? robot::Convention::kUnreal
+                                                                      : robot::Convention::kRobot;
+  const std::int32_t only = robot->FindLink(flags.link);
+  if (!flags.link.empty() && only < 0) {
+    std::vector<std::string_view> known;
+    for (const robot::Link& link : robot->links) known.emplace_back(link.name);
+    return Fail("twin", {StatusCode::kNotFound, "no link " + Quote(flags.link) + Suggestion(flags.link, known)});
+  }
+  robot::Kinematics kinematics(*robot);
+  kinematics.Forward(*positions);
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  if (!flags.json)
+    Print("{:<28} {:>12} {:>12} {:>12}   {:>9} {:>9} {:>9} {:>9}\n", "link", "x", "y", "z", "qx", "qy", "qz", "qw");
+  for (std::size_t i = 0; i < robot->links.size(); ++i) {
+    if (only >= 0 && static_cast<std::int32_t>(i) != only) continue;
+    const auto [q, p] = TransformIn(convention, kinematics.links()[i]);
+    const std::string& name = robot->links[i].name;
+    rows.push_back({{"link", name}, {"position", {p.x, p.y, p.z}}, {"rotation", {q.x, q.y, q.z, q.w}}});
+    if (!flags.json)
+      Print("{:<28} {:>12.6f} {:>12.6f} {:>12.6f}   {:>9.6f} {:>9.6f} {:>9.6f} {:>9.6f}\n", name, p.x, p.y, p.z, q.x,
+            q.y, q.z, q.w);
+  }
+  if (flags.json) PrintLines(AsciiJsonText(rows, 2));
+  return 0;
+}
+
+int CheckTwin(const TwinFlags& flags) {
+  const Result<robot::Robot> robot = twin::LoadRobot(flags.input);
+  if (!robot.ok()) return Fail("twin", robot.status());
+  Print("{}: {} links, {} joints, {} of them move by themselves\n", robot->name, robot->links.size(),
+        robot->joints.size(), robot->positions());
+  for (std::size_t i = 0; i < robot->position_joints.size(); ++i) {
+    const robot::Joint& joint = robot->joints[static_cast<std::size_t>(robot->position_joints[i])];
+    const bool turns = joint.type != robot::JointType::kPrismatic;
+    const double unit = turns ? kDegrees : 1.0;
+    Print("{:>3} {:<28} {:<10} {:>10.4g} to {:<10.4g} {}\n", i, joint.name, NameOf(joint.type),
+          joint.drive.lower * unit, joint.drive.upper * unit, turns ? "degrees" : "m");
+  }
+  robot::Kinematics kinematics(*robot);
+  const robot::SelfCollision collision(*robot);
+  const robot::SelfCollision::Nearest nearest = collision.Find(kinematics.links());
+  if (nearest.first < 0) return 0;
+  const auto link = [&](std::int32_t capsule) {
+    const auto of = static_cast<std::size_t>(robot->capsules[static_cast<std::size_t>(capsule)].link);
+    return robot->links[of].name;
+  };
+  Print("at 0 the nearest capsules are {} and {}, {:.1f} mm {}\n", link(nearest.first), link(nearest.second),
+        std::abs(nearest.distance) * 1000.0, nearest.distance < 0.0 ? "into each other" : "apart");
+  return 0;
+}
+
+}  // namespace
+
+Action AddTwin(CLI::App& app) {
+  auto flags = std::make_shared<TwinFlags>();
+  app.require_subcommand(1);
+  CLI::App* import =
+      app.add_subcommand("import", "make twin.glb, twin.json, twin.urdf, twin.xml (MJCF) and a report of a robot");
+  import->add_option("file", flags->input, "the description: a URDF or an MJCF")->required();
+  import->add_option("-o,--output", flags->output, "folder to make")->capture_default_str();
+  import->add_option("--package", flags->packages, "NAME=FOLDER of package://NAME/..., once or more");
+  import->add_option("--root", flags->root, "folder that meshes may be read from (default: the package's)");
+  import->add_option("--srdf", flags->srdf, "file that names links which may touch");
+  AddNumber(*import, "--density", &flags->density, 0.0, 1e6, "kg/m^3 of links whose mass the file does not say");
+  import->add_flag("--force", flags->force, "replace an earlier import");
+  import->add_flag("--json", flags->json, "print what was made as JSON");
+  CLI::App* fk = app.add_subcommand("fk", "where the links are for given joint positions");
+  fk->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
+  fk->add_option("--q", flags->positions,
+                 "0.1,0.2,... for every joint, or JOINT=NUMBER,...; rad and m; without it all are 0");
+  fk->add_flag("--degrees", flags->degrees, "joints that turn are given in degrees");
+  fk->add_option("--link", flags->link, "this link alone");
+  fk->add_option("--convention", flags->convention, "robot, gltf or unreal")
+      ->check(CLI::IsMember({"robot", "gltf", "unreal"}))
+      ->capture_default_str();
+  fk->add_flag("--json", flags->json, "print JSON");
+  CLI::App* check = app.add_subcommand("check", "read a twin and say what it is");
+  check->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
+  return [flags, import, fk] {
+    EndAtSignals();
+    return import->parsed() ? ImportTwin(*flags) : fk->parsed() ? ShowPose(*flags) : CheckTwin(*flags);
+  };
+}
+
+}  // namespace consac::cli

@@ -1,0 +1,58 @@
+// consac twin from outside: what it prints, and one line for what is wrong.
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program_fixture.h"
+
+namespace consac::testing {
+namespace {
+
+class TwinProgram : public ProgramTest {
+ protected:
+  TwinProgram() {
+    std::ofstream(folder() + "/arm.urdf")
+        << "<robot name='arm'><link name='base'/><link name='tip'><visual><geometry><box size='1 1 "
+           "1'/></geometry></visual></link>"
+           "<joint name='turn' type='revolute'><parent link='base'/><child link='tip'/><origin xyz='0 0 1'/><axis "
+           "xyz='0 0 1'/>"
+           "<limit lower='-1' upper='1' effort='1' velocity='1'/></joint></robot>";
+  }
+  Outcome Twin(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "twin");
+    return RunProgram(folder(), arguments);
+  }
+};
+
+TEST_F(TwinProgram, ImportsAndAnswers) {
+  const Outcome import = Twin({"import", "arm.urdf", "-o", "out"});
+  ASSERT_EQ(import.code, 0) << import.error;
+  EXPECT_NE(import.out.find("arm: 2 links, 1 joints, 1 of them move by themselves"), std::string::npos) << import.out;
+  EXPECT_NE(import.out.find("warning: without a mass"), std::string::npos) << import.out;
+  for (const char* q : {"turn=90", "90"}) {
+    const Outcome pose =
+        Twin({"fk", "out", "--degrees", "--q", q, "--link", "tip", "--convention", "unreal", "--json"});
+    ASSERT_EQ(pose.code, 0) << pose.error;
+    const nlohmann::json rows = nlohmann::json::parse(pose.out);
+    ASSERT_EQ(rows.size(), 1u);
+    EXPECT_NEAR(rows[0]["position"][2].get<double>(), 100.0, 1e-9) << "centimetres";
+  }
+  const Outcome check = Twin({"check", "out"});
+  EXPECT_EQ(check.code, 0) << check.error;
+  EXPECT_NE(check.out.find("turn"), std::string::npos);
+}
+
+TEST_F(TwinProgram, SaysInOneLineWhatIsWrong) {
+  ExpectRefusal(Twin({"import", "none.urdf"}), 2, "none.urdf");
+  ExpectRefusal(Twin({"import", "arm.urdf", "--package", "arm"}), 2, "NAME=FOLDER is expected");
+  ExpectRefusal(Twin({"fk", "arm.urdf", "--q", "1,2"}), 2, "--q has 2 numbers; the robot has 1 joints");
+  ExpectRefusal(Twin({"fk", "arm.urdf", "--q", "tern=2"}), 2, "--q names 'tern=2'");
+  ExpectRefusal(Twin({"fk", "arm.urdf", "--q", "turn=far"}), 2, "'far', which is no number");
+  ExpectRefusal(Twin({"fk", "arm.urdf", "--link", "tap"}), 2, "no link 'tap' (did you mean 'tip'?)");
+  ExpectRefusal(Twin({"fk", "arm.urdf", "--convention", "blender"}), 2, "blender");
+  ExpectRefusal(Twin({"check", "."}), 2, "twin.json");
+  ASSERT_EQ(Twin({"import", "arm.urdf"}).code, 0);
+  ExpectRefusal(Twin({"import", "arm.urdf"}), 2, "--force to replace it");
+  EXPECT_EQ(Twin({"import", "arm.urdf", "--force"}).code, 0);
+}
+
+}  // namespace
+}  // namespace consac::testing

@@ -1,0 +1,47 @@
+#pragma once
+// `consac twin import`: one robot's description in, a folder of files for engines, simulators and people out. Used by
+// the program and by whoever links the library. The folder is whole or not there.
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "consac/base/status.h"
+#include "consac/robot/robot.h"
+#include "consac/twin/model.h"
+
+namespace consac::twin {
+
+/// How to import.
+struct ImportOptions {
+  std::string output;    ///< folder to make
+  bool replace = false;  ///< an earlier import that is there
+  std::string root;      ///< folder that meshes may be read from; "" the package's or the file's own
+  std::map<std::string, std::string> packages;  ///< folders of "package://NAME/..."
+  std::string srdf;                             ///< file with links that may touch; "" none
+  double density = 0.0;                         ///< kg/m^3 of links whose mass the file does not say; 0: left out
+  /// Called between meshes: how many of how many are done. False stops with kCancelled. May be empty.
+  std::function<bool(std::size_t done, std::size_t of)> progress;
+};
+
+/// What was made.
+struct ImportReport {
+  robot::Robot robot;
+  std::size_t meshes = 0;             ///< files
+  std::size_t triangles = 0;          ///< of them
+  std::size_t most_triangles = 0;     ///< of the largest: what was in memory at once, at some 160 bytes each
+  std::vector<std::string> files;     ///< that were written, below the folder
+  std::vector<std::string> warnings;  ///< a line each
+};
+
+/// Reads a description: a URDF or an MJCF. kInvalidArgument says what is read where it is something else; errors name
+/// the file.
+Result<Model> ReadModel(const std::string& path);
+/// Reads `path`, writes twin.glb, twin.json, twin.urdf, twin.xml (MJCF), report.json and meshes/*.stl. The same bytes
+/// for the same input. One mesh is in memory at a time. Errors are one line; nothing is left then.
+Result<ImportReport> Import(const std::string& path, const ImportOptions& options);
+/// The joint table of an import's folder, of a twin.json or of a description.
+Result<robot::Robot> LoadRobot(const std::string& path);
+
+}  // namespace consac::twin

@@ -1,0 +1,218 @@
+// Collada in: triangles, polylists and polygons of the visual scene, in metres, with the diffuse colour of each
+// material. Axes stay as they are: ROS looks at no <up_axis>, and robots are drawn for it. Source: COLLADA 1.4.1.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "consac/base/text.h"
+#include "consac/twin/mesh.h"
+#include "triangles.h"
+#include "xml.h"
+
+namespace consac::twin {
+namespace {
+
+using Matrix = std::array<double, 12>;  // three rows of four
+
+constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+constexpr int kMostNesting = 32;            // of library nodes in each other
+constexpr std::size_t kMostNodes = 100000;  // of the scene, instances counted
+
+Matrix operator*(const Matrix& a, const Matrix& b) {
+  Matrix c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      c[4 * i + j] =
+          a[4 * i] * b[j] + a[4 * i + 1] * b[4 + j] + a[4 * i + 2] * b[8 + j] + (j == 3 ? a[4 * i + 3] : 0.0);
+    }
+  }
+  return c;
+}
+
+// Numbers between blanks; an empty list and false where one is none.
+bool ReadNumbers(const char* text, std::vector<double>* numbers) {
+  std::string_view rest = text;
+  while (true) {
+    const std::size_t begin = rest.find_first_not_of(" \t\r\n");
+    if (begin == std::string_view::npos) return true;
+    rest.remove_prefix(begin);
+    const std::size_t end = std::min(rest.find_first_of(" \t\r\n"), rest.size());
+    double number = 0.0;
+    if (!ParseNumber(rest.substr(0, end), &number) || std::abs(number) > 1e9) return false;
+    numbers->push_back(number);
+    rest.remove_prefix(end);
+  }
+}
+
+class DaeReader {
+ public:
+  explicit DaeReader(std::string_view text) : xml_(text) {}
+
+  Result<Triangles> Read() {
+    if (!xml_.status().ok()) return xml_.status();
+    const pugi::xml_node root = xml_.root();
+    if (std::strcmp(root.name(), "COLLADA") != 0) return xml_.Wrong(root, "a Collada file begins with <COLLADA>");
+    const double metre = xml_.Number(root.child("asset").child("unit"), "meter", 1.0);
+    if (!(metre > 0.0) || metre > 1e6) return xml_.Wrong(root, "its unit is no length");
+    CollectIds(root);
+    const Matrix unit = {metre, 0, 0, 0, 0, metre, 0, 0, 0, 0, metre, 0};
+    for (const pugi::xml_node scene : root.child("library_visual_scenes").children("visual_scene")) {
+      for (const pugi::xml_node node : scene.children("node")) ReadNode(node, unit, 0);
+    }
+    if (!xml_.status().ok()) return xml_.status();
+    return std::move(triangles_);
+  }
+
+ private:
+  // Elements with an id, wherever they are.
+  void CollectIds(pugi::xml_node node) {
+    for (const pugi::xml_node child : node.children()) {
+      if (child.attribute("id")) ids_.emplace(child.attribute("id").value(), child);
+      CollectIds(child);
+    }
+  }
+
+  pugi::xml_node Find(const char* reference) const {
+    const auto found = ids_.find(reference[0] == '#' ? reference + 1 : reference);
+    return found == ids_.end() ? pugi::xml_node() : found->second;
+  }
+
+  bool Fill(pugi::xml_node node, std::size_t count, std::vector<double>* numbers) {
+    if (ReadNumbers(node.child_value(), numbers) && numbers->size() == count) return true;
+    xml_.Refuse(node, "<" + std::string(node.name()) + "> must hold " + std::to_string(count) + " numbers");
+    return false;
+  }
+
+  Matrix Motion(pugi::xml_node step) {
+    const std::string_view name = step.name();
+    std::vector<double> n;
+    Matrix motion = kIdentity;
+    if (name == "matrix" && Fill(step, 16, &n)) std::copy(n.begin(), n.begin() + 12, motion.begin());
+    if (name == "translate" && Fill(step, 3, &n)) motion[3] = n[0], motion[7] = n[1], motion[11] = n[2];
+    if (name == "scale" && Fill(step, 3, &n)) motion[0] = n[0], motion[5] = n[1], motion[10] = n[2];
+    if (name == "rotate" && Fill(step, 4, &n)) {
+      const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+      if (!(length > 0.0)) return motion;
+      const robot::Vector3 axis{n[0] / length, n[1] / length, n[2] / length};
+      const auto m = robot::MatrixOf(robot::RotationAbout(axis, n[3] * robot::kPiRadians / 180.0));
+      motion = {m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0};
+    }
+    return motion;
+  }
+
+  void ReadNode(pugi::xml_node node, Matrix at, int nesting) {
+    if (!xml_.status().ok()) return;
+    if (nesting > kMostNesting || ++nodes_ > kMostNodes)
+      return xml_.Refuse(node, "its scene has nodes that hold each other, or too many");
+    for (const pugi::xml_node child : node.children()) {
+      const std::string_view name = child.name();
+      at = at * Motion(child);
+      if (name == "instance_geometry") ReadGeometry(child, at);
+      if (name == "node") ReadNode(child, at, nesting + 1);
+      if (name == "instance_node") ReadNode(Find(child.attribute("url").value()), at, nesting + 1);
+    }
+  }
+
+  std::optional<Colour> ColourOf(pugi::xml_node instance, std::string_view symbol) {
+    for (const pugi::xml_node bound :
+         instance.child("bind_material").child("technique_common").children("instance_material")) {
+      if (symbol != bound.attribute("symbol").value()) continue;
+      const pugi::xml_node material = Find(bound.attribute("target").value());
+      const pugi::xml_node effect = Find(material.child("instance_effect").attribute("url").value());
+      for (const pugi::xml_node shading : effect.child("profile_COMMON").child("technique").children()) {
+        std::vector<double> n;
+        const pugi::xml_node colour = shading.child("diffuse").child("color");
+        if (!colour || !ReadNumbers(colour.child_value(), &n) || n.size() < 3) continue;
+        Colour out = kDefaultColour;
+        for (std::size_t i = 0; i < 4 && i < n.size(); ++i) out[i] = std::clamp(n[i], 0.0, 1.0);
+        return out;
+      }
+    }
+    return std::nullopt;
+  }
+
+  // The points that a primitive's vertices are of, and where in its <p> they are.
+  bool PointsOf(pugi::xml_node primitive, std::vector<double>* points, std::size_t* offset, std::size_t* stride) {
+    const char* source = "";
+    *stride = 1;
+    for (const pugi::xml_node input : primitive.children("input")) {
+      const double at = xml_.Number(input, "offset", 0.0);
+      if (!(at >= 0.0) || at > 64.0) return false;
+      *stride = std::max(*stride, static_cast<std::size_t>(at) + 1);
+      if (std::strcmp(input.attribute("semantic").value(), "VERTEX") != 0) continue;
+      *offset = static_cast<std::size_t>(at);
+      for (const pugi::xml_node position : Find(input.attribute("source").value()).children("input")) {
+        if (std::strcmp(position.attribute("semantic").value(), "POSITION") == 0)
+          source = position.attribute("source").value();
+      }
+    }
+    const pugi::xml_node list = Find(source).child("float_array");
+    return list && ReadNumbers(list.child_value(), points) && points->size() % 3 == 0;
+  }
+
+  void ReadGeometry(pugi::xml_node instance, const Matrix& at) {
+    const pugi::xml_node mesh = Find(instance.attribute("url").value()).child("mesh");
+    for (const pugi::xml_node primitive : mesh.children()) {
+      const std::string_view name = primitive.name();
+      if (name != "triangles" && name != "polylist" && name != "polygons") continue;
+      std::vector<double> points, sizes;
+      std::size_t offset = 0, stride = 1;
+      if (!PointsOf(primitive, &points, &offset, &stride) ||
+          !ReadNumbers(primitive.child("vcount").child_value(), &sizes))
+        return xml_.Refuse(primitive, "<" + std::string(name) + "> names no usable positions");
+      MeshPart part{triangles_.count(), 0, ColourOf(instance, primitive.attribute("material").value())};
+      std::size_t face = 0;
+      for (const pugi::xml_node list : primitive.children("p")) {
+        std::vector<double> numbers;
+        bool fits = ReadNumbers(list.child_value(), &numbers);
+        const std::size_t corners = numbers.size() / stride;
+        for (std::size_t first = 0; fits && first < corners; ++face) {
+          double size = name == "triangles" ? 3.0 : static_cast<double>(corners);
+          if (name == "polylist") size = face < sizes.size() ? sizes[face] : 0.0;
+          fits = size >= 1.0 && size <= static_cast<double>(corners - first);
+          if (fits) fits = AddFace(numbers, points, offset, stride, first, static_cast<std::size_t>(size), at);
+          first += fits ? static_cast<std::size_t>(size) : 0;
+        }
+        if (!fits) return xml_.Refuse(list, "<p> does not fit its <" + std::string(name) + ">");
+      }
+      part.count = triangles_.count() - part.first;
+      if (part.count > 0) triangles_.parts.push_back(part);
+    }
+  }
+
+  bool AddFace(const std::vector<double>& numbers, const std::vector<double>& points, std::size_t offset,
+               std::size_t stride, std::size_t first, std::size_t size, const Matrix& at) {
+    if (triangles_.count() + size > kMostTriangles) return false;
+    const auto corner = [&](std::size_t i, float* out) {
+      const double number = numbers[(first + i) * stride + offset];
+      if (!(number >= 0.0) || number >= static_cast<double>(points.size() / 3)) return false;
+      const double* p = &points[3 * static_cast<std::size_t>(number)];
+      for (std::size_t row = 0; row < 3; ++row) {
+        const double value = at[4 * row] * p[0] + at[4 * row + 1] * p[1] + at[4 * row + 2] * p[2] + at[4 * row + 3];
+        if (!(std::abs(value) < 1e9)) return false;
+        out[row] = static_cast<float>(value);
+      }
+      return true;
+    };
+    for (std::size_t i = 2; i < size; ++i) {
+      float corners[9];
+      if (!corner(0, corners) || !corner(i - 1, corners + 3) || !corner(i, corners + 6)) return false;
+      AddTriangle(corners, &triangles_.corners);
+    }
+    return true;
+  }
+
+  XmlReader xml_;
+  std::map<std::string, pugi::xml_node, std::less<>> ids_;
+  std::size_t nodes_ = 0;
+  Triangles triangles_;
+};
+
+}  // namespace
+
+Result<Triangles> ReadDae(std::string_view text) {
+  return DaeReader(text).Read();
+}
+
+}  // namespace consac::twin

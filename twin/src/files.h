@@ -1,0 +1,58 @@
+#pragma once
+// Folders and paths of the importer: where a mesh's name leads, and an output folder that is whole or not there.
+// Private to twin.
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "consac/base/status.h"
+
+namespace consac::twin {
+
+/// A path for the standard library, of UTF-8.
+std::filesystem::path ToPath(const std::string& utf8);
+/// And back, with slashes.
+std::string FromPath(const std::filesystem::path& path);
+
+/// Finds mesh files by the names in a description, and only below one folder.
+class MeshFinder {
+ public:
+  /// `description` is the file; `root` the folder that may be read, "" for the nearest with a package.xml above the
+  /// file, else the file's own; `packages` are folders of packages by name.
+  MeshFinder(const std::string& description, const std::string& root, std::map<std::string, std::string> packages);
+  /// The file that "package://NAME/path", "file://path", or a path relative to the description means. kInvalidArgument
+  /// where it leads out of the root (links are followed), kNotFound where nothing is there.
+  Result<std::string> Find(const std::string& name) const;
+  /// The folder that is read.
+  const std::filesystem::path& root() const { return root_; }
+
+ private:
+  Result<std::filesystem::path> Package(std::string_view name) const;
+
+  std::filesystem::path folder_, root_;
+  std::map<std::string, std::string> packages_;
+};
+
+/// A folder that is written beside its place and moved there once whole; without Commit nothing is left.
+class OutputFolder {
+ public:
+  OutputFolder() = default;
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+  /// Begins a folder for `path`. What is there is refused (kAlreadyExists), unless `replace` and it is an import's.
+  Status Open(const std::string& path, bool replace);
+  /// Where to write until then.
+  std::string file(const std::string& name) const;
+  /// Puts it in its place.
+  Status Commit();
+
+ private:
+  std::filesystem::path path_, temporary_;
+  bool replace_ = false;
+};
+
+}  // namespace consac::twin

@@ -1,0 +1,372 @@
+#include "consac/twin/import.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
+
+#include "consac/base/file.h"
+#include "consac/base/hash.h"
+#include "consac/base/json.h"
+#include "consac/base/names.h"
+#include "consac/base/text.h"
+#include "consac/robot/self_collision.h"
+#include "consac/robot/table.h"
+#include "consac/twin/mjcf.h"
+#include "files.h"
+#include "scene.h"
+#include "xml.h"
+
+namespace consac::twin {
+namespace {
+
+using robot::Transform;
+using robot::Vector3;
+
+constexpr double kLargestLink = 10.0, kSmallestLink = 1e-3;  // m; beyond them the unit is another
+
+Status Of(const std::string& file, const Status& status) {
+  return {status.code(), "'" + file + "': " + status.message()};
+}
+
+Result<std::string> ReadText(const std::string& path) {
+  const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostXmlBytes);
+  if (!bytes.ok()) return bytes.status();
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+std::string EndingOf(const std::string& path) {
+  const std::string ending = FromPath(ToPath(path).extension());
+  std::string lower;
+  for (const char c : ending) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
+}
+
+// What the package says of its licence; "" nothing.
+std::string LicenceOf(const std::filesystem::path& root) {
+  const Result<std::string> text = ReadText(FromPath(root / "package.xml"));
+  if (!text.ok()) return "";
+  const XmlReader xml(*text);
+  return xml.status().ok() ? PrintableLine(xml.root().child_value("license")) : "";
+}
+
+// One import, step by step.
+class Importer {
+ public:
+  Importer(const std::string& path, const ImportOptions& options)
+      : path_(path), options_(options), finder_(path, options.root, options.packages) {}
+
+  Result<ImportReport> Run() {
+    for (const auto step : {&Importer::Read, &Importer::Begin, &Importer::CopyMeshes, &Importer::Measure,
+                            &Importer::AddBodies, &Importer::WriteAll}) {
+      const Status status = (this->*step)();
+      if (!status.ok()) return status;
+    }
+    report_.robot = std::move(scene_.robot);
+    return std::move(report_);
+  }
+
+ private:
+  void Warn(std::string line) { report_.warnings.push_back(std::move(line)); }
+
+  Status Read() {
+    Result<Model> model = ReadModel(path_);
+    if (!model.ok()) return model.status();
+    if (!options_.srdf.empty()) {
+      const Result<std::string> text = ReadText(options_.srdf);
+      if (!text.ok()) return text.status();
+      const Status read = ReadSrdf(*text, &*model);
+      if (!read.ok()) return Of(options_.srdf, read);
+    }
+    Result<robot::Robot> robot = MakeRobot(model->robot);
+    if (!robot.ok()) return Of(path_, robot.status());
+    scene_.robot = std::move(*robot);
+    report_.warnings = model->warnings;
+    format_ = model->format;
+    Place(model->visuals, &scene_.visuals);
+    Place(model->collisions, &scene_.collisions);
+    for (const auto& [first, second] : model->allowed_collisions) {
+      const std::int32_t a = scene_.robot.FindLink(first), b = scene_.robot.FindLink(second);
+      if (a >= 0 && b >= 0 && a != b)
+        scene_.robot.allowed_collisions.emplace_back(std::min(a, b), std::max(a, b));
+      else
+        Warn("the links " + Quote(first) + " and " + Quote(second) + " of the SRDF are not both there");
+    }
+    return {};
+  }
+
+  void Place(const std::vector<Shape>& shapes, std::vector<PlacedShape>* placed) {
+    for (const Shape& shape : shapes) {
+      const std::int32_t link = scene_.robot.FindLink(shape.link);
+      const robot::Quaternion turn =
+          link > 0 ? scene_.robot.joints[static_cast<std::size_t>(link) - 1].axis_turn : robot::Quaternion{};
+      placed->push_back({shape, link, Transform{Inverse(turn), {}} * shape.origin, ""});
+      placed->back().origin.rotation = Normalised(placed->back().origin.rotation);
+      if (placed->back().shape.has_colour && shape.material.empty())
+        placed->back().shape.material = shape.link + "_colour_" + std::to_string(placed->size());
+    }
+  }
+
+  Status Begin() { return folder_.Open(options_.output, options_.replace); }
+
+  // A name of its own below meshes/: the file's, else with the folder's, else with a number.
+  std::string OutputName(const std::string& path) {
+    const std::filesystem::path file = ToPath(path);
+    const std::string stem = AsFolderName(FromPath(file.stem()), 100);
+    const std::string folder = AsFolderName(FromPath(file.parent_path().filename()), 20);
+    std::string name = stem;
+    if (!used_.insert(name).second) name = folder + "_" + stem;
+    for (int n = 2; name != stem && !used_.insert(name).second; ++n)
+      name = folder + "_" + stem + "_" + std::to_string(n);
+    return "meshes/" + FileNameOf(name, ".stl");
+  }
+
+  Status CopyMeshes() {
+    std::vector<PlacedShape*> shapes;
+    for (std::vector<PlacedShape>* list : {&scene_.visuals, &scene_.collisions}) {
+      for (PlacedShape& shape : *list) {
+        if (shape.shape.kind == ShapeKind::kMesh) shapes.push_back(&shape);
+      }
+    }
+    std::map<std::string, std::size_t> by_path;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      if (options_.progress && !options_.progress(i, shapes.size()))
+        return {StatusCode::kCancelled, "interrupted; nothing was written"};
+      const Result<std::string> path = finder_.Find(shapes[i]->shape.mesh);
+      if (!path.ok())
+        return Of(path_, Status(path.status().code(),
+                                "link " + Quote(shapes[i]->shape.link) + ": " + path.status().message()));
+      const auto [known, is_new] = by_path.emplace(*path, scene_.files.size());
+      if (is_new) CONSAC_RETURN_IF_ERROR(CopyMesh(shapes[i]->shape.mesh, *path));
+      shapes[i]->file = scene_.files[known->second].output;
+      file_of_[shapes[i]] = known->second;
+    }
+    return {};
+  }
+
+  Status CopyMesh(const std::string& name, const std::string& path) {
+    const Result<Triangles> triangles = ReadMesh(path);
+    if (!triangles.ok()) return triangles.status();
+    scene_.files.push_back({name, path, OutputName(path), triangles->count(), triangles->parts});
+    report_.meshes += 1;
+    report_.triangles += triangles->count();
+    report_.most_triangles = std::max(report_.most_triangles, triangles->count());
+    report_.files.push_back(scene_.files.back().output);
+    return WriteFileAtomically(folder_.file(scene_.files.back().output), WriteStl(*triangles));
+  }
+
+  // The triangles of a shape in its own frame, from what was copied.
+  Result<Triangles> Load(ShapeKind kind, std::size_t file, Vector3 size) const {
+    if (kind != ShapeKind::kMesh) return TrianglesOf(kind, size);
+    const Result<std::vector<std::byte>> bytes = ReadFile(folder_.file(scene_.files[file].output));
+    if (!bytes.ok()) return bytes.status();
+    Result<Triangles> triangles = ReadStl(*bytes);
+    if (!triangles.ok()) return triangles;
+    if (triangles->count() != scene_.files[file].triangles)
+      return Status{StatusCode::kDataLoss,
+                    "mesh " + Quote(scene_.files[file].output) + " changed while it was imported"};
+    triangles->parts = scene_.files[file].parts;
+    Scale(size, &*triangles);
+    return triangles;
+  }
+
+  Status Measure() {
+    for (const PlacedShape& visual : scene_.visuals) {
+      Geometry geometry{visual.shape.kind, 0, visual.shape.size, {}, 0, {}, {}};
+      if (geometry.kind == ShapeKind::kMesh) geometry.file = file_of_.find(&visual)->second;
+      const auto known = std::find_if(scene_.geometries.begin(), scene_.geometries.end(),
+                                      [&](const Geometry& each) { return SameGeometry(each, geometry); });
+      scene_.visual_geometry.push_back(static_cast<std::size_t>(known - scene_.geometries.begin()));
+      if (known != scene_.geometries.end()) continue;
+      const Result<Triangles> triangles = Load(geometry.kind, geometry.file, geometry.size);
+      if (!triangles.ok()) return triangles.status();
+      const Mesh mesh = Weld(*triangles);
+      geometry.parts = triangles->parts;
+      geometry.vertices = mesh.positions.size() / 3;
+      MeasureBox(mesh, visual, &geometry);
+      scene_.geometries.push_back(std::move(geometry));
+    }
+    return {};
+  }
+
+  void MeasureBox(const Mesh& mesh, const PlacedShape& visual, Geometry* geometry) {
+    for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+      const float y = mesh.positions[i + 1];
+      const float point[3] = {mesh.positions[i], mesh.positions[i + 2], y == 0.0f ? 0.0f : -y};
+      for (std::size_t k = 0; k < 3; ++k) {
+        geometry->low[k] = i == 0 ? point[k] : std::min(geometry->low[k], point[k]);
+        geometry->high[k] = i == 0 ? point[k] : std::max(geometry->high[k], point[k]);
+      }
+    }
+    double longest = 0.0;
+    for (std::size_t k = 0; k < 3; ++k)
+      longest = std::max(longest, static_cast<double>(geometry->high[k]) - static_cast<double>(geometry->low[k]));
+    if (longest > kLargestLink || longest < kSmallestLink) {
+      Warn("link " + Quote(visual.shape.link) + ": what it looks like is " + NumberText(static_cast<float>(longest)) +
+           " m long; if that is a wrong unit, set its mesh's scale (0.001 for millimetres)");
+    }
+  }
+
+  // A capsule for every link that has a shape, and masses where a density was given.
+  Status AddBodies() {
+    const bool collisions = !scene_.collisions.empty();
+    const std::vector<PlacedShape>& shapes = collisions ? scene_.collisions : scene_.visuals;
+    for (std::size_t link = 0; link < scene_.robot.links.size(); ++link) {
+      std::vector<Vector3> points;
+      robot::Inertial sum;
+      bool closed = true, any = false;
+      for (const PlacedShape& shape : shapes) {
+        if (shape.link != static_cast<std::int32_t>(link)) continue;
+        const std::size_t file = shape.shape.kind == ShapeKind::kMesh ? file_of_.find(&shape)->second : 0;
+        const Result<Triangles> triangles = Load(shape.shape.kind, file, shape.shape.size);
+        if (!triangles.ok()) return triangles.status();
+        const std::vector<float>& corners = triangles->corners;
+        for (std::size_t i = 0; i < corners.size(); i += 3)
+          points.push_back(shape.origin * Vector3{static_cast<double>(corners[i]), static_cast<double>(corners[i + 1]),
+                                                  static_cast<double>(corners[i + 2])});
+        any = true;
+        const std::optional<robot::Inertial> solid = options_.density > 0.0 ? SolidOf(*triangles) : std::nullopt;
+        closed = closed && solid.has_value();
+        if (solid.has_value()) AddSolid(*solid, shape.origin, &sum);
+      }
+      if (!any) continue;
+      // A corner counts once, however many triangles share it: else a capsule leans to where they are many.
+      const auto before = [](const Vector3& a, const Vector3& b) {
+        return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+      };
+      std::sort(points.begin(), points.end(), before);
+      points.erase(std::unique(points.begin(), points.end()), points.end());
+      robot::Capsule capsule = robot::CapsuleAround(points);
+      capsule.link = static_cast<std::int32_t>(link);
+      scene_.robot.capsules.push_back(capsule);
+      SetMass(&scene_.robot.links[link], closed, sum);
+    }
+    return {};
+  }
+
+  // Adds a body that has density 1 where it stands. Moments about the link's origin until SetMass.
+  static void AddSolid(const robot::Inertial& solid, const Transform& at, robot::Inertial* sum) {
+    const Vector3 c = at * solid.centre;
+    const std::array<double, 6> turned = robot::TurnedInertia(solid.inertia, Inverse(at.rotation));
+    const double m = solid.mass;
+    const double shift[6] = {c.y * c.y + c.z * c.z, -c.x * c.y, -c.x * c.z,
+                             c.x * c.x + c.z * c.z, -c.y * c.z, c.x * c.x + c.y * c.y};
+    for (std::size_t i = 0; i < 6; ++i) sum->inertia[i] += turned[i] + m * shift[i];
+    sum->centre = sum->centre + m * c;
+    sum->mass += m;
+  }
+
+  void SetMass(robot::Link* link, bool closed, const robot::Inertial& sum) {
+    if (link->inertial.has_value() || options_.density <= 0.0) return;
+    if (!closed || !(sum.mass > 0.0)) {
+      Warn("link " + Quote(link->name) +
+           ": its meshes are not closed, so it has no mass; close them, or write <inertial>");
+      return;
+    }
+    robot::Inertial body{options_.density * sum.mass, (1.0 / sum.mass) * sum.centre, {}};
+    const Vector3 c = body.centre;
+    const double shift[6] = {c.y * c.y + c.z * c.z, -c.x * c.y, -c.x * c.z,
+                             c.x * c.x + c.z * c.z, -c.y * c.z, c.x * c.x + c.y * c.y};
+    for (std::size_t i = 0; i < 6; ++i) body.inertia[i] = options_.density * (sum.inertia[i] - sum.mass * shift[i]);
+    link->inertial = body;
+  }
+
+  Status Put(const std::string& name, const std::string& text) {
+    report_.files.push_back(name);
+    return WriteFileAtomically(folder_.file(name), std::as_bytes(std::span<const char>(text)));
+  }
+
+  void WarnOfMasses() {
+    std::string names;
+    std::size_t many = 0;
+    constexpr std::size_t kNamed = 5;
+    for (std::size_t link = 1; link < scene_.robot.links.size(); ++link) {
+      if (scene_.robot.links[link].inertial.has_value()) continue;
+      if (++many <= kNamed) names += (many > 1 ? ", " : "") + Quote(scene_.robot.links[link].name);
+    }
+    if (many > kNamed) names += " and " + std::to_string(many - kNamed) + " more";
+    if (many > 0)
+      Warn("without a mass, since the file says none: " + names + "; --density computes it from closed meshes");
+  }
+
+  Status WriteAll() {
+    const LoadGeometry load = [this](const Geometry& each) { return Load(each.kind, each.file, each.size); };
+    WarnOfMasses();
+    const Result<std::vector<std::byte>> bytes = ReadRegularFile(path_, kMostXmlBytes);
+    if (!bytes.ok()) return bytes.status();
+    const std::span<const std::byte> pieces[] = {*bytes};
+    const robot::TableOrigin origin{FromPath(ToPath(path_).filename()), format_, Sha256Hex(pieces),
+                                    LicenceOf(finder_.root())};
+    CONSAC_RETURN_IF_ERROR(WriteGlb(scene_, load, folder_.file("twin.glb")));
+    report_.files.push_back("twin.glb");
+    CONSAC_RETURN_IF_ERROR(Put("twin.urdf", WriteUrdf(scene_.robot, scene_.visuals, scene_.collisions)));
+    CONSAC_RETURN_IF_ERROR(Put("twin.xml", WriteMjcf(scene_)));
+    CONSAC_RETURN_IF_ERROR(Put("twin.json", robot::WriteTable(scene_.robot, origin)));
+    CONSAC_RETURN_IF_ERROR(Put("report.json", Report(origin)));
+    return folder_.Commit();
+  }
+
+  std::string Report(const robot::TableOrigin& origin) const {
+    nlohmann::ordered_json json;
+    json["source"] = {{"file", origin.file}, {"sha256", origin.sha256}};
+    json["links"] = scene_.robot.links.size();
+    json["joints"] = scene_.robot.joints.size();
+    json["positions"] = scene_.robot.positions();
+    json["triangles"] = report_.triangles;
+    json["meshes"] = nlohmann::ordered_json::array();
+    for (const MeshFile& file : scene_.files)
+      json["meshes"].push_back({{"name", file.name}, {"file", file.output}, {"triangles", file.triangles}});
+    json["warnings"] = report_.warnings;
+    return JsonText(json, 1) + "\n";
+  }
+
+  std::string path_, format_;
+  const ImportOptions& options_;
+  MeshFinder finder_;
+  OutputFolder folder_;
+  Scene scene_;
+  ImportReport report_;
+  std::set<std::string> used_;
+  std::map<const PlacedShape*, std::size_t> file_of_;
+};
+
+}  // namespace
+
+Result<Model> ReadModel(const std::string& path) {
+  const std::string ending = EndingOf(path);
+  if (ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs")
+    return Status{StatusCode::kInvalidArgument, "'" + path + "': CAD files are not read yet; export a URDF"};
+  if (ending == ".xacro")
+    return Status{StatusCode::kInvalidArgument,
+                  "'" + path + "' is xacro; make a URDF of it first: xacro FILE > robot.urdf"};
+  const Result<std::string> text = ReadText(path);
+  if (!text.ok()) return text.status();
+  const std::size_t mujoco = text->find("<mujoco"), robot = text->find("<robot");
+  Result<Model> model = mujoco < robot ? ReadMjcf(*text) : ReadUrdf(*text);
+  if (!model.ok()) return Of(path, model.status());
+  return model;
+}
+
+Result<ImportReport> Import(const std::string& path, const ImportOptions& options) {
+  return Importer(path, options).Run();
+}
+
+Result<robot::Robot> LoadRobot(const std::string& path) {
+  std::error_code error;
+  const std::string file = std::filesystem::is_directory(ToPath(path), error) ? path + "/twin.json" : path;
+  if (EndingOf(file) != ".json") {
+    const Result<Model> model = ReadModel(file);
+    if (!model.ok()) return model.status();
+    Result<robot::Robot> robot = MakeRobot(model->robot);
+    if (!robot.ok()) return Of(file, robot.status());
+    return robot;
+  }
+  const Result<std::string> text = ReadText(file);
+  if (!text.ok()) return text.status();
+  Result<robot::Robot> robot = robot::ReadTable(*text);
+  if (!robot.ok()) return Of(file, robot.status());
+  return robot;
+}
+
+}  // namespace consac::twin

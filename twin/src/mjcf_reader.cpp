@@ -1,0 +1,390 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "consac/base/text.h"
+#include "consac/twin/mjcf.h"
+#include "xml.h"
+
+namespace consac::twin {
+namespace {
+
+using robot::JointType;
+using robot::Quaternion;
+using robot::Transform;
+using robot::Vector3;
+
+using Attributes = std::map<std::string, std::string, std::less<>>;
+using Defaults = std::map<std::string, Attributes, std::less<>>;  // by element
+
+const std::string kWorld = "world";
+constexpr std::size_t kMostClasses = 500, kMostDefaults = 2000;  // each class holds what it inherits
+constexpr int kLastShownGroup = 2;                               // of geoms; MuJoCo hides the others
+
+struct MjcfMesh {
+  std::string file;
+  Vector3 scale{1, 1, 1};
+};
+
+class MjcfReader {
+ public:
+  explicit MjcfReader(std::string_view text) : xml_(text) {}
+
+  Result<Model> Read() {
+    if (!xml_.status().ok()) return xml_.status();
+    const pugi::xml_node root = xml_.root();
+    if (std::strcmp(root.name(), "mujoco") != 0)
+      return xml_.Wrong(root, "an MJCF begins with <mujoco>, this with <" + std::string(root.name()) + ">");
+    RefuseParts(root);
+    model_.format = "mjcf";
+    model_.robot.name = root.attribute("model").value();
+    if (model_.robot.name.empty()) model_.robot.name = "robot";
+    for (const pugi::xml_node node : root.children("compiler")) ReadCompiler(node);
+    classes_["main"];
+    for (const pugi::xml_node node : root.children("default")) ReadDefaults(node, "main", {});
+    for (const pugi::xml_node node : root.children("asset")) ReadAssets(node);
+    model_.robot.links.push_back({kWorld, std::nullopt});
+    for (const pugi::xml_node node : root.children("worldbody")) ReadContent(node, kWorld, {}, "main");
+    for (const pugi::xml_node node : root.children("equality")) ReadEqualities(node);
+    for (const pugi::xml_node node : root.children("contact")) {
+      for (const pugi::xml_node pair : node.children("exclude"))
+        model_.allowed_collisions.emplace_back(xml_.Text(pair, "body1"), xml_.Text(pair, "body2"));
+    }
+    if (!xml_.status().ok()) return xml_.status();
+    return std::move(model_);
+  }
+
+ private:
+  void Warn(std::string line) { model_.warnings.push_back(std::move(line)); }
+
+  void RefuseParts(pugi::xml_node node) {
+    for (const pugi::xml_node child : node.children()) {
+      const std::string_view name = child.name();
+      if (name == "include" || name == "replicate" || name == "attach")
+        return xml_.Refuse(child, "<" + std::string(name) +
+                                      "> is not read; let MuJoCo save the model as one file first (mj_saveLastXML)");
+      RefuseParts(child);
+    }
+  }
+
+  void ReadCompiler(pugi::xml_node node) {
+    const std::string_view angle = node.attribute("angle").value(), coordinate = node.attribute("coordinate").value();
+    if (!angle.empty()) in_degrees_ = angle != "radian";
+    if (coordinate == "global") xml_.Refuse(node, "global coordinates are not read");
+    if (node.attribute("eulerseq")) euler_ = node.attribute("eulerseq").value();
+    if (euler_.size() != 3 || euler_.find_first_not_of("xyzXYZ") != std::string::npos)
+      xml_.Refuse(node, "eulerseq " + Quote(euler_) + " is no sequence of three axes");
+    for (const char* name : {"assetdir", "meshdir"}) {
+      if (node.attribute(name)) mesh_folder_ = node.attribute(name).value();
+    }
+  }
+
+  void ReadDefaults(pugi::xml_node node, const std::string& name, Defaults defaults) {
+    for (const pugi::xml_node child : node.children()) {
+      if (std::strcmp(child.name(), "default") == 0) continue;
+      for (const pugi::xml_attribute attribute : child.attributes())
+        defaults[child.name()][attribute.name()] = attribute.value();
+    }
+    std::size_t many = 0;
+    for (const auto& [element, attributes] : defaults) many += attributes.size();
+    if (many > kMostDefaults || classes_.size() > kMostClasses)
+      return xml_.Refuse(node, "there are more than " + std::to_string(kMostClasses) + " classes of defaults, or " +
+                                   std::to_string(kMostDefaults) + " attributes in one");
+    for (const pugi::xml_node child : node.children("default"))
+      ReadDefaults(child, xml_.Text(child, "class"), defaults);
+    classes_[name] = std::move(defaults);
+  }
+
+  // What an element says, or its class for it; "" nothing.
+  std::string_view Say(pugi::xml_node node, const char* name, const std::string& enclosing) const {
+    if (const pugi::xml_attribute own = node.attribute(name)) return own.value();
+    const auto of_class = classes_.find(node.attribute("class") ? std::string_view(node.attribute("class").value())
+                                                                : std::string_view(enclosing));
+    if (of_class == classes_.end()) return {};
+    const auto element = of_class->second.find(std::string_view(node.name()));
+    if (element == of_class->second.end()) return {};
+    const auto value = element->second.find(std::string_view(name));
+    return value == element->second.end() ? std::string_view() : std::string_view(value->second);
+  }
+
+  std::vector<double> List(pugi::xml_node node, const char* name, const std::string& enclosing, std::size_t count) {
+    const std::string_view text = Say(node, name, enclosing);
+    std::vector<double> list = xml_.ListOf(node, name, text, count);
+    if (!text.empty() && list.size() != count) {
+      xml_.Refuse(node, "<" + std::string(node.name()) + " " + name + "=" + Quote(text) +
+                            ">: " + std::to_string(count) + " numbers are needed");
+      list.clear();
+    }
+    return list;
+  }
+
+  Vector3 Vector(pugi::xml_node node, const char* name, const std::string& enclosing, Vector3 otherwise) {
+    const std::vector<double> list = List(node, name, enclosing, 3);
+    return list.empty() ? otherwise : Vector3{list[0], list[1], list[2]};
+  }
+
+  double Number(pugi::xml_node node, const char* name, const std::string& enclosing, double otherwise) {
+    const std::vector<double> list = List(node, name, enclosing, 1);
+    return list.empty() ? otherwise : list[0];
+  }
+
+  double Angle(double value) const { return in_degrees_ ? value * robot::kPiRadians / 180.0 : value; }
+
+  static Vector3 Unit(Vector3 v) {
+    const double length = Norm(v);
+    return length > 1e-12 ? (1.0 / length) * v : Vector3{0, 0, 1};
+  }
+
+  Quaternion Euler(const std::vector<double>& angles) const {
+    Quaternion turn;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const char letter = euler_[i];
+      const char axis = static_cast<char>(letter | 0x20);
+      const Quaternion step = robot::RotationAbout(
+          {axis == 'x' ? 1.0 : 0.0, axis == 'y' ? 1.0 : 0.0, axis == 'z' ? 1.0 : 0.0}, Angle(angles[i]));
+      turn = letter >= 'a' ? turn * step : step * turn;  // lower case turns with the body, upper case about fixed axes
+    }
+    return turn;
+  }
+
+  Quaternion Rotation(pugi::xml_node node, const std::string& enclosing) {
+    if (const auto q = List(node, "quat", enclosing, 4); !q.empty()) return robot::Normalised({q[1], q[2], q[3], q[0]});
+    if (const auto e = List(node, "euler", enclosing, 3); !e.empty()) return Euler(e);
+    if (const auto a = List(node, "axisangle", enclosing, 4); !a.empty())
+      return robot::RotationAbout(Unit({a[0], a[1], a[2]}), Angle(a[3]));
+    if (const auto a = List(node, "xyaxes", enclosing, 6); !a.empty()) {
+      const Vector3 x = Unit({a[0], a[1], a[2]}), y_about{a[3], a[4], a[5]};
+      const Vector3 y = Unit(y_about - Dot(x, y_about) * x), z = Cross(x, y);
+      return robot::FromMatrix({x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z});
+    }
+    if (const auto a = List(node, "zaxis", enclosing, 3); !a.empty()) return ZInto(Unit({a[0], a[1], a[2]}));
+    return {};
+  }
+
+  // The smallest rotation that turns Z into `axis`.
+  static Quaternion ZInto(Vector3 axis) {
+    const Vector3 about = Cross({0, 0, 1}, axis);
+    if (Norm(about) < 1e-12) return axis.z > 0.0 ? Quaternion{} : Quaternion{1, 0, 0, 0};
+    return robot::RotationAbout(Unit(about), std::atan2(Norm(about), axis.z));
+  }
+
+  Transform Place(pugi::xml_node node, const std::string& enclosing) {
+    return {Rotation(node, enclosing), Vector(node, "pos", enclosing, {})};
+  }
+
+  void ReadAssets(pugi::xml_node asset) {
+    for (const pugi::xml_node node : asset.children("mesh")) {
+      MjcfMesh mesh;
+      mesh.file = xml_.Text(node, "file");
+      mesh.scale = Vector(node, "scale", "main", {1, 1, 1});
+      std::string name = node.attribute("name").value();
+      if (name.empty()) {
+        const std::size_t slash = mesh.file.find_last_of('/') + 1;  // 0 where there is none
+        name = mesh.file.substr(slash, mesh.file.find_last_of('.') - slash);
+      }
+      if (!mesh_folder_.empty() && mesh.file.find("://") == std::string::npos)
+        mesh.file = mesh_folder_ + "/" + mesh.file;
+      meshes_[name] = std::move(mesh);
+    }
+    for (const pugi::xml_node node : asset.children("material")) {
+      const auto rgba = List(node, "rgba", "main", 4);
+      if (rgba.size() == 4) std::copy(rgba.begin(), rgba.end(), materials_[node.attribute("name").value()].begin());
+    }
+  }
+
+  // Geoms and bodies in a body, the world or a frame that stands at `at` in the link.
+  void ReadContent(pugi::xml_node node, const std::string& link, const Transform& at, const std::string& enclosing) {
+    for (const pugi::xml_node child : node.children()) {
+      if (!xml_.status().ok()) return;
+      const std::string_view name = child.name();
+      const std::string inside = child.attribute("childclass") ? child.attribute("childclass").value() : enclosing;
+      if (name == "geom") ReadGeom(child, link, at, enclosing);
+      if (name == "frame") ReadContent(child, link, at * Place(child, inside), inside);
+      if (name == "body") ReadBody(child, link, at, inside);
+    }
+  }
+
+  std::string Unnamed(pugi::xml_node node, const std::string& otherwise) {
+    const std::string name = node.attribute("name").value();
+    return name.empty() ? otherwise + "_" + std::to_string(++unnamed_) : name;
+  }
+
+  void ReadBody(pugi::xml_node node, const std::string& parent, const Transform& at, const std::string& enclosing) {
+    const std::string name = Unnamed(node, "body");
+    std::vector<pugi::xml_node> joints;
+    for (const pugi::xml_node joint : node.children()) {
+      const std::string_view kind = joint.name(), type = Say(joint, "type", enclosing);
+      if (kind != "joint" && kind != "freejoint") continue;
+      if (type == "ball")
+        return xml_.Refuse(joint, "body " + Quote(name) + " has a ball joint, which is not read; use three hinges");
+      if (kind == "freejoint" || type == "free")
+        Warn("body " + Quote(name) + " is free; it is fixed here");
+      else
+        joints.push_back(joint);
+    }
+    Transform origin = at * Place(node, enclosing);
+    std::string above = parent;
+    Vector3 pivot;  // where the link's frame is, in the body's
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const Vector3 position = Vector(joints[i], "pos", enclosing, {});
+      const bool last = i + 1 == joints.size();
+      const std::string link = last ? name : name + "_before_" + std::to_string(joints.size() - 1 - i);
+      model_.robot.joints.push_back(
+          ReadJoint(joints[i], above, link, origin * Transform{{}, position - pivot}, enclosing));
+      model_.robot.links.push_back({link, std::nullopt});
+      origin = {};
+      above = link;
+      pivot = position;
+    }
+    if (joints.empty()) {
+      robot::JointDescription fixed;
+      fixed.name = name + "_fixed", fixed.parent = parent, fixed.child = name, fixed.origin = origin,
+      fixed.source = "mjcf";
+      model_.robot.joints.push_back(std::move(fixed));
+      model_.robot.links.push_back({name, std::nullopt});
+    }
+    const Transform body{{}, -1.0 * pivot};  // the body's frame in the link's
+    if (const pugi::xml_node inertial = node.child("inertial")) ReadInertial(inertial, body, enclosing);
+    ReadContent(node, name, body, enclosing);
+  }
+
+  robot::JointDescription ReadJoint(pugi::xml_node node, const std::string& parent, const std::string& child,
+                                    const Transform& origin, const std::string& enclosing) {
+    robot::JointDescription joint;
+    joint.name = Unnamed(node, "joint");
+    joint.parent = parent, joint.child = child, joint.origin = origin, joint.source = "mjcf";
+    joint.axis = Vector(node, "axis", enclosing, {0, 0, 1});
+    const bool slides = Say(node, "type", enclosing) == "slide";
+    const auto range = List(node, "range", enclosing, 2);
+    const bool limited = Say(node, "limited", enclosing) != "false" && !range.empty();
+    joint.type = slides ? JointType::kPrismatic : limited ? JointType::kRevolute : JointType::kContinuous;
+    if (limited)
+      joint.drive.lower = slides ? range[0] : Angle(range[0]), joint.drive.upper = slides ? range[1] : Angle(range[1]);
+    const auto force = List(node, "actuatorfrcrange", enclosing, 2);
+    if (!force.empty()) joint.drive.effort = std::max(std::abs(force[0]), std::abs(force[1]));
+    joint.drive.damping = Number(node, "damping", enclosing, 0.0);
+    joint.drive.friction = Number(node, "frictionloss", enclosing, 0.0);
+    if (Number(node, "ref", enclosing, 0.0) != 0.0)
+      Warn("joint " + Quote(joint.name) + ": its ref is not read; here its position is 0 where the file draws it");
+    return joint;
+  }
+
+  void ReadInertial(pugi::xml_node node, const Transform& body, const std::string& enclosing) {
+    robot::Inertial inertial;
+    inertial.mass = Number(node, "mass", enclosing, 0.0);
+    const Transform place = body * Place(node, enclosing);
+    inertial.centre = place.position;
+    std::array<double, 6> inertia{};
+    if (const auto diagonal = List(node, "diaginertia", enclosing, 3); !diagonal.empty())
+      inertia = {diagonal[0], 0, 0, diagonal[1], 0, diagonal[2]};
+    if (const auto full = List(node, "fullinertia", enclosing, 6); !full.empty())
+      inertia = {full[0], full[3], full[4], full[1], full[5], full[2]};
+    inertial.inertia = robot::TurnedInertia(inertia, Inverse(place.rotation));
+    model_.robot.links.back().inertial = inertial;
+  }
+
+  void ReadGeom(pugi::xml_node node, const std::string& link, const Transform& at, const std::string& enclosing) {
+    Shape shape;
+    shape.link = link;
+    shape.name = node.attribute("name").value();
+    shape.origin = at * Place(node, enclosing);
+    if (!ReadForm(node, enclosing, &shape)) return;
+    const auto rgba = List(node, "rgba", enclosing, 4);
+    shape.material = std::string(Say(node, "material", enclosing));
+    const auto material = materials_.find(shape.material);
+    if (!rgba.empty()) std::copy(rgba.begin(), rgba.end(), shape.colour.begin());
+    if (rgba.empty() && material != materials_.end()) shape.colour = material->second;
+    shape.has_colour = !rgba.empty() || material != materials_.end();
+    for (double& value : shape.colour) value = std::clamp(value, 0.0, 1.0);
+    const bool shown = Number(node, "group", enclosing, 0.0) <= kLastShownGroup && shape.colour[3] > 0.0;
+    const bool touches =
+        Number(node, "contype", enclosing, 1.0) != 0.0 || Number(node, "conaffinity", enclosing, 1.0) != 0.0;
+    if (shown) model_.visuals.push_back(shape);
+    if (touches) model_.collisions.push_back(std::move(shape));
+  }
+
+  // Its kind and size; false where it is left out.
+  bool ReadForm(pugi::xml_node node, const std::string& enclosing, Shape* shape) {
+    std::string_view type = Say(node, "type", enclosing);
+    if (type.empty()) type = Say(node, "mesh", enclosing).empty() ? "sphere" : "mesh";
+    if (type == "mesh") {
+      const auto mesh = meshes_.find(Say(node, "mesh", enclosing));
+      if (mesh == meshes_.end()) {
+        xml_.Refuse(node, "the geom's mesh " + Quote(Say(node, "mesh", enclosing)) + " is not among the assets");
+        return false;
+      }
+      shape->kind = ShapeKind::kMesh;
+      shape->mesh = mesh->second.file;
+      shape->size = mesh->second.scale;
+      const Vector3& s = shape->size;
+      for (const double value : {s.x, s.y, s.z}) {
+        if (!(std::abs(value) > 1e-9) || !(std::abs(value) < 1e9))
+          xml_.Refuse(node, "its mesh's scale makes nothing of it");
+      }
+      return true;
+    }
+    constexpr std::pair<std::string_view, ShapeKind> kForms[] = {{"box", ShapeKind::kBox},
+                                                                 {"sphere", ShapeKind::kSphere},
+                                                                 {"cylinder", ShapeKind::kCylinder},
+                                                                 {"capsule", ShapeKind::kCapsule}};
+    const auto form =
+        std::find_if(std::begin(kForms), std::end(kForms), [&](const auto& each) { return each.first == type; });
+    if (form == std::end(kForms)) {
+      if (type != "plane") Warn("link " + Quote(shape->link) + ": a geom of type " + Quote(type) + " is left out");
+      return false;
+    }
+    shape->kind = form->second;
+    std::vector<double> size = xml_.ListOf(node, "size", Say(node, "size", enclosing), 3);
+    const auto ends = List(node, "fromto", enclosing, 6);
+    if (!ends.empty() && !size.empty()) {
+      const Vector3 from{ends[0], ends[1], ends[2]}, to{ends[3], ends[4], ends[5]};
+      const Transform along{ZInto(Unit(to - from)), 0.5 * (from + to)};
+      shape->origin = shape->origin * Inverse(Place(node, enclosing)) * along;
+      size = {size[0], 0.5 * Norm(to - from)};
+    }
+    const std::size_t needed = shape->kind == ShapeKind::kBox ? 3 : shape->kind == ShapeKind::kSphere ? 1 : 2;
+    for (std::size_t i = 0; i < needed; ++i) {
+      if (i < size.size() && size[i] > 0.0 && size[i] < 1e6) continue;
+      xml_.Refuse(node, "a geom of type " + Quote(type) + " needs " + std::to_string(needed) + " sizes above 0");
+      return false;
+    }
+    if (needed == 3) shape->size = {2 * size[0], 2 * size[1], 2 * size[2]};
+    if (needed == 2) shape->size = {size[0], size[0], 2 * size[1]};
+    if (needed == 1) shape->size = {size[0], size[0], size[0]};
+    return true;
+  }
+
+  void ReadEqualities(pugi::xml_node equality) {
+    for (const pugi::xml_node node : equality.children("joint")) {
+      const std::string follower = xml_.Text(node, "joint1"), leader = node.attribute("joint2").value();
+      const std::vector<double> given = xml_.ListOf(node, "polycoef", Say(node, "polycoef", "main"), 5);
+      std::array<double, 5> polynomial = {0, 1, 0, 0, 0};
+      std::copy(given.begin(), given.end(), polynomial.begin());
+      const bool line = polynomial[2] == 0.0 && polynomial[3] == 0.0 && polynomial[4] == 0.0;
+      const auto joint = std::find_if(model_.robot.joints.begin(), model_.robot.joints.end(),
+                                      [&](const robot::JointDescription& each) { return each.name == follower; });
+      if (joint == model_.robot.joints.end() || leader.empty() || !line)
+        Warn("the equality of joint " + Quote(follower) + " is no line of another joint; it is left out");
+      else
+        joint->mimic = robot::Mimic{leader, polynomial[1], polynomial[0]};
+    }
+  }
+
+  XmlReader xml_;
+  Model model_;
+  bool in_degrees_ = true;
+  std::string euler_ = "xyz", mesh_folder_;
+  std::map<std::string, Defaults, std::less<>> classes_;
+  std::map<std::string, MjcfMesh, std::less<>> meshes_;
+  std::map<std::string, Colour, std::less<>> materials_;
+  int unnamed_ = 0;
+};
+
+}  // namespace
+
+Result<Model> ReadMjcf(std::string_view text) {
+  return MjcfReader(text).Read();
+}
+
+}  // namespace consac::twin

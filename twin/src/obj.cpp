@@ -1,0 +1,76 @@
+// Wavefront OBJ in: vertices and faces, groups by material.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "consac/base/text.h"
+#include "consac/twin/mesh.h"
+#include "triangles.h"
+
+namespace consac::twin {
+namespace {
+
+std::string_view Word(std::string_view* row) {
+  while (!row->empty() && ((*row)[0] == ' ' || (*row)[0] == '\t' || (*row)[0] == '\r')) row->remove_prefix(1);
+  const std::string_view word = row->substr(0, std::min(row->find_first_of(" \t\r"), row->size()));
+  row->remove_prefix(word.size());
+  return word;
+}
+
+Status WrongLine(std::size_t line, const std::string& what) {
+  return {StatusCode::kDataLoss, "line " + std::to_string(line) + ": " + what};
+}
+
+}  // namespace
+
+Result<Triangles> ReadObj(std::string_view text) {
+  std::vector<std::array<float, 3>> points;
+  Triangles triangles;
+  triangles.parts.push_back({});
+  const auto close_part = [&] {
+    MeshPart& part = triangles.parts.back();
+    part.count = triangles.count() - part.first;
+    if (part.count > 0) triangles.parts.push_back({triangles.count(), 0, std::nullopt});
+  };
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view row = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const std::string_view word = Word(&row);
+    if (word == "usemtl") close_part();
+    if (word == "v") {
+      std::array<float, 3> point{};
+      for (float& coordinate : point) {
+        double value = 0.0;
+        const std::string_view number = Word(&row);
+        if (!ParseNumber(number.substr(number.starts_with('+') ? 1 : 0), &value) || std::abs(value) > 1e9)
+          return WrongLine(line, "a vertex of three numbers is expected");
+        coordinate = static_cast<float>(value);
+      }
+      points.push_back(point);
+    }
+    if (word != "f") continue;
+    std::vector<std::size_t> corners;
+    for (std::string_view corner = Word(&row); !corner.empty(); corner = Word(&row)) {
+      std::int64_t number = 0;
+      const auto count = static_cast<std::int64_t>(points.size());
+      if (!ParseNumber(corner.substr(0, std::min(corner.find('/'), corner.size())), &number) || number == 0 ||
+          number > count || number < -count)
+        return WrongLine(line, "the face names the vertex " + Quote(corner) + "; there are " + std::to_string(count));
+      corners.push_back(static_cast<std::size_t>(number > 0 ? number - 1 : count + number));
+    }
+    if (corners.size() < 3) return WrongLine(line, "a face needs three corners");
+    if (triangles.count() + corners.size() > kMostTriangles)
+      return Status{StatusCode::kResourceExhausted,
+                    "it has more than " + std::to_string(kMostTriangles) + " triangles"};
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      const auto &a = points[corners[0]], &b = points[corners[i - 1]], &c = points[corners[i]];
+      AddTriangle({a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]}, &triangles.corners);
+    }
+  }
+  close_part();
+  if (triangles.parts.back().count == 0) triangles.parts.pop_back();
+  return triangles;
+}
+
+}  // namespace consac::twin

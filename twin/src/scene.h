@@ -1,0 +1,58 @@
+#pragma once
+// What the writers write from: shapes placed on a robot's links, and the geometries they share. Private to twin.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "consac/robot/robot.h"
+#include "consac/twin/mesh.h"
+#include "consac/twin/urdf.h"
+
+namespace consac::twin {
+
+/// A geometry that several shapes may show: a mesh of one file at one scale, or a simple shape of one size.
+struct Geometry {
+  ShapeKind kind = ShapeKind::kMesh;
+  std::size_t file = 0;                ///< of a mesh: which of Scene::files
+  robot::Vector3 size;                 ///< scale, or Shape::size
+  std::vector<MeshPart> parts;         ///< of its triangles
+  std::size_t vertices = 0;            ///< once welded
+  std::array<float, 3> low{}, high{};  ///< corners of its box, as glTF has them
+  friend bool SameGeometry(const Geometry& a, const Geometry& b) {
+    return a.kind == b.kind && a.file == b.file && a.size == b.size;
+  }
+};
+
+/// A mesh file: where it was and what it is called in the output.
+struct MeshFile {
+  std::string name;    ///< as the description says it
+  std::string path;    ///< where it is read
+  std::string output;  ///< "meshes/base.stl", below the output folder
+  std::size_t triangles = 0;
+  std::vector<MeshPart> parts;
+};
+
+/// A robot with its looks.
+struct Scene {
+  robot::Robot robot;
+  std::vector<PlacedShape> visuals, collisions;
+  std::vector<std::size_t> visual_geometry;  ///< [visuals] which of the geometries each shows
+  std::vector<Geometry> geometries;          ///< of visuals
+  std::vector<MeshFile> files;
+};
+
+/// Reads a geometry's triangles again.
+using LoadGeometry = std::function<Result<Triangles>(const Geometry&)>;
+
+/// Writes the scene as binary glTF 2.0, one geometry in memory at a time: for link 0 a node, for every joint a node
+/// that stands where it is and one that moves (robot::NodeNamesOf), below it a node for each visual. Geometries are
+/// written once and shared. The same bytes for the same scene. Errors of `load` and of the file.
+Status WriteGlb(const Scene& scene, const LoadGeometry& load, const std::string& path);
+
+/// The robot as MJCF for MuJoCo 2.2 and later: bodies in the re-based frames, hinges and slides about X with explicit
+/// limits, a position actuator for each joint that moves by itself, mimics as equalities, neighbours and allowed pairs
+/// excluded from contact.
+std::string WriteMjcf(const Scene& scene);
+
+}  // namespace consac::twin

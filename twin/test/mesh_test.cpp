@@ -1,0 +1,155 @@
+// Meshes: each format gives the same box, damaged ones are refused, welding shares what is smooth, masses are closed
+// forms.
+#include "consac/twin/mesh.h"
+
+#include <cmath>
+
+#include "tests/support.h"
+#include "twin/test/twin_files.h"
+
+namespace consac::twin {
+namespace {
+
+const std::vector<std::byte> kBox = WriteStl(TrianglesOf(ShapeKind::kBox, {1, 2, 3}));
+
+std::span<const std::byte> Bytes(const std::string& text) {
+  return std::as_bytes(std::span<const char>(text));
+}
+
+double Volume(const Triangles& triangles) {
+  const auto solid = SolidOf(triangles);
+  return solid.has_value() ? solid->mass : -1.0;
+}
+
+TEST(Meshes, StlComesBackTheSame) {
+  const Result<Triangles> box = ReadStl(kBox);
+  ASSERT_TRUE(box.ok());
+  EXPECT_EQ(box->count(), 12u);
+  EXPECT_EQ(WriteStl(*box), kBox);
+  const Result<Triangles> text =
+      ReadStl(Bytes("solid a\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1e0 +0 0\r\n  vertex 0 1 0\n "
+                    "endloop\nendfacet\nendsolid"));
+  ASSERT_TRUE(text.ok()) << text.status().message();
+  EXPECT_EQ(text->corners, (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}));
+}
+
+TEST(Meshes, DamagedStlIsRefused) {
+  for (std::size_t length = 0; length < kBox.size(); ++length)
+    EXPECT_FALSE(ReadStl({kBox.data(), length}).ok()) << length;
+  std::vector<std::byte> bytes = kBox;
+  const float bad = std::nanf("");
+  std::memcpy(bytes.data() + 84 + 12, &bad, 4);
+  EXPECT_FALSE(ReadStl(bytes).ok());
+  for (std::size_t i = 80; i < 84; ++i) bytes[i] = std::byte{0xff};
+  EXPECT_NE(ReadStl(bytes).status().message().find("4294967295 triangles would be"), std::string::npos);
+  EXPECT_FALSE(ReadStl(Bytes("solid a\nouter loop\nvertex 0 0\n")).ok());
+  EXPECT_FALSE(ReadStl(Bytes("solid a\nouter loop\nvertex 0 0 0\nendloop\n")).ok());
+  EXPECT_FALSE(ReadStl(Bytes("solid a\nouter loop\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\n")).ok());
+}
+
+TEST(Meshes, ObjFacesAreCutIntoTriangles) {
+  const Result<Triangles> square =
+      ReadObj("# a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl a\nf 1/2/3 2 3//1 -1\n");
+  ASSERT_TRUE(square.ok()) << square.status().message();
+  EXPECT_EQ(square->count(), 2u);
+  ASSERT_EQ(square->parts.size(), 1u);
+  EXPECT_FALSE(ReadObj("v 0 0 0\nf 1 2 3\n").ok());
+  EXPECT_FALSE(ReadObj("v 0 0 0\nf 1 1\n").ok());
+  EXPECT_FALSE(ReadObj("v 0 0 0\nf 0 1 1\n").ok());
+  EXPECT_FALSE(ReadObj("v 0 x 0\n").ok());
+}
+
+const char* const kDae =
+    "<COLLADA><asset><unit meter='0.01'/></asset><library_effects><effect id='e'><profile_COMMON><technique><phong>"
+    "<diffuse><color>1 0.5 0 1</color></diffuse></phong></technique></profile_COMMON></effect></library_effects>"
+    "<library_materials><material id='m'><instance_effect url='#e'/></material></library_materials>"
+    "<library_geometries><geometry id='g'><mesh><source id='p'><float_array>0 0 0 100 0 0 100 100 0 0 100 "
+    "0</float_array></source>"
+    "<vertices id='v'><input semantic='POSITION' source='#p'/></vertices>"
+    "<polylist material='s'><input semantic='VERTEX' source='#v' offset='0'/><input semantic='NORMAL' source='#n' "
+    "offset='1'/>"
+    "<vcount>4</vcount><p>0 0 1 0 2 0 3 0</p></polylist></mesh></geometry></library_geometries>"
+    "<library_visual_scenes><visual_scene><node><translate>0 0 100</translate><rotate>0 0 1 90</rotate>"
+    "<instance_geometry url='#g'><bind_material><technique_common><instance_material symbol='s' "
+    "target='#m'/></technique_common>"
+    "</bind_material></instance_geometry></node></visual_scene></library_visual_scenes></COLLADA>";
+
+TEST(Meshes, ColladaHasUnitsPlacesAndColours) {
+  const Result<Triangles> square = ReadDae(kDae);
+  ASSERT_TRUE(square.ok()) << square.status().message();
+  ASSERT_EQ(square->count(), 2u);
+  const float expected[] = {0, 0, 1, 0, 1, 1, -1, 1, 1};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(square->corners[i], expected[i], 1e-6f) << i;
+  ASSERT_EQ(square->parts.size(), 1u);
+  EXPECT_EQ(*square->parts[0].colour, (Colour{1, 0.5, 0, 1}));
+}
+
+TEST(Meshes, ColladaThatDoesNotFitIsRefused) {
+  const std::string whole = kDae;
+  const auto refused = [&](const std::string& from, const std::string& to) {
+    std::string text = whole;
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    text.replace(at, from.size(), to);
+    EXPECT_FALSE(ReadDae(text).ok()) << to;
+  };
+  refused("<vcount>4", "<vcount>5");
+  refused("<vcount>4", "<vcount>-1");
+  refused("2 0 3 0", "2 0 9 0");
+  refused("source='#p'", "source='#q'");
+  refused("0 0 0 100", "0 0 100");
+  refused("meter='0.01'", "meter='0'");
+  refused("<translate>0 0 100", "<translate>0 0");
+}
+
+TEST(Meshes, ColladaNodesThatHoldEachOtherEnd) {
+  const Result<Triangles> loop = ReadDae(
+      "<COLLADA><library_nodes><node id='a'><instance_node url='#a'/><instance_node url='#a'/></node></library_nodes>"
+      "<library_visual_scenes><visual_scene><node><instance_node "
+      "url='#a'/></node></visual_scene></library_visual_scenes></COLLADA>");
+  ASSERT_FALSE(loop.ok());
+  EXPECT_NE(loop.status().message().find("nodes that hold each other"), std::string::npos);
+}
+
+TEST(Meshes, WeldingKeepsSharpEdgesAndSharesSmoothOnes) {
+  const Mesh box = Weld(*ReadStl(kBox));
+  EXPECT_EQ(box.positions.size() / 3, 24u) << "three vertices at each corner";
+  const Triangles ball = TrianglesOf(ShapeKind::kSphere, {1, 1, 1});
+  const Mesh round = Weld(ball);
+  EXPECT_EQ(round.indices.size(), 3 * ball.count());
+  EXPECT_LT(round.positions.size() / 3, ball.count()) << "a closed smooth mesh has half as many vertices as triangles";
+  for (std::size_t i = 0; i < round.normals.size(); i += 3) {
+    const double dot = double{round.normals[i]} * double{round.positions[i]} +
+                       double{round.normals[i + 1]} * double{round.positions[i + 1]} +
+                       double{round.normals[i + 2]} * double{round.positions[i + 2]};
+    EXPECT_GT(dot, 0.99) << "normals point outwards";
+  }
+}
+
+TEST(Meshes, SolidsHaveTheMassOfTheirFormulas) {
+  const auto box = SolidOf(*ReadStl(kBox));
+  ASSERT_TRUE(box.has_value());
+  EXPECT_NEAR(box->mass, 6.0, 1e-12);
+  EXPECT_NEAR(box->inertia[0], 6.0 * (4 + 9) / 12.0, 1e-12);
+  EXPECT_NEAR(box->inertia[3], 6.0 * (1 + 9) / 12.0, 1e-12);
+  EXPECT_NEAR(box->inertia[1], 0.0, 1e-12);
+  EXPECT_NEAR(Volume(TrianglesOf(ShapeKind::kCylinder, {1, 1, 2})), 2 * robot::kPiRadians, 0.05);
+  EXPECT_NEAR(Volume(TrianglesOf(ShapeKind::kCapsule, {1, 1, 2})), (2 + 4.0 / 3.0) * robot::kPiRadians, 0.15);
+  Triangles open = *ReadStl(kBox);
+  open.corners.resize(9 * 11);
+  EXPECT_FALSE(SolidOf(open).has_value());
+  Triangles mirrored = *ReadStl(kBox);
+  Scale({-1, 2, 1}, &mirrored);
+  EXPECT_NEAR(Volume(mirrored), 12.0, 1e-5) << "still seen from outside";
+}
+
+TEST(Meshes, AnUnknownEndingAndAnEmptyFileAreNamed) {
+  const testing::ScratchFolder scratch("meshes");
+  EXPECT_NE(ReadMesh(scratch.path() + "/a.fbx").status().message().find("its ending is 'fbx'"), std::string::npos);
+  PutFile(scratch.path() + "/a.obj", "v 0 0 0\n");
+  EXPECT_NE(ReadMesh(scratch.path() + "/a.obj").status().message().find("holds no triangle"), std::string::npos);
+  EXPECT_EQ(ReadMesh(scratch.path() + "/b.STL").status().code(), StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace consac::twin

@@ -1,0 +1,199 @@
+// ABB's YuMi against ten poses of RobotStudio, by every path: the file, the joint table, the nodes of the GLB, Unreal's
+// formulas, the URDF that was written. Numbers: 0.01 mm and 0.01 degrees; the public file's elbow is off by 1.38 mm.
+#include <chrono>
+
+#include "consac/robot/conventions.h"
+#include "consac/robot/self_collision.h"
+#include "consac/robot/table.h"
+#include "tests/support.h"
+#include "twin/test/twin_files.h"
+
+namespace consac::twin {
+namespace {
+
+using robot::Convention;
+using robot::Transform;
+
+const std::string kYumi = std::string(CONSAC_SOURCE_DIR) + "/examples/robots/yumi";
+const std::string kYumiUrdf = kYumi + "/yumi_description/urdf/yumi.urdf";
+const std::string kCalibratedUrdf = kYumi + "/yumi_description/urdf/yumi_calibrated.urdf";
+constexpr double kPosition = 1e-5, kOrientation = 0.01 * robot::kPiRadians / 180.0;  // m, rad
+
+ImportReport MustImport(const std::string& from, const std::string& to) {
+  ImportOptions options;
+  options.output = to;
+  options.srdf = kYumi + "/yumi_description/urdf/yumi.srdf";
+  Result<ImportReport> report = Import(from, options);
+  EXPECT_TRUE(report.ok()) << report.status().message();
+  return report.ok() ? std::move(*report) : ImportReport{};
+}
+
+void ExpectReference(const Deviation& off) {
+  EXPECT_LT(off.position, kPosition);
+  EXPECT_LT(off.orientation, kOrientation);
+  EXPECT_GT(off.position, 1e-7)
+      << "RobotStudio's numbers are rounded to 0.01 mm: an exact match would be a test of itself";
+}
+
+class YumiImported : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = std::make_unique<testing::ScratchFolder>("yumi");
+    const auto begin = std::chrono::steady_clock::now();
+    report_ = MustImport(kCalibratedUrdf, scratch_->path() + "/twin");
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    RecordProperty("import_seconds", std::to_string(took.count()));
+  }
+  static void TearDownTestSuite() { scratch_.reset(); }
+  static std::string Folder() { return scratch_->path() + "/twin"; }
+
+  static std::unique_ptr<testing::ScratchFolder> scratch_;
+  static ImportReport report_;
+};
+std::unique_ptr<testing::ScratchFolder> YumiImported::scratch_;
+ImportReport YumiImported::report_;
+
+TEST(Yumi, TheCalibratedFileIsWhereRobotStudioSays) {
+  const Result<robot::Robot> robot = LoadRobot(kCalibratedUrdf);
+  ASSERT_TRUE(robot.ok()) << robot.status().message();
+  EXPECT_EQ(robot->links.size(), 23u);
+  EXPECT_EQ(robot->joints.size(), 22u);
+  EXPECT_EQ(robot->positions(), 16) << "14 of the arms, a finger each; the others follow";
+  EXPECT_EQ(robot->links[0].name, "world");
+  ExpectReference(OffReference(*robot, ReferencePoses(kYumi)));
+}
+
+TEST(Yumi, ThePublicFilesElbowIsOffBy138Micrometres) {
+  const Result<robot::Robot> robot = LoadRobot(kYumiUrdf);
+  ASSERT_TRUE(robot.ok()) << robot.status().message();
+  EXPECT_NEAR(OffReference(*robot, ReferencePoses(kYumi)).position, 1.38e-3, 1e-5);
+}
+
+TEST_F(YumiImported, TheTableIsWhereRobotStudioSays) {
+  const Result<robot::Robot> robot = LoadRobot(Folder());
+  ASSERT_TRUE(robot.ok()) << robot.status().message();
+  ExpectReference(OffReference(*robot, ReferencePoses(kYumi)));
+  EXPECT_EQ(robot->allowed_collisions.size(), 51u);
+}
+
+TEST_F(YumiImported, TheWrittenUrdfIsWhereRobotStudioSaysAndItsAxesAreX) {
+  const Result<Model> model = ReadModel(Folder() + "/twin.urdf");
+  ASSERT_TRUE(model.ok()) << model.status().message();
+  for (const robot::JointDescription& joint : model->robot.joints)
+    EXPECT_EQ(joint.axis, (robot::Vector3{1, 0, 0})) << joint.name;  // of a fixed one it is nothing's
+  const Result<robot::Robot> again = MakeRobot(model->robot);
+  ASSERT_TRUE(again.ok()) << again.status().message();
+  robot::Kinematics first(report_.robot), second(*again);
+  const std::vector<double> positions = {0.1,  -0.2, 0.3,  0.4,  -0.5, 0.6,  -0.7, 0.01,
+                                         -0.1, 0.2,  -0.3, -0.4, 0.5,  -0.6, 0.7,  0.02};
+  first.Forward(positions);
+  second.Forward(positions);
+  for (std::size_t link = 0; link < again->links.size(); ++link) {
+    const std::int32_t same = report_.robot.FindLink(again->links[link].name);
+    const Transform off = Inverse(first.links()[static_cast<std::size_t>(same)]) * second.links()[link];
+    EXPECT_LT(Norm(off.position), 1e-12);
+    EXPECT_LT(Norm(RotationVector(off.rotation)), 1e-12);
+  }
+}
+
+// A node of the GLB, with the joints' nodes turned or shifted along X as an engine does it.
+TEST_F(YumiImported, TheNodesOfTheGlbAreWhereRobotStudioSays) {
+  const Glb glb = TakeApart(FileText(Folder() + "/twin.glb"));
+  const nlohmann::json& nodes = glb.json["nodes"];
+  std::vector<std::size_t> parent(nodes.size(), 0);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (const std::size_t child : nodes[i].value("children", std::vector<std::size_t>())) parent[child] = i;
+  const robot::Robot& robot = report_.robot;
+  const auto world = [&](std::size_t node, const std::vector<double>& positions) {
+    Transform at;
+    for (;; node = parent[node]) {
+      const auto p = nodes[node].value("translation", std::vector<double>{0, 0, 0});
+      const auto q = nodes[node].value("rotation", std::vector<double>{0, 0, 0, 1});
+      Transform own{{q[0], q[1], q[2], q[3]}, {p[0], p[1], p[2]}};
+      if (nodes[node].contains("extras")) {
+        const std::int32_t joint = robot.FindJoint(nodes[node]["extras"]["joint"].get<std::string>());
+        const robot::Joint& row = robot.joints[static_cast<std::size_t>(joint)];
+        EXPECT_TRUE(own == Transform{}) << "a joint's node is the identity at rest";
+        if (row.type != robot::JointType::kFixed) own = JointMotion(row, JointPosition(row, positions));
+      }
+      at = own * at;
+      if (node == 0) return at;
+    }
+  };
+  ExpectReference(
+      OffReference(robot, ReferencePoses(kYumi), [&](const std::vector<double>& positions, std::int32_t link) {
+        const Transform rebased =
+            TransformFrom(Convention::kGltf, world(2 * static_cast<std::size_t>(link), positions));
+        return rebased * Transform{Inverse(robot.joints[static_cast<std::size_t>(link) - 1].axis_turn), {}};
+      }));
+}
+
+// Unreal's components: relative transforms of the table, Roll for a joint. Composed by Unreal's own rules, which for
+// quaternions and vectors are everybody's.
+TEST_F(YumiImported, UnrealsFormulasAreWhereRobotStudioSays) {
+  const nlohmann::json table = nlohmann::json::parse(FileText(Folder() + "/twin.json"));
+  const robot::Robot& robot = report_.robot;
+  const auto component = [&](std::int32_t link, const std::vector<double>& positions) {
+    Transform at;
+    for (; link > 0; link = robot.joints[static_cast<std::size_t>(link) - 1].parent) {
+      const auto j = static_cast<std::size_t>(link) - 1;
+      const nlohmann::json& row = table["joints"][j];
+      EXPECT_EQ(row["name"], robot.joints[j].name);
+      const std::vector<double> p = row["rest"]["unreal"]["translation"], q = row["rest"]["unreal"]["rotation"];
+      const double value = JointPosition(robot.joints[j], positions);
+      Transform motion;
+      if (row["type"] == "prismatic") motion.position.x = ShiftIn(Convention::kUnreal, value);
+      if (row["type"] == "revolute") {  // FRotator(0, 0, roll).Quaternion(): x is minus the sine
+        const double half = AngleIn(Convention::kUnreal, value) * robot::kPiRadians / 360.0;
+        motion.rotation = {-std::sin(half), 0, 0, std::cos(half)};
+      }
+      at = Transform{{q[0], q[1], q[2], q[3]}, {p[0], p[1], p[2]}} * motion * at;
+    }
+    return at;
+  };
+  ExpectReference(
+      OffReference(robot, ReferencePoses(kYumi), [&](const std::vector<double>& positions, std::int32_t link) {
+        const Transform rebased = TransformFrom(Convention::kUnreal, component(link, positions));
+        return rebased * Transform{Inverse(robot.joints[static_cast<std::size_t>(link) - 1].axis_turn), {}};
+      }));
+}
+
+TEST_F(YumiImported, TheReadyPoseIsClearAndZeroIsNot) {
+  const robot::Robot& robot = report_.robot;
+  const robot::SelfCollision collision(robot);
+  robot::Kinematics kinematics(robot);
+  EXPECT_LT(collision.Find(kinematics.links()).distance, 0.0) << "at zero the grippers are in each other";
+}
+
+TEST_F(YumiImported, MeshesAreSharedAndTheNumbersOfTheGlbFit) {
+  const Glb glb = TakeApart(FileText(Folder() + "/twin.glb"));
+  EXPECT_EQ(glb.json["nodes"].size(), 1 + 2 * 22 + 21u) << "a visual for every link but two";
+  EXPECT_EQ(report_.meshes, 20u);
+  EXPECT_LT(glb.json["meshes"].size(), 15u) << "both arms show the same meshes";
+  for (const nlohmann::json& accessor : glb.json["accessors"]) {
+    const nlohmann::json& view = glb.json["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+    const std::size_t begin = view["byteOffset"].get<std::size_t>() + accessor.value("byteOffset", std::size_t{0});
+    EXPECT_EQ(begin % 4, 0u);
+    if (!accessor.contains("min")) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float low = 1e9f, high = -1e9f;
+      for (std::size_t i = 0; i < accessor["count"].get<std::size_t>(); ++i) {
+        float value = 0.0f;
+        std::memcpy(&value, glb.numbers.data() + begin + 12 * i + 4 * axis, 4);
+        low = std::min(low, value), high = std::max(high, value);
+      }
+      EXPECT_EQ(accessor["min"][axis].get<float>(), low);
+      EXPECT_EQ(accessor["max"][axis].get<float>(), high);
+    }
+  }
+}
+
+TEST_F(YumiImported, TheSameInputGivesTheSameBytes) {
+  const ImportReport again = MustImport(kCalibratedUrdf, scratch_->path() + "/again");
+  ASSERT_EQ(again.files, report_.files);
+  for (const std::string& file : again.files)
+    EXPECT_TRUE(FileText(scratch_->path() + "/again/" + file) == FileText(Folder() + "/" + file)) << file;
+}
+
+}  // namespace
+}  // namespace consac::twin
