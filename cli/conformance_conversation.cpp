@@ -111,6 +111,7 @@ Status Conversation::DoSend(const Case& what) {
     if (world_at_fault_ < 0)
       return Over("nobody takes part whose action can be " + (leaf.empty() ? kind : kind + " by a " + leaf));
   }
+  if (kind.starts_with("goals") && !payloads_.CanBeAsked(kind)) return Over("no observation has such a number");
   if (!kind.empty()) payload = payloads_.Of(kind, result_, leaf);
   payload.resize(std::max(payload.size(), what.value("blanks", std::size_t{0})), ' ');
   const std::uint64_t request = what["request"] == "next" ? request_ + 1 : what["request"].get<std::uint64_t>();
@@ -126,6 +127,7 @@ Status Conversation::Ask(FrameType type, std::uint64_t request, const std::strin
   const bool whole = payload.size() >= protocol2::kActiveOffset + blocks_.environments;
   if ((type == FrameType::kReset || type == FrameType::kStep) && whole && request != judged_)
     check_.Ask(type, std::as_bytes(std::span(payload)).subspan(protocol2::kActiveOffset));
+  if (type == FrameType::kRelabel) relabelled_ = Payloads::RowsOf(payload);
   if (request == request_ + 1 && type != FrameType::kHello) request_ = request;
   return Send(type, request, payload, how);
 }
@@ -217,6 +219,7 @@ Status Conversation::DoExpect(const Case& what) {
 Status Conversation::CheckMessage(const Case& what, const Frame& frame, const std::string& payload) {
   if (frame.header.type == FrameType::kSpec) return TakeSpec(what, frame);
   if (frame.header.type == FrameType::kResult) return TakeResult(frame.header.request, payload);
+  if (frame.header.type == FrameType::kRewards) return TakeRewards(payload);
   if (frame.header.type != FrameType::kError && frame.header.type != FrameType::kWelcome) return Status::Ok();
   Case message = ReadCase(payload);
   if (!message.is_object()) return Failed("its payload is no JSON object");
@@ -233,6 +236,11 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
   }
   const Case needs = what.value("needs", Case::object());
   for (const auto& [key, range] : needs.items()) {
+    if (range.contains("has")) {
+      const bool has = std::ranges::find(message[key], range["has"]) != message[key].end();
+      if (!has) over_ = fmt::format("its {} lack {}", key, JsonText(range["has"]));
+      continue;
+    }
     if (message[key] < range["from"] || message[key] > range["to"])
       over_ = fmt::format("{} is {}", key, JsonText(message[key]));
   }
@@ -279,6 +287,11 @@ Status Conversation::TakeResult(std::uint64_t request, const std::string& payloa
   judged_ = request;
   result_ = payload;
   return Status::Ok();
+}
+
+Status Conversation::TakeRewards(const std::string& payload) const {
+  std::vector<float> rewards(static_cast<std::size_t>(relabelled_));
+  return protocol2::ReadRewards(std::as_bytes(std::span(payload)), relabelled_, rewards.data());
 }
 
 Status Conversation::Play(const Case& what) {

@@ -62,6 +62,8 @@ class Conversation {
   Status TakeSpec(const Case& what, const Frame& frame);
   /// One that comes once more is not judged anew.
   Status TakeResult(std::uint64_t request, const std::string& payload);
+  /// As many numbers as rows were asked for.
+  Status TakeRewards(const std::string& payload) const;
   /// Steps all environments on and on; with `disabled` those whose episode is over are reset. Behind the last step, and
   /// with "somebody" from the first on, it goes on until somebody takes part (R77).
   Status Play(const Case& what);
@@ -87,6 +89,7 @@ class Conversation {
   protocol2::ResultCheck check_;
   std::uint32_t session_ = 0;
   std::uint64_t request_ = 0, judged_ = 0;
+  std::int64_t relabelled_ = 0;                   // rows of the latest RELABEL
   std::string resume_, result_;                   // result_: the latest RESULT's payload
   Frame held_frame_;                              // WELCOME of a session that was taken up, while held_
   std::size_t limit_ = protocol2::kLargestFrame;  // WELCOME's

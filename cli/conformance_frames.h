@@ -32,7 +32,8 @@ inline constexpr std::pair<const char*, protocol2::FrameType> kFrameNames[] = {
     {"GOAWAY", protocol2::FrameType::kGoAway},       {"BYE", protocol2::FrameType::kBye},
     {"PING", protocol2::FrameType::kPing},           {"PONG", protocol2::FrameType::kPong},
     {"PAUSED", protocol2::FrameType::kPaused},       {"RESUMED", protocol2::FrameType::kResumed},
-    {"RENDER", protocol2::FrameType::kRender},       {"FRAME", protocol2::FrameType::kFrame}};
+    {"RENDER", protocol2::FrameType::kRender},       {"FRAME", protocol2::FrameType::kFrame},
+    {"RELABEL", protocol2::FrameType::kRelabel},     {"REWARDS", protocol2::FrameType::kRewards}};
 
 /// A JSON value; null where it is none.
 inline nlohmann::json ReadCase(std::string_view text) {

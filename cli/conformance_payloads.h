@@ -1,5 +1,5 @@
 #pragma once
-// RESET and STEP as the conformance cases of a server want them, right ones and wrong ones, made from SPEC.
+// RESET, STEP and RELABEL as the conformance cases of a server want them, right ones and wrong ones, made from SPEC.
 
 #include <algorithm>
 #include <cstring>
@@ -12,11 +12,12 @@
 #include "cli/conformance_illegal.h"
 #include "consac/base/rng.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/protocol/relabel.h"
 #include "consac/space/layout.h"
 
 namespace consac::cli {
 
-/// Payloads of RESET and STEP for what a SPEC offers, right ones and wrong ones.
+/// Payloads of RESET, STEP and RELABEL for what a SPEC offers, right ones and wrong ones.
 class Payloads {
  public:
   Payloads() = default;
@@ -61,6 +62,7 @@ class Payloads {
     if (kind == "seeded options")
       return With(Reset(protocol2::kWithSeeds, 1), 0, protocol2::kWithSeeds | protocol2::kWithOptions) +
              Options("{\"difficulty\":1}").substr(blocks_.seeds);
+    if (kind.starts_with("goals")) return Goals(kind);
     if (kind == "scattered seeds") return Scattered(Reset(protocol2::kWithSeeds, 1));
     return Step(1, result);
   }
@@ -70,6 +72,18 @@ class Payloads {
   /// The world of that action; -1 where nobody takes part whose action can be so.
   std::int64_t WorldAtFault(const std::string& kind, const std::string& result, const std::string& leaf) const {
     return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).second;
+  }
+
+  /// Whether a RELABEL can be wrong in that way: where no observation has such a number, it cannot.
+  bool CanBeAsked(const std::string& kind) const {
+    std::vector<std::byte> row(Pursuing().observation_layout.row_bytes);
+    return SpoilGoals(Pursuing().observation_layout, kind, row.data());
+  }
+  /// Rows of a RELABEL, as it says.
+  static std::int64_t RowsOf(const std::string& relabel) {
+    std::uint32_t rows = 0;
+    if (relabel.size() >= 2 * sizeof(rows)) std::memcpy(&rows, relabel.data() + sizeof(rows), sizeof(rows));
+    return rows;
   }
 
   /// Whether some action can be outside its space by a leaf of a kind (a space's type or BOOL; "" is any).
@@ -163,6 +177,40 @@ class Payloads {
       }
     }
     return padded;
+  }
+
+  /// The first behaviour with goals.
+  std::size_t Goal() const {
+    for (std::size_t b = 0; b < env_->behaviours.size(); ++b)
+      if (protocol2::HasGoals(env_->behaviours[b].observation_layout)) return b;
+    return 0;
+  }
+  const BehaviourSpec& Pursuing() const { return env_->behaviours[Goal()]; }
+  static bool SpoilGoals(const Layout& layout, const std::string& kind, std::byte* row) {
+    if (kind == "goals, NaN") return MakeNonFinite(layout, std::numeric_limits<double>::quiet_NaN(), row);
+    if (kind == "goals, infinity") return MakeNonFinite(layout, std::numeric_limits<double>::infinity(), row);
+    if (kind != "goals, illegal") return true;
+    return MakeIllegal(layout, "discrete", row) || MakeIllegal(layout, "multi_discrete", row) ||
+           MakeIllegal(layout, "multi_binary", row);
+  }
+  /// A RELABEL of one row of its space again and again: twice, or as often as `kind` says.
+  std::string Goals(const std::string& kind) const {
+    const Layout& layout = Pursuing().observation_layout;
+    const std::int64_t most = protocol2::MostRelabelledRows(Pursuing(), protocol2::kLargestFrame);
+    const std::int64_t rows = kind == "goals, none" ? 0 : kind == "goals, 1 MiB" ? most : 2;
+    std::vector<std::byte> seen(static_cast<std::size_t>(std::max<std::int64_t>(rows, 1)) * layout.row_bytes);
+    Rng rng(1, StreamId("conformance"));
+    SampleRow(layout, rng, seen.data());
+    for (std::size_t at = layout.row_bytes; at < seen.size(); at += layout.row_bytes)
+      std::memcpy(seen.data() + at, seen.data(), layout.row_bytes);
+    (void)SpoilGoals(layout, kind, seen.data() + seen.size() - layout.row_bytes);
+    std::string payload(protocol2::RelabelBytes(Pursuing(), rows), '\0');
+    protocol2::WriteRelabel(*env_, {Goal(), rows, seen.data()}, reinterpret_cast<std::byte*>(payload.data()));
+    if (kind == "goals, short") payload.resize(payload.size() - 8);
+    if (kind == "goals, long") payload.resize(payload.size() + 8);
+    if (kind == "goals of nobody") std::memset(payload.data(), 0xff, 4);
+    if (kind == "goals, without end") std::memset(payload.data() + 4, 0xff, 4);
+    return payload;
   }
 
   std::string Options(const std::string& text) const {

@@ -8,6 +8,7 @@
 
 #include "consac/env/buffer.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/protocol/relabel.h"
 #include "consac/protocol/result_check.h"
 
 namespace {
@@ -68,6 +69,29 @@ void TryResult(std::span<const std::byte> payload) {
   Require(!check.Judge(payload).ok() || read.ok());  // what the judge takes can be read
 }
 
+// What is taken is priced, and the prices are what the trainer takes.
+void TryRelabel(std::span<const std::byte> payload) {
+  static const EnvSpec env = [] {
+    EnvSpec spec;
+    const Space goal = *Space::Box(-1, 1, {2}), bits = *Space::MultiBinary(3);
+    spec.behaviours.push_back(BehaviourSpec::Of("a", *Space::Box(-1, 1, {3}), *Space::Discrete(3), 1));
+    spec.behaviours.push_back(
+        BehaviourSpec::Of("b", *Space::Dict({{"achieved_goal", goal}, {"desired_goal", goal}, {"observation", bits}}),
+                          *Space::Discrete(2), 1));
+    return spec;
+  }();
+  const Result<protocol2::Relabel> asked = protocol2::ReadRelabel(env, payload, 4096);
+  std::vector<float> rewards(asked.ok() ? static_cast<std::size_t>(asked->rows) : 1, 1.0f);
+  if (!asked.ok()) return (void)protocol2::ReadRewards(payload, 1, rewards.data());
+  Require(asked->behaviour == 1);
+  std::vector<std::byte> again(payload.size()), paid(rewards.size() * sizeof(double));
+  protocol2::WriteRelabel(env, *asked, again.data());
+  const Result<protocol2::Relabel> same = protocol2::ReadRelabel(env, again, 4096);
+  Require(same.ok() && same->rows == asked->rows);
+  protocol2::WriteRewards(rewards, paid.data());
+  Require(protocol2::ReadRewards(paid, asked->rows, rewards.data()).ok());
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -81,5 +105,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   TryMessage(bytes, protocol2::ParseError, protocol2::EncodeError);
   (void)protocol2::ParseRender(bytes);
   TryResult(bytes);
+  TryRelabel(bytes);
   return 0;
 }

@@ -26,6 +26,7 @@ std::unique_ptr<learn::Learner> MakeLearner(const VectorEnv& env, const char* na
   options.total_steps = 100000;
   options.price_goals = [&env](const std::byte* observations, std::int64_t rows, float* rewards) {
     env.PriceGoals(0, observations, rows, rewards);
+    return Status::Ok();
   };
   return std::move(*algorithm->create(options, values));
 }

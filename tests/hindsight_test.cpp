@@ -101,6 +101,38 @@ TEST(HindsightReplay, ARestoredLearnerGoesOnToTheSameBits) {
   }
 }
 
+// A world behind a connection may fail: then nothing has been drawn or learned, and health says why; where it is asked
+// again, it goes on to the same bits.
+TEST(HindsightReplay, APriceThatCannotBeHadLeavesNoTrace) {
+  for (const std::string& algorithm : OffPolicyAlgorithms()) {
+    const Setting setting = Small(algorithm);
+    const std::unique_ptr<VectorEnv> env = Bits(algorithm, 4);
+    int asked = 0, failed = 0;
+    learn::LearnerOptions options = learn::OptionsOf(*env, setting);
+    options.price_goals = [&, price = options.price_goals](const std::byte* rows, std::int64_t count, float* rewards) {
+      return ++asked % 3 == 0 ? price(rows, count, rewards) : Status(StatusCode::kUnavailable, "the cable was pulled");
+    };
+    const std::unique_ptr<learn::Learner> learner = learn::Make(options, setting);
+    BatchBuffer first(env->spec().behaviours[0]);
+    learn::Begin(*env, *learner, first);
+    while (learner->steps() < setting.steps) {
+      learn::Step(*env, *learner, first.batch().slots, 0);
+      while (learner->LearningDue()) {
+        const std::int64_t updates = learner->updates();
+        const bool more = learner->Learn({1});
+        const Status health = learner->health();
+        EXPECT_EQ(learner->updates(), updates + (health.ok() ? 1 : 0));
+        if (health.ok()) continue;
+        ++failed;
+        EXPECT_TRUE(more) << "it is still due";
+        EXPECT_EQ(health.message(), "the cable was pulled");
+      }
+    }
+    EXPECT_GT(failed, 40);
+    EXPECT_EQ(HashState(*learner), StateAfter(setting)) << algorithm;
+  }
+}
+
 RunConfig Flipping(const std::string& directory, const std::string& algorithm, const Settings& settings) {
   RunConfig config;
   config.world = algorithm == "dqn" ? "bit-flipping-v0" : "bit-flipping-continuous-v0";

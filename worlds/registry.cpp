@@ -11,6 +11,7 @@
 #include "worlds/pendulum/pendulum.h"
 #include "worlds/pixel_catch/pixel_catch.h"
 #include "worlds/point/point.h"
+#include "worlds/point_reach/point_reach.h"
 #include "worlds/reach3/reach3.h"
 #include "worlds/road/road.h"
 
@@ -60,6 +61,11 @@ constexpr World kWorlds[] = {
     {"bit-flipping-continuous-v0", "the same by ten numbers, of which the positive ones flip",
      "Andrychowicz et al. 2017; Stable Baselines, bit_flipping_env.py", MakeBatched<BitFlippingContinuous>, nullptr,
      ""},
+    {"point-reach-v0", "move a point over a plane to where it is wanted; nothing else pays",
+     "CONSAC, after Plappert et al. 2018 (FetchReach)", MakeBatched<PointReachSparse>, nullptr,
+     "sac: replay_buffer_class=HerReplayBuffer learning_rate=1e-3 gamma=0.95 net_arch=[64,64] learning_starts=500"},
+    {"point-reach-dense-v0", "the same, paid by the distance", "CONSAC, after Plappert et al. 2018 (FetchReach)",
+     MakeBatched<PointReachDense>, nullptr, ""},
 };
 
 }  // namespace

@@ -130,6 +130,8 @@ TEST(Worlds, GoldenTrajectoryHashes) {
       {"identity-multibinary-v0", 15817734353667198647ull},
       {"bit-flipping-v0", 1274391717905734117ull},
       {"bit-flipping-continuous-v0", 2318704811640287695ull},
+      {"point-reach-v0", 855493993101184580ull},
+      {"point-reach-dense-v0", 9802781806598876215ull},
   };
   for (const World& world : Worlds()) {
     const auto env = world.create(2);

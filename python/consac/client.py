@@ -17,6 +17,7 @@ from . import shared_memory, wire
 from .address import open_socket, parse_url, ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, said
 from .frames import ResultFrame, Rows, StepFrame, reset_payload
+from .goals import read_rewards, relabel_payloads
 from .judge import Judge
 from .line import DONT_WAIT, HANDSHAKE_S
 from .offer import read_spec
@@ -80,7 +81,7 @@ class Connection(Session):
     def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str | tuple[str, ...] = "same_step", expect: list | None = None,
                  wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME,
                  shared_memory: bool = True, sock: socket.socket | None = None):
-        capabilities = ["render"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc)
+        capabilities = ["render", "relabel"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc)
         super().__init__(url, timeout, resume_s, [autoreset] if isinstance(autoreset, str) else list(autoreset), capabilities, max_frame, token_of(token))
         self.parts, self.infos, self.final_infos = 0, None, None
         self.rows: list[Rows] = []
@@ -229,6 +230,21 @@ class Connection(Session):
             if len(payload) != 8 + 3 * height * width:
                 self._fail(ProtocolError("MALFORMED", f"a FRAME of {len(payload)} bytes for {height} x {width} dots"))
             return np.frombuffer(payload, np.uint8, offset=8).reshape(height, width, 3).copy()
+
+    def relabel(self, goals: dict, rows: int, behaviour: int = 0) -> np.ndarray:
+        """[rows] f64: what steps would have paid had they led to `goals`, {"achieved_goal": [rows, ...], "desired_goal": [rows, ...]}; needs
+        capability `relabel`. Other parts of the observation may stand there too; they are 0 otherwise."""
+        if "relabel" not in self.capabilities:
+            raise ConsacError(f"{self.url} cannot say what other goals would have paid: it does not offer the capability `relabel`")
+        rewards = [np.empty(0)]
+        with self._lock:
+            for payload, some in relabel_payloads(self.behaviours, behaviour, goals, rows, self.max_frame):
+                answer = self._ask(wire.RELABEL, payload, wire.REWARDS)
+                try:
+                    rewards.append(read_rewards(answer, some))
+                except ProtocolError as error:
+                    self._fail(error)
+        return np.concatenate(rewards)
 
     def close(self) -> None:
         """BYE; the engine forgets the session. May be called again."""

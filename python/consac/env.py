@@ -12,6 +12,7 @@ from gymnasium.envs.registration import EnvSpec
 from . import wire
 from .client import Connection
 from .face import RENDER_FPS, Face
+from .goals import compute_reward
 from .layout import Layout, Leaf, align
 
 if TYPE_CHECKING:
@@ -77,6 +78,11 @@ class ConsacEnv(gymnasium.Env):
         if self._masked:
             info["action_mask"] = mask_value(self.action_space, connection.rows[0].masks[0])
         return info
+
+    def compute_reward(self, achieved_goal, desired_goal, info=None):
+        """What a step would have paid that led to `achieved_goal` had `desired_goal` been wanted; many at once along the first axis. As
+        Gymnasium's worlds with goals have it; of `info` the engine hears nothing."""
+        return compute_reward(self._connection, achieved_goal, desired_goal)
 
     def render(self):
         return self._connection.render(0) if self.render_mode == "rgb_array" else None

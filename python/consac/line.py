@@ -23,7 +23,7 @@ GOAWAY_S = 2.0  # so long after it an answer may still come
 
 DONT_WAIT = getattr(socket, "MSG_DONTWAIT", 0)
 _PREFIX = struct.pack("<I", wire.MAGIC)
-_ANSWERS = frozenset((wire.WELCOME, wire.SPEC, wire.RESULT, wire.FRAME, wire.ERROR))
+_ANSWERS = frozenset((wire.WELCOME, wire.SPEC, wire.RESULT, wire.FRAME, wire.REWARDS, wire.ERROR))
 
 
 class Line:

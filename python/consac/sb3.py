@@ -11,6 +11,7 @@ from . import wire
 from .env import mask_value, row_reader
 from .errors import ConsacError
 from .face import Face
+from .goals import compute_reward
 from .vector import batch_reader, batch_writer
 
 if TYPE_CHECKING:
@@ -98,6 +99,8 @@ class ConsacVecEnv(VecEnv):
     def env_method(self, method_name: str, *method_args, indices=None, **method_kwargs) -> list:
         if method_name == "action_masks" and self._rows.masks is not None:
             return [self._rows.masks[i].astype(bool) for i in self._get_indices(indices)]
+        if method_name == "compute_reward" and len(method_args) >= 2:  # HerReplayBuffer
+            return [compute_reward(self.connection, *method_args[:2])] * len(list(self._get_indices(indices)))
         raise AttributeError(f"an engine's environments have no method {method_name!r} here")
 
     def env_is_wrapped(self, wrapper_class, indices=None) -> list[bool]:

@@ -19,6 +19,7 @@ OPTIONAL = 0x8000  # a type with this bit is skipped by those who do not know it
 LARGEST_BEFORE_WELCOME = 4096
 LARGEST_FRAME = 64 << 20
 LARGEST_JSON = 1 << 20
+LARGEST_RELABEL = 1 << 20  # bytes of a RELABEL that every server takes
 DEEPEST_JSON = 64
 MOST_JSON_VALUES = 1 << 18
 _STRING = re.compile(rb'"[^"]*"?')
@@ -28,7 +29,7 @@ _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 LARGEST_WHOLE = (1 << 53) - 1  # that every language's JSON has exactly
 _NO_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 
-HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED, RENDER, FRAME = range(1, 17)
+HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED, RENDER, FRAME, RELABEL, REWARDS = range(1, 19)
 
 TERMINATED, TRUNCATED, FINAL, FIRST, ACTIVE = 1, 2, 4, 8, 16  # a slot's state in RESULT
 PART_FINALS, PART_INFOS = 1, 2  # parts of a RESULT

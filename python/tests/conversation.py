@@ -5,6 +5,7 @@ import socket
 import struct
 import time
 
+import gymnasium
 import numpy as np
 
 from consac import wire
@@ -69,7 +70,12 @@ class Conversation:
         if "floats" in what or "token" in what or what.get("leaf", "discrete") != "discrete":  # there are two choices; and no token is asked for
             self.over = True
             return
-        if "payload" in what:
+        if what.get("payload", "").startswith("goals"):
+            payload = self.goals(what["payload"])
+            if payload is None:  # no observation has such a number
+                self.over = True
+                return
+        elif "payload" in what:
             payload = self.payload(what["payload"] + " by one" * ("leaf" in what))
         request = self.last + 1 if what["request"] == "next" else what["request"]
         self.ask(kind, request, payload, what)
@@ -110,6 +116,26 @@ class Conversation:
             "illegal by one": lambda: step(first=2), "illegal of the absent": lambda: step(actions=[0 if state & wire.ACTIVE else 100000 for state in self.check.states[0]]),
         }[kind]()
 
+    def goals(self, kind):
+        """A RELABEL of one row of its space again and again: twice, or as often as `kind` says; None where no observation has such a number."""
+        layout = self.check.behaviours[0].observation
+        size = layout.row_bytes
+        rows = {"goals, none": 0, "goals, 1 MiB": (wire.LARGEST_RELABEL - 8) // max(size, 8)}.get(kind, 2)
+        payload = bytearray(align(8 + rows * size))
+        struct.pack_into("<II", payload, 0, 0, rows)
+        row = layout.space.sample()
+        spoilt = kind not in ("goals, illegal", "goals, NaN", "goals, infinity")
+        for leaf, view in zip(layout.leaves, layout.views(payload, rows, 8)):
+            view[:] = layout.pick(row, leaf)
+            if leaf.dtype.kind == "f" and kind in ("goals, NaN", "goals, infinity"):
+                view[-1, ..., -1], spoilt = np.nan if kind == "goals, NaN" else np.inf, True
+            if not isinstance(leaf.space, gymnasium.spaces.Box) and kind == "goals, illegal":
+                view[-1], spoilt = 100, True
+        self.relabelled = rows
+        payload = {"goals, short": payload[:-8], "goals, long": payload + bytes(8), "goals of nobody": b"\xff" * 4 + payload[4:],
+                   "goals, without end": payload[:4] + b"\xff" * 4 + payload[8:]}.get(kind, payload)
+        return bytes(payload) if spoilt else None
+
     def looked_at(self, payload):
         """Without rows of slots that have none of 16, 1 and 2. One behaviour of one agent and no masks."""
         size = self.row_bytes
@@ -139,7 +165,7 @@ class Conversation:
             said = {"capabilities": [], "max_frame": wire.LARGEST_FRAME, "last_request": 0, "resumed": False, "resume": ""} | said
             self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
             self.reader.limit = said["max_frame"]
-            self.over = not all(wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
+            self.over = not all(wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
         if frame.type == wire.SPEC:
             assert said["autoreset"] == what.get("autoreset", "same_step")
             self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"])
@@ -156,6 +182,8 @@ class Conversation:
         assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
         assert "text" not in what or bytes(frame.payload) == what["text"].encode()
         payload = bytearray(frame.payload)
+        if frame.type == wire.REWARDS:
+            assert len(payload) == 8 * self.relabelled and np.isfinite(np.frombuffer(payload)).all()
         if frame.type == wire.RESULT:
             payload[4:8] = bytes(4)  # the time that the engine took
             if frame.request != self.judged:

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <mutex>
 #include <thread>
 
 #include "consac/policy/demonstration.h"
@@ -32,7 +33,11 @@ class LocalLink final : public WorldLink {
   }
   std::span<const std::uint8_t> present(std::size_t b) const override { return env_->present(b); }
   double world_seconds() const override { return seconds_; }
-  const VectorEnv* prices_goals() const override { return env_->prices_goals() ? env_.get() : nullptr; }
+  bool prices_goals() const override { return env_->prices_goals(); }
+  Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {
+    env_->PriceGoals(b, observations, rows, rewards);
+    return Status::Ok();
+  }
   void Visit(Archive& archive) override { env_->Visit(archive); }
   std::string description() const override {
     return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots);
@@ -72,7 +77,15 @@ class EngineLink final : public WorldLink {
   ~EngineLink() override { client_->Close(); }
   const EnvSpec& spec() const override { return client_->spec(); }
   Status Reset(std::uint64_t seed, std::span<Batch> batches) override { return client_->Reset(seed, batches); }
-  Status Step(std::span<Batch> batches, MoreSteps more) override { return client_->Step(batches, more); }
+  Status Step(std::span<Batch> batches, MoreSteps more) override {
+    const std::lock_guard asking(asking_);
+    return client_->Step(batches, more);
+  }
+  bool prices_goals() const override { return client_->prices_goals(); }
+  Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {
+    const std::lock_guard asking(asking_);
+    return client_->PriceGoals(b, observations, rows, rewards);
+  }
   std::span<const std::uint8_t> present(std::size_t b) const override { return client_->present(b); }
   double world_seconds() const override { return client_->engine_seconds(); }
   void KeepAlive() override { client_->KeepAlive(); }
@@ -82,6 +95,7 @@ class EngineLink final : public WorldLink {
 
  private:
   std::unique_ptr<EnvClient> client_;
+  std::mutex asking_;  // a step may be under way while what was learned from before asks for prices
 };
 
 }  // namespace

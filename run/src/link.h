@@ -28,8 +28,12 @@ class WorldLink {
   virtual std::span<const std::uint8_t> present(std::size_t b) const = 0;
   /// How long the latest Step took in the world itself [s]; 0 where that is not known.
   virtual double world_seconds() const = 0;
-  /// See VectorEnv; null where the world cannot.
-  virtual const VectorEnv* prices_goals() const { return nullptr; }
+  /// See VectorEnv. PriceGoals may be called while Step is under way on another thread, and then waits for it.
+  virtual bool prices_goals() const { return false; }
+  virtual Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {
+    (void)b, (void)observations, (void)rows, (void)rewards;
+    return {StatusCode::kFailedPrecondition, description() + " cannot say what other goals would have paid"};
+  }
   /// While learning goes on for long: an engine hears that its trainer lives.
   virtual void KeepAlive() {}
   /// State of a world in this process; nothing for an engine's.

@@ -72,12 +72,30 @@ learn::LearnerOptions Training::OptionsFor(std::size_t b, const BehaviourSpec& b
   const bool shown =
       demonstration_.has_value() && (spec().behaviours.size() == 1 || demonstration_->behaviour.name == behaviour.name);
   if (shown) options.demonstration = &*demonstration_;
-  if (const VectorEnv* world = crew_[0].link().prices_goals(); world != nullptr) {
-    options.price_goals = [world, b](const std::byte* observations, std::int64_t rows, float* rewards) {
-      world->PriceGoals(b, observations, rows, rewards);
+  if (WithoutPrices() == nullptr) {
+    options.price_goals = [this, b](const std::byte* observations, std::int64_t rows, float* rewards) {
+      return PriceGoals(b, observations, rows, rewards);
     };
   }
   return options;
+}
+
+// The first of the worlds that cannot say what other goals would have paid.
+WorldLink* Training::WithoutPrices() {
+  for (std::size_t i = 0; i < crew_.size(); ++i)
+    if (!crew_[i].link().prices_goals()) return &crew_[i].link();
+  return nullptr;
+}
+
+// Of the first world that is there: they are alike. One that fails here is lost when it is stepped next.
+Status Training::PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {
+  Status failure(StatusCode::kUnavailable, "no engine is left to say what other goals would have paid");
+  for (std::size_t i = 0; i < crew_.size(); ++i) {
+    if (lost_[i] != 0) continue;
+    failure = crew_[i].link().PriceGoals(b, observations, rows, rewards);
+    if (failure.ok() || stop_.load(std::memory_order_relaxed)) break;
+  }
+  return failure;
 }
 
 Status Training::MakeLearners() {
@@ -87,12 +105,13 @@ Status Training::MakeLearners() {
   CONSAC_RETURN_IF_ERROR(LoadDemonstration());
   const Result<learn::HyperparameterSet> values = HyperparametersOf(config_);
   if (!values.ok()) return values.status();
-  if (learn::RelabelsGoals(*algorithm_, *values) && crew_[0].link().prices_goals() == nullptr) {
+  if (WorldLink* world = WithoutPrices(); world != nullptr && learn::RelabelsGoals(*algorithm_, *values)) {
     const bool always = algorithm_->relabels_goals;
     return {StatusCode::kInvalidArgument, (always ? Quote(config_.algorithm) : "HerReplayBuffer") +
                                               " needs a world that can say what other goals would have paid, and " +
-                                              crew_[0].link().description() + " cannot; choose " +
-                                              (always ? "another algorithm" : "ReplayBuffer")};
+                                              world->description() + " cannot" +
+                                              (IsUrl(config_.world) ? " (protocol 2's capability 'relabel')" : "") +
+                                              "; choose " + (always ? "another algorithm" : "ReplayBuffer")};
   }
   log_style_ = learn::LogStyleOf(*algorithm_, *values);
   std::vector<BehaviourSpec> behaviours = spec().behaviours;

@@ -144,7 +144,7 @@ Status Training::BeginWorlds() {
 void Training::LearnWhatIsDue() {
   for (Trainee& trainee : trainees_) {
     while (trainee.learner->Learn({kLearnPiece})) {
-      if (stop_.load(std::memory_order_relaxed)) return ReportUpdates();
+      if (stop_.load(std::memory_order_relaxed) || !trainee.learner->health().ok()) return ReportUpdates();
       crew_.KeepAlive();
     }
   }

@@ -73,6 +73,8 @@ class Training {
   Status SaveModel(PolicyData data, const std::string& folder, const BehaviourSpec& behaviour) const;
   Status LoadDemonstration();
   Status MakeLearners();
+  WorldLink* WithoutPrices();
+  Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards);
   learn::LearnerOptions OptionsFor(std::size_t b, const BehaviourSpec& behaviour);
   std::int64_t ShareOfSteps(std::int64_t slots) const;
   Status Restore();

@@ -120,7 +120,7 @@ class ToyGoals final : public learn::Learner {
     std::vector<float> wanted(static_cast<std::size_t>(2 * batch.rows())), rewards(wanted.size() / 2);
     std::memcpy(wanted.data(), batch.next_observations, wanted.size() * sizeof(float));
     for (std::size_t i = 0; i < rewards.size(); ++i) wanted[2 * i + 1] = wanted[2 * i];  // what was reached was meant
-    price_(reinterpret_cast<const std::byte*>(wanted.data()), batch.rows(), rewards.data());
+    ASSERT_TRUE(price_(reinterpret_cast<const std::byte*>(wanted.data()), batch.rows(), rewards.data()).ok());
     for (std::size_t i = 0; i < rewards.size(); ++i) {
       meant_ += rewards[i];
       EXPECT_LT(batch.rewards[i], 0.0f);

@@ -75,7 +75,7 @@ def test_the_session_is_a_session():
                      wire.STEP, wire.RESULT, wire.BYE]
 
 
-@pytest.mark.parametrize("number, name", list(enumerate("HELLO WELCOME CONFIGURE SPEC RESET STEP RESULT ERROR GOAWAY BYE PING PONG PAUSED RESUMED RENDER FRAME".split(), 1)))
+@pytest.mark.parametrize("number, name", list(enumerate("HELLO WELCOME CONFIGURE SPEC RESET STEP RESULT ERROR GOAWAY BYE PING PONG PAUSED RESUMED RENDER FRAME RELABEL REWARDS".split(), 1)))
 def test_types_are_those_of_the_page(number, name):
     assert getattr(wire, name) == number
     assert re.search(rf"^\| {number} \| {name} \|", (SPEC / "protocol2.md").read_text(), re.MULTILINE)

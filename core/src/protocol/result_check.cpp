@@ -9,6 +9,7 @@
 #include "consac/base/json.h"
 #include "consac/base/text.h"
 #include "protocol/protocol2_json.h"
+#include "protocol/row_fault.h"
 
 namespace consac::protocol2 {
 
@@ -56,24 +57,6 @@ std::string StateText(unsigned state) {
     separator = ", ";
   }
   return separator[0] == ',' ? text + ")" : text;
-}
-
-/// Whether one of `count` floating-point numbers is NaN or infinite: its exponent has every bit.
-template <class Bits>
-bool HasNonFinite(const std::byte* at, std::int64_t count, Bits exponent) {
-  Bits found = 0;
-  for (std::int64_t i = 0; i < count; ++i) {
-    Bits bits;
-    std::memcpy(&bits, at + static_cast<std::size_t>(i) * sizeof(bits), sizeof(bits));
-    found |= static_cast<Bits>((bits & exponent) == exponent);
-  }
-  return found != 0;
-}
-
-bool LeafHasNonFinite(const Leaf& leaf, const std::byte* row) {
-  if (leaf.dtype == DType::kF32) return HasNonFinite<std::uint32_t>(row + leaf.offset, leaf.count, 0x7F800000u);
-  if (leaf.dtype == DType::kF64) return HasNonFinite<std::uint64_t>(row + leaf.offset, leaf.count, 0x7FF0000000000000u);
-  return false;
 }
 
 /// `states`: of all slots, behaviour by behaviour. Final infos are of those that have a final row.
@@ -293,25 +276,18 @@ Status ResultCheck::JudgeMask(const Site& site) const {
 }
 
 Status ResultCheck::JudgeRow(const Site& site, const std::byte* row, const char* what) const {
-  for (const Leaf& leaf : site.spec.observation_layout.leaves) {
-    const std::string_view name = leaf.name;
-    if (leaf.space.kind() == SpaceKind::kBox) {
-      if (numbers_ == Numbers::kLeft || !LeafHasNonFinite(leaf, row)) continue;
-      return Breaks("R75",
-                    std::string(what) + (name.empty() ? "an observation" : leaf.name) + " of " + site.Name() +
-                        " is NaN or infinite; mend it in the world",
-                    StatusCode::kNonFinite);
-    }
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      const double value = ReadElement(leaf, row, i);
-      const auto [low, high] = ElementBounds(leaf, i);
-      if (value >= low && value <= high) continue;
-      return Breaks("R73", std::string(what) + site.Name() + " has " + NumberText(value) + " at element " +
-                               std::to_string(i) + (name.empty() ? "" : " of '" + leaf.name + "'") + ", outside " +
-                               NumberText(low) + " to " + NumberText(high));
-    }
+  const RowFault fault = FindRowFault(site.spec.observation_layout, row, numbers_);
+  if (fault.leaf == nullptr) return Status::Ok();
+  const std::string& name = fault.leaf->name;
+  if (fault.non_finite) {
+    return Breaks("R75",
+                  std::string(what) + (name.empty() ? "an observation" : name) + " of " + site.Name() +
+                      " is NaN or infinite; mend it in the world",
+                  StatusCode::kNonFinite);
   }
-  return Status::Ok();
+  return Breaks("R73", std::string(what) + site.Name() + " has " + NumberText(fault.value) + " at element " +
+                           std::to_string(fault.element) + (name.empty() ? "" : " of '" + name + "'") + ", outside " +
+                           NumberText(fault.low) + " to " + NumberText(fault.high));
 }
 
 Status ResultCheck::JudgeInfos(std::span<const std::byte> payload, std::size_t at) const {

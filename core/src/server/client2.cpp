@@ -83,6 +83,37 @@ std::span<const std::uint8_t> Client2::present(std::size_t b) const {
   return agents_leave_ ? std::span<const std::uint8_t>(present_[b]) : std::span<const std::uint8_t>();
 }
 
+bool Client2::prices_goals() const {
+  const auto& able = welcome_.capabilities;
+  return std::find(able.begin(), able.end(), kRelabelling) != able.end();
+}
+
+// As few requests as the engine takes.
+Status Client2::PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {
+  if (!prices_goals()) return EnvClient::PriceGoals(b, observations, rows, rewards);
+  const BehaviourSpec& behaviour = spec_.behaviours[b];
+  const std::int64_t most = protocol2::MostRelabelledRows(behaviour, welcome_.max_frame);
+  for (std::int64_t begin = 0; begin < rows; begin += most) {
+    const std::int64_t some = std::min(most, rows - begin);
+    const std::byte* from = observations + static_cast<std::size_t>(begin) * behaviour.observation_layout.row_bytes;
+    const Status asked = ExchangeGoals({b, some, from}, rewards + begin);
+    if (asked.ok()) continue;
+    const Status status = NamingPeer(asked, *transport_);
+    Close();
+    return {status.code(), "while asking what other goals would have paid: " + status.message()};
+  }
+  return Status::Ok();
+}
+
+Status Client2::ExchangeGoals(const protocol2::Relabel& relabel, float* rewards) {
+  std::byte* payload = BeginMessage(protocol2::RelabelBytes(spec_.behaviours[relabel.behaviour], relabel.rows));
+  protocol2::WriteRelabel(spec_, relabel, payload);
+  const Result<Frame> answer = Perform(FrameType::kRelabel);
+  if (!answer.ok()) return answer.status();
+  if (answer->header.type != FrameType::kRewards) return Unexpected(*answer, "REWARDS");
+  return protocol2::ReadRewards(answer->payload, relabel.rows, rewards);
+}
+
 void Client2::KeepAlive() {
   if (!open_ || Now() - alive_at_ < welcome_.heartbeat_s / 2.0) return;
   alive_at_ = Now();

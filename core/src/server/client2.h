@@ -11,6 +11,7 @@
 #include "consac/base/hooks.h"
 #include "consac/base/refusals.h"
 #include "consac/protocol/protocol2.h"
+#include "consac/protocol/relabel.h"
 #include "consac/protocol/result_check.h"
 #include "consac/server/env_client.h"
 #include "server/shared_channel.h"
@@ -56,6 +57,8 @@ class Client2 final : public EnvClient {
   Status Step(std::span<Batch> batches, MoreSteps) override;
   std::span<const std::uint8_t> present(std::size_t b) const override;
   double engine_seconds() const override { return engine_seconds_; }
+  bool prices_goals() const override;
+  Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override;
 
   void KeepAlive() override;
   void Close() override;
@@ -101,6 +104,7 @@ class Client2 final : public EnvClient {
   /// RESET of every environment, with seeds from `seed` on or without.
   Status ResetAll(std::optional<std::uint64_t> seed, std::span<Batch> batches);
   Status Exchange(FrameType type, std::span<Batch> batches);
+  Status ExchangeGoals(const protocol2::Relabel& relabel, float* rewards);
   /// Rewards that are numbers on the wire and none in a batch: an error, or said to a caller that looks for itself.
   Status CheckRewards(const std::byte* payload, std::span<const Batch> batches);
   void ReadPresence(const std::byte* payload);
@@ -113,7 +117,7 @@ class Client2 final : public EnvClient {
   /// The answer to `request`; what comes between is dealt with. Time does not count while the engine is paused.
   Result<Frame> ReadAnswer(std::uint64_t request, double deadline_s);
 
-  static bool IsKnown(FrameType type) { return type >= FrameType::kHello && type <= FrameType::kFrame; }
+  static bool IsKnown(FrameType type) { return type >= FrameType::kHello && type <= FrameType::kRewards; }
 
   Result<bool> IsAnswer(const Frame& frame, std::uint64_t request, Patience* patience);
   Status Farewell(const Frame& frame);

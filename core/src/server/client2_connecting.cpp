@@ -57,6 +57,7 @@ Status Client2::SayHello() {
   hello.client = std::string("consac ") + kVersion;
   hello.token = options_.token;
   hello.resume = welcome_.resume;
+  hello.capabilities.emplace_back(kRelabelling);
   if (options_.shared_memory) hello.capabilities.emplace_back(kSharedMemory);
   CONSAC_RETURN_IF_ERROR(SendControl(FrameType::kHello, protocol2::EncodeHello(hello)));
   reader_ = protocol2::FrameReader();

@@ -10,6 +10,7 @@
 #include "base/entropy.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
+#include "consac/protocol/relabel.h"
 #include "server/limits.h"
 #include "server/secret.h"
 
@@ -61,8 +62,10 @@ Status Session2Server::Connect(Arrival arrival) {
   };
   offer(kSharedMemory);
   if (env_.renders()) offer(kRendering);
+  if (env_.prices_goals()) offer(kRelabelling);
   const std::vector<std::string>& agreed = welcome.capabilities;
   renders_ = std::find(agreed.begin(), agreed.end(), kRendering) != agreed.end();
+  relabels_ = std::find(agreed.begin(), agreed.end(), kRelabelling) != agreed.end();
   shares_ = std::find(agreed.begin(), agreed.end(), kSharedMemory) != agreed.end();
   welcome.server = std::string("consac ") + kVersion;
   welcome.session = number_;
@@ -159,7 +162,10 @@ Status Session2Server::SayPaused() {
 
 std::size_t Session2Server::LargestRequest() const {
   const protocol2::Blocks& blocks = stepper_.blocks();
-  return std::max(blocks.step_bytes, blocks.options + protocol2::kLargestJson);
+  std::size_t largest = std::max(blocks.step_bytes, blocks.options + protocol2::kLargestJson);
+  for (const BehaviourSpec& behaviour : env_.spec().behaviours)
+    if (relabels_) largest = std::max({largest, protocol2::kMostRelabelled, protocol2::RelabelBytes(behaviour, 1)});
+  return largest;
 }
 
 void Session2Server::PlaceResult(std::byte* at) {
@@ -168,7 +174,8 @@ void Session2Server::PlaceResult(std::byte* at) {
 }
 
 Status Session2Server::EnterSharedMemory() {
-  Result<SharedChannel> channel = SharedChannel::Create(stepper_.blocks(), stepper_.result_room());
+  Result<SharedChannel> channel =
+      SharedChannel::Create(stepper_.blocks(), stepper_.result_room(), relabels_ ? Also::kRelabels : Also::kNothing);
   if (!channel.ok()) return channel.status();
   LeaveSharedMemory();
   std::memcpy(channel->result(), result_at_, result_room());
@@ -265,12 +272,11 @@ Status Session2Server::SendJson(FrameType type, std::uint64_t request, const std
   return SendFrame(type, request, std::as_bytes(std::span(json)));
 }
 
-Status Session2Server::Answer(FrameType type, const std::string& json) {
-  const auto payload = std::as_bytes(std::span(json));
+Status Session2Server::Answer(FrameType type, std::span<const std::byte> payload) {
   answer_.resize(protocol2::kHeaderBytes + payload.size());
   FrameHeader header{type, false, static_cast<std::uint32_t>(payload.size()), 0, request_, number_};
   protocol2::WriteHeader(header, answer_.data());
-  std::memcpy(answer_.data() + protocol2::kHeaderBytes, payload.data(), payload.size());
+  if (!payload.empty()) std::memcpy(answer_.data() + protocol2::kHeaderBytes, payload.data(), payload.size());
   answer_is_result_ = false;
   return Deliver(answer_);
 }

@@ -89,7 +89,8 @@ class Session2Server final : public Session2 {
   Status SayPaused();
 
   /// The answer to a request: kept, should it be asked for again.
-  Status Answer(FrameType type, const std::string& json);
+  Status Answer(FrameType type, std::span<const std::byte> payload);
+  Status Answer(FrameType type, const std::string& json) { return Answer(type, std::as_bytes(std::span(json))); }
   Status Repeat();
 
   /// Tells the trainer and lets the session go on, unless what came cannot be read.
@@ -111,6 +112,7 @@ class Session2Server final : public Session2 {
   Status StepWorlds();
   Status SendResult();
   Status OnRender(std::span<const std::byte> payload);
+  Status OnRelabel(std::span<const std::byte> payload);
 
   VectorEnv& env_;
   const EnvServerOptions& options_;
@@ -125,7 +127,7 @@ class Session2Server final : public Session2 {
   Phase phase_ = Phase::kConfigure;
   double connected_at_ = 0.0, last_heard_ = 0.0, broke_at_ = 0.0;
   std::size_t max_frame_ = protocol2::kLargestFrame;
-  bool renders_ = false, shares_ = false;  // were agreed
+  bool renders_ = false, relabels_ = false, shares_ = false;  // were agreed
   bool connected_ = false, finished_ = false, resumable_ = false, refused_ = false;
   bool damaged_ = false;  // what it ended by was changed on its way: a loss, and nobody's fault
   bool paused_ = false;   // the engine stands still
@@ -135,6 +137,9 @@ class Session2Server final : public Session2 {
   std::uint64_t request_ = 0;  // number of the latest
   std::string resume_;
   std::vector<std::byte> answer_, control_;  // latest answer that is no RESULT; frames between
+  AlignedBytes relabel_;                     // RELABEL's payload
+  std::vector<float> prices_;                // what its rows would have paid
+  std::vector<std::byte> rewards_;           // the same as REWARDS
   AlignedBytes result_;                      // latest RESULT with its header, unless it is in shared memory
   std::byte* result_at_ = nullptr;           // where it is
   std::size_t result_size_ = 0;

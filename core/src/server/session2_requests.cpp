@@ -1,9 +1,11 @@
 // What a trainer asks of its session, carried out or refused.
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "consac/base/text.h"
+#include "consac/protocol/relabel.h"
 #include "protocol/protocol2_json.h"
 #include "server/limits.h"
 #include "server/session2.h"
@@ -56,6 +58,9 @@ Status Session2Server::Handle(const Frame& frame) {
       return OnStep(frame.payload);
     case FrameType::kRender:
       return OnRender(frame.payload);
+    case FrameType::kRelabel:
+      if (relabels_) return OnRelabel(frame.payload);
+      [[fallthrough]];  // to who has not agreed to it, it is as to who does not know it (R90)
     default:
       return Refuse(Fault("UNKNOWN_MESSAGE", "a frame of type " + std::to_string(type) + " is not known"));
   }
@@ -164,6 +169,21 @@ Status Session2Server::OnRender(std::span<const std::byte> payload) {
                                            " bytes is more than the trainer's max_frame of " +
                                            std::to_string(max_frame_)));
   return Answer(FrameType::kFrame, protocol2::EncodePicture(picture));
+}
+
+// Judged and priced in memory of our own: who shares theirs could write there meanwhile, and rows are to be aligned.
+Status Session2Server::OnRelabel(std::span<const std::byte> payload) {
+  if (phase_ != Phase::kRun) return Refuse(Fault("BAD_STATE", "RELABEL comes after the first RESET"));
+  relabel_.Resize(payload.size());
+  if (!payload.empty()) std::memcpy(relabel_.data(), payload.data(), payload.size());
+  const Result<protocol2::Relabel> asked =
+      protocol2::ReadRelabel(env_.spec(), {relabel_.data(), payload.size()}, max_frame_);
+  if (!asked.ok()) return Refuse(asked.status());
+  prices_.resize(static_cast<std::size_t>(asked->rows));
+  env_.PriceGoals(asked->behaviour, asked->observations, asked->rows, prices_.data());
+  rewards_.resize(prices_.size() * sizeof(double));
+  protocol2::WriteRewards(prices_, rewards_.data());
+  return Answer(FrameType::kRewards, rewards_);
 }
 
 }  // namespace consac

@@ -10,6 +10,9 @@
 
 namespace consac {
 
+/// What travels in a region beside RESET, STEP and RESULT.
+enum class Also : std::uint8_t { kNothing, kRelabels };
+
 /// Both ends' view of a region: a request area and a result area, each with its turn.
 struct SharedChannel {
   static constexpr std::size_t kRequestTurn = 64, kResultTurn = 128, kRequests = 192;
@@ -22,15 +25,17 @@ struct SharedChannel {
   std::byte* result() const { return region->data() + result_offset; }
 
   /// The engine's: room for the largest STEP and RESET of `blocks`, and for a RESULT of `result_room` bytes.
-  static Result<SharedChannel> Create(const protocol2::Blocks& blocks, std::size_t result_room) {
+  static Result<SharedChannel> Create(const protocol2::Blocks& blocks, std::size_t result_room, Also also) {
     SharedChannel channel;
-    channel.request_bytes =
-        protocol2::AlignBlock(protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options));
+    const bool relabels = also == Also::kRelabels;
+    channel.request_bytes = protocol2::AlignBlock(
+        protocol2::kHeaderBytes + std::max({blocks.step_bytes, blocks.options, relabels ? kRelabelRoom : 0}));
     // The first observation row begins a cache line.
     const std::size_t before_rows =
         protocol2::kHeaderBytes + (blocks.behaviours.empty() ? 0 : blocks.behaviours[0].observations);
     channel.result_offset = (kRequests + channel.request_bytes + before_rows + 63) / 64 * 64 - before_rows;
-    channel.result_bytes = protocol2::AlignBlock(protocol2::kHeaderBytes + result_room + kErrorRoom);
+    channel.result_bytes = protocol2::AlignBlock(protocol2::kHeaderBytes +
+                                                 std::max(result_room + kErrorRoom, relabels ? kRewardsRoom : 0));
     Result<std::unique_ptr<SharedRegion>> region = SharedRegion::Create(channel.result_offset + channel.result_bytes);
     if (!region.ok()) return region.status();
     const std::uint32_t head[2] = {protocol2::kMagic, protocol2::kVersion};
@@ -83,6 +88,8 @@ struct SharedChannel {
 
  private:
   static constexpr std::size_t kErrorRoom = 1024;
+  // A minibatch's; a system gives pages when they are written to. What is longer travels over TCP.
+  static constexpr std::size_t kRelabelRoom = std::size_t{256} << 10, kRewardsRoom = std::size_t{8} << 10;
   static constexpr std::uint64_t kLargestRegion = std::uint64_t{1} << 31;
   static constexpr std::int64_t kSpinMicroseconds = 50;
 

@@ -126,7 +126,7 @@ class Ddpg final : public Learner {
   bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
-        budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
+        budget.gradient_steps, losses_, [this] { return GradientStepOnDraws(); },
         [this] {
           critic_.FinishRound(updates_);
           actor_.FinishRound(updates_);
@@ -145,7 +145,10 @@ class Ddpg final : public Learner {
     noise_.Perturb();
     return Status::Ok();
   }
-  Status health() const override { return critic_.health().ok() ? actor_.health() : critic_.health(); }
+  Status health() const override {
+    CONSAC_RETURN_IF_ERROR(collector_.health());
+    return critic_.health().ok() ? actor_.health() : critic_.health();
+  }
   PolicyData Snapshot() const override {
     return collector_.Snapshot(actor_, TrainingJson(hyperparameters_, steps(), updates_));
   }
@@ -165,8 +168,8 @@ class Ddpg final : public Learner {
     return {run_rows, ddpg.batch_size, ddpg.adam, ddpg.clip_norm, true};
   }
 
-  void GradientStepOnDraws() {
-    minibatch_.Draw(collector_);
+  bool GradientStepOnDraws() {
+    if (!minibatch_.Draw(collector_)) return false;
     losses_.BeginMinibatch();
     learning_rate_ = ddpg_.LearningRateAt(steps(), total_steps_);
     SetTargets();
@@ -177,6 +180,7 @@ class Ddpg final : public Learner {
     actor_.UpdateTarget(ddpg_.tau);
     critic_.UpdateTarget(ddpg_.tau);
     noise_.AfterStep(++updates_, minibatch_.features().data(), minibatch_.size());
+    return true;
   }
 
   // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n Q'(s_n, mu'(s_n)). Nothing follows a terminal state. With Pop-Art

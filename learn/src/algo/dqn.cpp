@@ -115,7 +115,7 @@ class Dqn final : public Learner, private BlockLoss {
   bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
-        budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); }, [this] { q_.FinishRound(updates_); });
+        budget.gradient_steps, losses_, [this] { return GradientStepOnDraws(); }, [this] { q_.FinishRound(updates_); });
   }
 
   std::int64_t steps() const override { return collector_.steps(); }
@@ -130,7 +130,7 @@ class Dqn final : public Learner, private BlockLoss {
     if (noise_) noise_->Perturb(q_.parameters());
     return Status::Ok();
   }
-  Status health() const override { return q_.health(); }
+  Status health() const override { return q_.health().ok() ? collector_.health() : q_.health(); }
   PolicyData Snapshot() const override {
     return collector_.Snapshot(q_, TrainingJson(hyperparameters_, steps(), updates_));
   }
@@ -147,14 +147,15 @@ class Dqn final : public Learner, private BlockLoss {
  private:
   double Epsilon() const { return dqn_.exploration.At(ElapsedShare(steps(), total_steps_)); }
 
-  void GradientStepOnDraws() {
-    minibatch_.Draw(collector_, dqn_.BetaAt(steps(), total_steps_));
+  bool GradientStepOnDraws() {
+    if (!minibatch_.Draw(collector_, dqn_.BetaAt(steps(), total_steps_))) return false;
     SetTargets();
     learning_rate_ = dqn_.LearningRateAt(steps(), total_steps_);
     q_.Step(q_.Gradient(minibatch_.size(), executor_, *this), learning_rate_);
     losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
     minibatch_.SetPriorities();
     ++updates_;
+    return true;
   }
 
   // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n Q'(s_n, a*), with a* = argmax Q' or, double, argmax Q: the best of

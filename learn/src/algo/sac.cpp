@@ -93,7 +93,7 @@ class Sac final : public Learner {
   bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
-        budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
+        budget.gradient_steps, losses_, [this] { return GradientStepOnDraws(); },
         [this] {
           critics_.FinishRound(updates_);
           actor_.FinishRound(updates_);
@@ -110,6 +110,7 @@ class Sac final : public Learner {
   std::span<const Metric> metrics() const override { return metrics_; }
   Status StartFrom(const PolicyData& model) override { return collector_.StartFrom(model, &actor_); }
   Status health() const override {
+    CONSAC_RETURN_IF_ERROR(collector_.health());
     CONSAC_RETURN_IF_ERROR(critics_.health());
     return actor_.health().ok() ? ent_coef_.health() : actor_.health();
   }
@@ -132,8 +133,8 @@ class Sac final : public Learner {
   const ActionHead& head() const { return collector_.action_head(); }
 
   // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
-  void GradientStepOnDraws() {
-    minibatch_.Draw(collector_);
+  bool GradientStepOnDraws() {
+    if (!minibatch_.Draw(collector_)) return false;
     losses_.BeginMinibatch();
     learning_rate_ = sac_.LearningRateAt(steps(), total_steps_);
     Sample(minibatch_.features(), now_);
@@ -144,6 +145,7 @@ class Sac final : public Learner {
     if (!sac_.value_network) StepActor(ent_coef);
     losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
     if (++updates_ % sac_.target_update_interval == 0) critics_.UpdateTarget(sac_.tau);
+    return true;
   }
 
   void Sample(std::span<const float> features, SquashedSamples& samples) {

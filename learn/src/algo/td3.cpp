@@ -83,7 +83,7 @@ class Td3 final : public Learner {
   bool LearningDue() const override { return collector_.due() > 0; }
   bool Learn(const LearnBudget& budget) override {
     return collector_.Learn(
-        budget.gradient_steps, losses_, [this] { GradientStepOnDraws(); },
+        budget.gradient_steps, losses_, [this] { return GradientStepOnDraws(); },
         [this] {
           critics_.FinishRound(updates_);
           actor_.FinishRound(updates_);
@@ -98,7 +98,10 @@ class Td3 final : public Learner {
   void SetTotalSteps(std::int64_t total_steps) override { total_steps_ = total_steps; }
   std::span<const Metric> metrics() const override { return metrics_; }
   Status StartFrom(const PolicyData& model) override { return collector_.StartFrom(model, &actor_); }
-  Status health() const override { return critics_.health().ok() ? actor_.health() : critics_.health(); }
+  Status health() const override {
+    CONSAC_RETURN_IF_ERROR(collector_.health());
+    return critics_.health().ok() ? actor_.health() : critics_.health();
+  }
   PolicyData Snapshot() const override {
     return collector_.Snapshot(actor_, TrainingJson(hyperparameters_, steps(), updates_));
   }
@@ -114,8 +117,8 @@ class Td3 final : public Learner {
   }
 
  private:
-  void GradientStepOnDraws() {
-    minibatch_.Draw(collector_);
+  bool GradientStepOnDraws() {
+    if (!minibatch_.Draw(collector_)) return false;
     learning_rate_ = td3_.LearningRateAt(steps(), total_steps_);
     SetTargets();
     StepCritics();
@@ -125,6 +128,7 @@ class Td3 final : public Learner {
       critics_.UpdateTarget(td3_.tau);
     }
     losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
+    return true;
   }
 
   // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n min_k Q'_k(s_n, a'), where a' is the target actor's action with

@@ -28,12 +28,13 @@ class ActionMinibatch {
         features_(static_cast<std::size_t>(options.rows) * feature_count_),
         actions_(static_cast<std::size_t>(options.rows) * raw_) {}
 
-  /// Draws anew.
-  void Draw(ReplayCollector& collector) {
-    drawn_.Draw(collector, 0.0);
+  /// Draws anew; false as ReplayMinibatch::Draw.
+  [[nodiscard]] bool Draw(ReplayCollector& collector) {
+    if (!drawn_.Draw(collector, 0.0)) return false;
     drawn_.Encode(features_.data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(size()); ++i)
       std::copy_n(drawn_.raw_action(i), raw_, actions_.data() + i * raw_);
+    return true;
   }
 
   /// Rows here.

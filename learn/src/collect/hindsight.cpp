@@ -150,9 +150,9 @@ std::int64_t Hindsight::Draw(const Replay& replay, Rng& rng, std::span<std::int6
   return count_;
 }
 
-std::span<const float> Hindsight::Price() {
-  if (count_ > 0) options_.price(next_observations_.data(), count_, rewards_.data());
-  return {rewards_.data(), static_cast<std::size_t>(count_)};
+bool Hindsight::Price() {
+  health_ = count_ > 0 ? options_.price(next_observations_.data(), count_, rewards_.data()) : Status::Ok();
+  return health_.ok();
 }
 
 }  // namespace consac::learn

@@ -28,7 +28,7 @@ struct HindsightOptions {
   GoalStrategy strategy = GoalStrategy::kFuture;          ///< whose
   GoalForm form = GoalForm::kAfter;                       ///< when the goal was achieved
   /// VectorEnv::PriceGoals
-  std::function<void(const std::byte* observations, std::int64_t rows, float* rewards)> price;
+  std::function<Status(const std::byte* observations, std::int64_t rows, float* rewards)> price;
 };
 
 /// Room for the relabelled rows of one minibatch. Never allocates after creation.
@@ -54,8 +54,12 @@ class Hindsight {
   const std::byte* observation(std::int64_t i) const { return Row(observations_, i); }
   /// What it led to.
   const std::byte* next_observation(std::int64_t i) const { return Row(next_observations_, i); }
-  /// Asks the world what they would have paid, [drawn].
-  std::span<const float> Price();
+  /// Asks the world what they would have paid: false where it does not say, and health why.
+  [[nodiscard]] bool Price();
+  /// That, [drawn].
+  std::span<const float> paid() const { return {rewards_.data(), static_cast<std::size_t>(count_)}; }
+  /// How the world was last asked.
+  const Status& health() const { return health_; }
 
  private:
   /// A leaf of the goal.
@@ -74,6 +78,7 @@ class Hindsight {
   const std::size_t row_bytes_;
   const std::int64_t wanted_;
   const std::vector<Part> parts_;
+  Status health_;
   std::int64_t count_ = 0;                                   // drawn
   std::vector<std::byte> observations_, next_observations_;  // [wanted, row_bytes]
   std::vector<float> rewards_;                               // [wanted]

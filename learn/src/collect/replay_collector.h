@@ -70,8 +70,9 @@ class ReplayCollector {
 
   /// Gradient steps that are due.
   std::int64_t due() const { return due_; }
-  /// As Learner::Learn with a budget of `gradient_steps`: `step`() is a gradient step, `finish`() comes after the last
-  /// of a round, whose losses `log` sums. A round begins with what the other ranks know of observations and rewards.
+  /// As Learner::Learn with a budget of `gradient_steps`: `step`() is a gradient step, false where it could not be
+  /// done, `finish`() comes after the last of a round, whose losses `log` sums. A round begins with what the other
+  /// ranks know of observations and rewards.
   template <class Log, class Step, class Finish>
   bool Learn(std::int64_t gradient_steps, Log& log, Step&& step, Finish&& finish) {
     for (std::int64_t i = 0; i < gradient_steps && due_ > 0; ++i) {
@@ -80,7 +81,7 @@ class ReplayCollector {
         normalise_.Share();
         log.BeginUpdate();
       }
-      step();
+      if (!step()) return true;
       --due_;
       if (--round_ == 0) finish();
     }
@@ -109,10 +110,19 @@ class ReplayCollector {
   }
   /// What gives transitions other goals; null where they keep their own.
   Hindsight* hindsight() { return hindsight_ ? &*hindsight_ : nullptr; }
-  /// Transitions with other goals, as many as there shall be of `places`; returns how many there are.
-  std::int64_t DrawWithOtherGoals(std::span<std::int64_t> places) {
-    return hindsight_ ? hindsight_->Draw(replay_, sampling_rng_, places) : 0;
+  /// Transitions with other goals, as many as there shall be of `places`, and their prices; returns how many there are.
+  /// Nothing where the world does not say what they would have paid: they are drawn as if for the first time when it is
+  /// asked again.
+  std::optional<std::int64_t> DrawWithOtherGoals(std::span<std::int64_t> places) {
+    if (!hindsight_) return 0;
+    const Rng before = sampling_rng_;
+    const std::int64_t count = hindsight_->Draw(replay_, sampling_rng_, places);
+    if (hindsight_->Price()) return count;
+    sampling_rng_ = before;
+    return std::nullopt;
   }
+  /// Ok unless the world did not say what other goals would have paid.
+  Status health() const { return hindsight_ ? hindsight_->health() : Status::Ok(); }
   /// Discount per step.
   double gamma() const { return options_.gamma; }
   /// `n` steps from `place` on as one, rewards as they are learned from.

@@ -17,10 +17,12 @@ ReplayMinibatch::ReplayMinibatch(const BehaviourSpec& behaviour, std::int64_t ro
   errors.resize(places_.size());
 }
 
-void ReplayMinibatch::Draw(ReplayCollector& collector, double beta) {
+bool ReplayMinibatch::Draw(ReplayCollector& collector, double beta) {
   collector_ = &collector;
   const Priorities* priorities = collector.replay().priorities();
-  const std::int64_t others = collector.DrawWithOtherGoals(places_);
+  const std::optional<std::int64_t> with_other_goals = collector.DrawWithOtherGoals(places_);
+  if (!with_other_goals.has_value()) return false;
+  const std::int64_t others = *with_other_goals;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (static_cast<std::int64_t>(i) >= others) places_[i] = collector.Sample();
     const Lookahead ahead = collector.Look(places_[i], n_steps_);
@@ -33,12 +35,13 @@ void ReplayMinibatch::Draw(ReplayCollector& collector, double beta) {
       collector.Encode(ahead.next_observation, next_features.data() + i * features_);
   }
   if (others > 0) GiveOtherGoals(others);
+  return true;
 }
 
 // What the first rows saw, led to and brought, had their goals been meant.
 void ReplayMinibatch::GiveOtherGoals(std::int64_t rows) {
   Hindsight& hindsight = *collector_->hindsight();
-  const std::span<const float> paid = hindsight.Price();
+  const std::span<const float> paid = hindsight.paid();
   for (std::int64_t r = 0; r < rows; ++r) {
     const auto i = static_cast<std::size_t>(r);
     observations_[i] = hindsight.observation(r);

@@ -17,8 +17,9 @@ class ReplayMinibatch {
                   const Communicator& ranks = {});
 
   /// Draws anew and fills the columns below; `beta` is the exponent of the weights where the replay is prioritised.
-  /// Where the collector says so, the first rows have another goal than was meant.
-  void Draw(ReplayCollector& collector, double beta);
+  /// Where the collector says so, the first rows have another goal than was meant. False where the world does not say
+  /// what those would have paid (the collector's health): then nothing has been drawn.
+  [[nodiscard]] bool Draw(ReplayCollector& collector, double beta);
   /// Copies the observations that the block's rows were acted upon into its first input.
   void Gather(const LossBlock& block) const;
   /// The observations that all rows were acted upon, [B, F].

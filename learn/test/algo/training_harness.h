@@ -27,10 +27,7 @@ struct Setting {
   Communicator ranks = {};
 };
 
-inline std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& setting) {
-  const Algorithm* algorithm = *FindAlgorithm(setting.algorithm);
-  HyperparameterSet values(algorithm->hyperparameters);
-  for (const auto& [name, text] : setting.values) EXPECT_TRUE(values.Set(name, text).ok()) << name;
+inline LearnerOptions OptionsOf(const VectorEnv& env, const Setting& setting) {
   LearnerOptions options;
   options.behaviour = env.spec().behaviours[0];
   options.seed = setting.seed;
@@ -40,11 +37,23 @@ inline std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& settin
   if (env.prices_goals()) {
     options.price_goals = [&env](const std::byte* observations, std::int64_t rows, float* rewards) {
       env.PriceGoals(0, observations, rows, rewards);
+      return Status::Ok();
     };
   }
+  return options;
+}
+
+inline std::unique_ptr<Learner> Make(const LearnerOptions& options, const Setting& setting) {
+  const Algorithm* algorithm = *FindAlgorithm(setting.algorithm);
+  HyperparameterSet values(algorithm->hyperparameters);
+  for (const auto& [name, text] : setting.values) EXPECT_TRUE(values.Set(name, text).ok()) << name;
   auto learner = algorithm->create(options, values);
   EXPECT_TRUE(learner.ok()) << learner.status().message();
   return learner.ok() ? std::move(*learner) : nullptr;
+}
+
+inline std::unique_ptr<Learner> Make(const VectorEnv& env, const Setting& setting) {
+  return Make(OptionsOf(env, setting), setting);
 }
 
 inline void Begin(VectorEnv& env, Learner& learner, BatchBuffer& first) {
@@ -61,7 +70,7 @@ inline double Step(VectorEnv& env, Learner& learner, std::span<const std::int32_
   double sum = 0;
   for (std::int64_t i = 0; i < batch.rows(); ++i) sum += batch.rewards[i];
   learner.Record(batch);
-  while (learner.Learn({budget})) {
+  while (budget > 0 && learner.Learn({budget})) {
   }
   return sum;
 }

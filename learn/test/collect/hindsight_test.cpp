@@ -114,6 +114,7 @@ GoalCounts CountGoals(GoalStrategy strategy, GoalForm form, int minibatches) {
       const Seen& seen = AsSeen(rows + static_cast<std::size_t>(i) * sizeof(Seen));
       rewards[i] = seen.achieved == seen.desired ? 0.0f : -1.0f;
     }
+    return Status::Ok();
   };
   Hindsight hindsight(behaviour, options);
   std::vector<std::int64_t> places(50);
@@ -125,7 +126,8 @@ GoalCounts CountGoals(GoalStrategy strategy, GoalForm form, int minibatches) {
       EXPECT_EQ(drawn, 40) << "4 of 5 rows of a minibatch of 50";
     }
     priced = 0;
-    const std::span<const float> paid = hindsight.Price();
+    EXPECT_TRUE(hindsight.Price());
+    const std::span<const float> paid = hindsight.paid();
     EXPECT_EQ(priced, drawn) << "all at once";
     for (std::int64_t d = 0; d < drawn; ++d) {
       const Seen &from = AsSeen(hindsight.observation(d)), &to = AsSeen(hindsight.next_observation(d));
@@ -196,7 +198,8 @@ TEST(Hindsight, WhereNoEpisodeHasFinishedNothingHasAnotherGoal) {
   std::vector<std::int64_t> places(10);
   Rng rng(1, 1);
   EXPECT_EQ(hindsight.Draw(replay, rng, places), 0);
-  EXPECT_TRUE(hindsight.Price().empty());
+  EXPECT_TRUE(hindsight.Price()) << "nobody is asked";
+  EXPECT_TRUE(hindsight.paid().empty());
   EXPECT_EQ(hindsight.Sample(replay, rng), 0) << "it is drawn as it was";
   hand.Begin(replay, 0, 5);  // cut: what was seen last was its end
   EXPECT_EQ(hindsight.Draw(replay, rng, places), 8);
@@ -237,6 +240,7 @@ TEST(Hindsight, AMinibatchHasOtherGoalsInFront) {
     options.hindsight.form = form;
     options.hindsight.price = [](const std::byte*, std::int64_t count, float* rewards) {
       for (std::int64_t i = 0; i < count; ++i) rewards[i] = static_cast<float>(7 + i);
+      return Status::Ok();
     };
     const HeadSpec values{"", "q_values"};
     ReplayCollector collector(behaviour, *ActionHead::Create(behaviour.action_layout, {&values, 1}), options, 3);
@@ -245,7 +249,7 @@ TEST(Hindsight, AMinibatchHasOtherGoalsInFront) {
     EXPECT_FALSE(collector.Record(hand.Step(0, 1))) << "four episodes make a report";
     EXPECT_FALSE(collector.Record(hand.Step(0, 2, Hand::End::kTerminated, 0)));
     ReplayMinibatch minibatch(behaviour, 6, 1);
-    minibatch.Draw(collector, 0.0);
+    ASSERT_TRUE(minibatch.Draw(collector, 0.0));
     const float goal = form == GoalForm::kAfter ? 2.0f : 1.0f;
     std::vector<float> features(18);
     minibatch.Encode(features.data());

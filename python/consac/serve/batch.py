@@ -9,6 +9,7 @@ from consac import wire
 from consac.layout import align
 from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
 
+from .goals import Goals
 from .refusal import FAILURES, Refusals, Refused, describe
 from .rows import Rows
 from .world import World
@@ -41,6 +42,7 @@ class Batch:
         self.over = [False] * count  # the episode is over and the next one has not begun
         self.broken = [True] * count  # needs a RESET before a STEP
         self.started = False
+        self.goals = Goals(world.behaviours, envs[0])
         self.infos: list[tuple[int, dict]] = []
         self.final_infos: list[tuple[int, dict]] = []
         self.dropped: set[str] = set()

@@ -348,11 +348,11 @@ class Server:
         most = max(most, wire.LARGEST_BEFORE_WELCOME)
         if self._ending:
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
-        has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "crc": True}
+        has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "relabel": self.world.prices, "crc": True}
         capabilities = [name for name in has if name in offered and has[name]]
         session, resumed = self._take_up(connection, resume, min(most, self.limits.max_frame)) if resume else self._open(connection)
         connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
-        session.renders, session.limit = "render" in capabilities, connection.limit
+        session.renders, session.relabels, session.limit = "render" in capabilities, "relabel" in capabilities, connection.limit
         answer = connection.pack(wire.WELCOME, wire.dump_json({
             "protocol": wire.VERSION, "server": "consac-python 0.1.0", "session": session.number, "resume": session.token, "capabilities": capabilities,
             "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), 0, session.number)

@@ -16,6 +16,7 @@ from consac.wire import HEADER, WireError
 from .agents import AgentBatch
 from .batch import AUTORESETS, Batch
 from .connection import Connection
+from .goals import ROOM
 from .refusal import CONNECTION_ERRORS, FAILURES, Gone, Refusals, Refused, describe, error_json
 from .world import World
 
@@ -50,7 +51,7 @@ class Session:
         self.batch: Batch | None = None
         self.configured = False
         self.stepped = False  # by now
-        self.renders = False
+        self.renders = self.relabels = False
         self.limit = 0  # max_frame of its WELCOME
         self.deadline: float | None = None  # for CONFIGURE
 
@@ -126,7 +127,11 @@ class Session:
             if len(image) > connection.limit:
                 raise Refused("UNSUPPORTED", f"an image of {len(image)} bytes, over the client's max_frame {connection.limit}; raise it")
             return connection.pack(wire.FRAME, image, request, self.number)
-        raise Refused("UNKNOWN_MESSAGE", f"a frame of type {kind} is not {'sent by a client' if kind <= wire.FRAME else 'known here'}")
+        if kind == wire.RELABEL and self.relabels:
+            if batch is None or not batch.started:
+                raise Refused("BAD_STATE", "RELABEL before a first RESET; reset first")
+            return connection.pack(wire.REWARDS, batch.goals.answer(payload, connection.limit, self.offer.failures), request, self.number)
+        raise Refused("UNKNOWN_MESSAGE", f"a frame of type {kind} is not {'sent by a client' if kind <= wire.FRAME else 'known here, or was not agreed'}")
 
     def _configure(self, connection: Connection, wanted: dict) -> bytes:
         autoreset, transport = wire.member(wanted, "autoreset", str, "same_step"), wire.member(wanted, "transport", str, "tcp")
@@ -170,7 +175,7 @@ class Session:
         world = self.offer.world
         reset = align(8 + world.environments) + 8 * world.environments
         try:
-            return shared_memory.create_channel(HEADER.size + max(Batch.step_bytes(world), reset), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
+            return shared_memory.create_channel(HEADER.size + max(Batch.step_bytes(world), reset, ROOM * world.prices), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
         except OSError as error:
             raise Refused("UNSUPPORTED", f"memory cannot be shared: {error}; ask for the transport tcp", path="transport") from error
 

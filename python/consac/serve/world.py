@@ -13,9 +13,11 @@ import numpy as np
 from gymnasium import spaces
 
 from consac import wire
+from consac.goals import has_goals
 from consac.layout import Behaviour, Layout, space_to_json
 from consac.names import check_names_apart, check_names_together, printable_line
 
+from .goals import reward_function
 
 GROUPS = ("kind", "spaces")
 _OLD = "; one of the old gym package is wrapped first, for example by shimmy"
@@ -30,6 +32,7 @@ class World:
     behaviours: list[Behaviour]
     multi_agent: bool
     renders: bool
+    prices: bool  # says what other goals would have paid
     max_episode_steps: int = 0
     deterministic: bool = True
     ids: dict | None = None  # of several agents: what the environment calls them, by their names
@@ -63,6 +66,7 @@ class World:
                 masks = mask is not None and layouts[1].mask_bytes > 0 and flat_mask(mask).size == layouts[1].mask_bytes
                 behaviours.append(Behaviour(group, list(map(str, agents)), *layouts, environments * len(agents), masks))
             return cls(printable_line(known, 255), environments, behaviours, multi_agent, getattr(env, "render_mode", None) == "rgb_array" and "rgb_array" in (getattr(env, "metadata", None) or {}).get("render_modes", ()),
+                       not multi_agent and has_goals(env.observation_space) and reward_function(env) is not None,
                        int(getattr(spec, "max_episode_steps", 0) or 0), not getattr(spec, "nondeterministic", False),
                        {str(agent): agent for agent in env.possible_agents} if multi_agent else None)
         finally:

@@ -40,7 +40,9 @@ enum class FrameType : std::uint16_t {
   kPaused,
   kResumed,
   kRender,
-  kFrame
+  kFrame,
+  kRelabel,
+  kRewards
 };
 inline constexpr std::uint16_t kOptionalType = 0x8000;  ///< skipped by those who do not know it
 

@@ -69,6 +69,14 @@ class EnvClient {
     (void)b;
     return {};
   }
+  /// True when PriceGoals works.
+  virtual bool prices_goals() const { return false; }
+  /// VectorEnv::PriceGoals, asked of the engine (protocol 2, capability `relabel`). A session in which it fails is
+  /// over.
+  virtual Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {
+    (void)b, (void)observations, (void)rows, (void)rewards;
+    return {StatusCode::kFailedPrecondition, description() + " cannot say what other goals would have paid"};
+  }
   /// How long the engine says it took for the latest Step [s]; 0 when it does not say.
   virtual double engine_seconds() const { return 0.0; }
   /// To be called now and then while no Step is under way for long: the engine hears that its trainer lives.

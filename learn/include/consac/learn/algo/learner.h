@@ -60,8 +60,9 @@ struct LearnerOptions {
   std::int64_t max_state_bytes = INT64_MAX;         ///< of what Visit saves of a rollout; needing more is an error too
   /// Recorded steps to learn from, for algorithms that take them (Algorithm::demonstrations); they outlive the learner.
   const Demonstration* demonstration = nullptr;
-  /// VectorEnv::PriceGoals of this behaviour, for algorithms that relabel goals; empty where the world cannot.
-  std::function<void(const std::byte* observations, std::int64_t rows, float* rewards)> price_goals;
+  /// VectorEnv::PriceGoals of this behaviour, for algorithms that relabel goals; empty where the world cannot. A world
+  /// behind a connection may fail: then what it was asked for has not been learned, and health says why.
+  std::function<Status(const std::byte* observations, std::int64_t rows, float* rewards)> price_goals;
 };
 
 /// One algorithm at work on one behaviour. One that needs no world is never staged and never told of a step: learning
@@ -86,6 +87,7 @@ class Learner {
   /// True when Learn has something to do before the next Stage.
   virtual bool LearningDue() const = 0;
   /// Does a bounded piece of the learning that is due; true while more is. Calling it with nothing due does nothing.
+  /// What of it could not be done, health says.
   virtual bool Learn(const LearnBudget& budget) = 0;
 
   /// Agent steps recorded so far; of one that needs no world, steps learned from.
@@ -108,7 +110,8 @@ class Learner {
   virtual void SetTotalSteps(std::int64_t total_steps) = 0;
   /// Numbers of the latest report; valid until the next Learn.
   virtual std::span<const Metric> metrics() const = 0;
-  /// Ok while learning makes sense; kNonFinite once a whole update had no finite gradient.
+  /// Ok while learning makes sense; kNonFinite once a whole update had no finite gradient; what price_goals said where
+  /// it failed, until it does not: learning is due as before, and Learn tries again.
   virtual Status health() const = 0;
   /// A complete acting model of this moment.
   virtual PolicyData Snapshot() const = 0;

@@ -1,0 +1,83 @@
+"""Other goals' rewards, asked of an engine: RELABEL and REWARDS of spec/protocol2.md, and compute_reward of Gymnasium's worlds with goals."""
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+from gymnasium import spaces
+
+from .errors import ConsacError, ProtocolError
+from .layout import Behaviour, align
+from .wire import LARGEST_RELABEL
+
+ACHIEVED, DESIRED = "achieved_goal", "desired_goal"
+_WORDS = struct.Struct("<II")
+
+
+def has_goals(space: spaces.Space) -> bool:
+    """Whether observations have goals, as Gymnasium's worlds with goals have them."""
+    return isinstance(space, spaces.Dict) and ACHIEVED in space.spaces and DESIRED in space.spaces
+
+
+def relabel_payloads(behaviours: list[Behaviour], place: int, goals: dict, rows: int, max_frame: int):
+    """RELABELs of `rows` rows, as few as an engine takes: each payload and its rows. `goals`: what stands in the dict of an observation, [rows, ...]; the rest is 0."""
+    layout = behaviours[place].observation
+    most = max(1, (min(max_frame, LARGEST_RELABEL) // 8 * 8 - 8) // max(layout.row_bytes, 8))
+    for begin in range(0, rows, most):
+        some = min(most, rows - begin)
+        payload = bytearray(align(8 + some * layout.row_bytes))
+        _WORDS.pack_into(payload, 0, place, some)
+        for leaf, view in zip(layout.leaves, layout.views(payload, some, 8)):
+            if leaf.path[0] in goals:
+                view[:] = _below(goals[leaf.path[0]], leaf.path[1:])[begin:begin + some]
+            elif isinstance(leaf.space, spaces.Discrete):
+                view[:] = leaf.space.start
+        yield payload, some
+
+
+def read_rewards(payload, rows: int) -> np.ndarray:
+    """[rows] f64 of a REWARDS, or ProtocolError (R94, R95)."""
+    if len(payload) != 8 * rows:
+        raise ProtocolError("WRONG_SIZE", f"REWARDS of {len(payload)} bytes, expected {8 * rows}: 8 for each row of RELABEL (R94)")
+    rewards = np.frombuffer(payload, "<f8").astype(np.float64)
+    if not np.isfinite(rewards).all():
+        raise ProtocolError("NON_FINITE", f"REWARDS has {rewards[~np.isfinite(rewards)][0]} for row {int(np.argmin(np.isfinite(rewards)))} of RELABEL (R95)")
+    return rewards
+
+
+def compute_reward(connection, achieved_goal, desired_goal):
+    """Gymnasium's compute_reward, of one goal (a number) or of many along the first axis ([rows]), by the engine of `connection`."""
+    if "relabel" not in getattr(connection, "capabilities", ()):  # nor has a connection of text protocol 1
+        raise ConsacError(f"{connection.url} cannot say what other goals would have paid: it does not offer the capability `relabel`")
+    one = np.shape(_first(achieved_goal)) == _first_shape(connection.behaviours[0].observation.space.spaces[ACHIEVED])
+    both = {ACHIEVED: achieved_goal, DESIRED: desired_goal}
+    if one:
+        both = {name: _many(value) for name, value in both.items()}
+    rewards = connection.relabel(both, len(_first(both[ACHIEVED])))
+    return float(rewards[0]) if one else rewards
+
+
+def _below(value, path: tuple):
+    for key in path:
+        value = value[key]
+    return np.asarray(value)
+
+
+def _first(value):
+    """A leaf of a goal."""
+    while isinstance(value, (dict, tuple)):
+        value = next(iter(value.values())) if isinstance(value, dict) else value[0]
+    return value
+
+
+def _first_shape(space: spaces.Space) -> tuple:
+    while isinstance(space, (spaces.Dict, spaces.Tuple)):
+        space = next(iter(space.spaces.values())) if isinstance(space, spaces.Dict) else space.spaces[0]
+    return space.shape or ()
+
+
+def _many(value):
+    """One goal as a batch of one."""
+    if isinstance(value, dict):
+        return {name: _many(child) for name, child in value.items()}
+    return tuple(map(_many, value)) if isinstance(value, tuple) else np.asarray(value)[None]

@@ -1,0 +1,114 @@
+"""RELABEL: what steps would have paid had other goals been wanted, asked of an environment's compute_reward (Gymnasium's worlds with goals)."""
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+from gymnasium import spaces
+
+from consac.goals import ACHIEVED, DESIRED, has_goals
+from consac.layout import Behaviour, Layout, align
+
+from .refusal import FAILURES, Refused, describe
+
+ROOM = 1 << 18  # bytes of a RELABEL that shared memory has room for; larger ones go over TCP
+_WORDS = struct.Struct("<II")
+
+
+def reward_function(env):
+    """compute_reward(achieved_goal, desired_goal, info) of an environment or of what it wraps; None where there is none."""
+    try:
+        found = env.get_wrapper_attr("compute_reward") if hasattr(env, "get_wrapper_attr") else env.compute_reward
+    except AttributeError:
+        return None
+    return found if callable(found) else None
+
+
+class Goals:
+    """The prices of one session's environments, which are alike: the first is asked."""
+
+    def __init__(self, behaviours: list[Behaviour], env):
+        self.behaviours, self._reward = behaviours, reward_function(env)
+        self._all_at_once: bool | None = None  # whether it takes many goals in one call; None: not known yet
+
+    def answer(self, payload, limit: int, failures) -> bytes:
+        """REWARDS' payload, of at most `limit` bytes; Refused."""
+        if len(payload) < 8:
+            raise Refused("WRONG_SIZE", f"a RELABEL of {len(payload)} bytes; its first words alone have 8")
+        place, count = _WORDS.unpack_from(payload)
+        if place >= len(self.behaviours):
+            raise Refused("OUT_OF_RANGE", f"RELABEL of behaviour {place}; there are {len(self.behaviours)}")
+        layout = self.behaviours[place].observation
+        if not has_goals(layout.space):
+            raise Refused("UNSUPPORTED", f"observations of {self.behaviours[place].name} have no {ACHIEVED} and {DESIRED}")
+        size = align(8 + count * layout.row_bytes)
+        if len(payload) != size:
+            raise Refused("WRONG_SIZE", f"a RELABEL of {len(payload)} bytes; with {count} rows it has {size}")
+        if 8 * count > limit:
+            raise Refused("UNSUPPORTED", f"REWARDS of {8 * count} bytes, over max_frame {limit}; ask for fewer rows at a time")
+        rows = layout.views(bytearray(payload), count, 8)  # a copy: who shares their memory could write there meanwhile
+        _check(layout, rows)
+        if count == 0:
+            return b""
+        try:
+            return self._prices(layout, rows, count).astype("<f8").tobytes()
+        except FAILURES as error:
+            failures.tell(error)
+            raise Refused("ENV_FAILED", f"compute_reward failed: {describe(error)}") from error
+
+    def _prices(self, layout: Layout, rows: list[np.ndarray], count: int) -> np.ndarray:
+        parts = {leaf.path: view.astype(leaf.space.dtype) for leaf, view in zip(layout.leaves, rows)}
+        goals = [(space, name) for name, space in layout.space.spaces.items() if name in (ACHIEVED, DESIRED)]
+        achieved, desired = (next(_part(space, (name,), parts) for space, name in goals if name == wanted) for wanted in (ACHIEVED, DESIRED))
+
+        def one(row: int) -> float:
+            return float(self._reward(_row(achieved, row), _row(desired, row), {}))
+
+        prices = None
+        if count > 1 and self._all_at_once is not False:
+            prices = self._price_all(achieved, desired, count)
+        if count > 1 and self._all_at_once is None:
+            self._all_at_once = prices is not None and all(prices[row] == one(row) for row in (0, count - 1))
+        if not self._all_at_once or prices is None:
+            prices = np.array([one(row) for row in range(count)], np.float64)
+        if not np.isfinite(prices).all():
+            raise ValueError("it gave NaN or infinity")
+        return prices
+
+    def _price_all(self, achieved, desired, count: int) -> np.ndarray | None:
+        """Of all rows in one call; None where it is not made for that, which its shape or what it raises shows."""
+        try:
+            prices = np.asarray(self._reward(achieved, desired, [{}] * count), np.float64)
+        except FAILURES:
+            if self._all_at_once:
+                raise
+            return None
+        return prices if prices.shape == (count,) else None
+
+
+def _check(layout: Layout, rows: list[np.ndarray]) -> None:
+    """Refuses what is outside its space; boxes are not judged by their bounds."""
+    for leaf, view in zip(layout.leaves, rows):
+        space, path = leaf.space, "/".join(map(str, leaf.path))
+        if isinstance(space, spaces.Box):
+            if view.dtype.kind == "f" and not np.isfinite(view).all():
+                raise Refused("NON_FINITE", f"NaN or infinity in {path} of RELABEL; send finite numbers")
+            continue
+        low, high = (int(space.start), int(space.start) + int(space.n)) if isinstance(space, spaces.Discrete) else (0, space.nvec if isinstance(space, spaces.MultiDiscrete) else 2)
+        if not ((view >= low) & (view < high)).all():
+            raise Refused("OUT_OF_RANGE", f"a value outside {space} in {path} of RELABEL")
+
+
+def _part(space: spaces.Space, path: tuple, parts: dict):
+    """What lies below a path, as the space has it, of all rows."""
+    if isinstance(space, spaces.Dict):
+        return {name: _part(child, (*path, name), parts) for name, child in space.spaces.items()}
+    if isinstance(space, spaces.Tuple):
+        return tuple(_part(child, (*path, index), parts) for index, child in enumerate(space.spaces))
+    return parts[path]
+
+
+def _row(part, row: int):
+    if isinstance(part, dict):
+        return {name: _row(child, row) for name, child in part.items()}
+    return tuple(_row(child, row) for child in part) if isinstance(part, tuple) else part[row]
