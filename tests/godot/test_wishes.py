@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from test_native import ENDED, built  # noqa: F401 (the extension must be there)
+from test_native import ENDED, built, play  # noqa: F401 (the extension must be there)
 from test_traps import DRAWS, TRAIN, finished, start
 
 
@@ -28,6 +28,13 @@ def test_opponents_masks_checkpoints_curves_and_going_on(godot, tmp_path):
     _, by_model, illegal, done = re.search(r"rule (\d+) model (\d+) illegal (\d+), in the end (.*)", output).groups()
     assert int(by_model) >= 64 and illegal == "0" and done == "[2, 1, 2]", output
     assert float(re.search(ENDED, output).group(3)) > 0.9, output
+
+
+def test_the_lander_learns_in_2d_physics(godot):
+    engine = play(godot, "lander", *TRAIN, "steps=2e5", "report=1",
+                  "set=n_steps:256,gamma:0.995,noptepochs:8,learning_rate:lin_1e-3,ent_coef:0.005")
+    means = [float(mean) for mean in re.findall(r"mean episode reward (-?[\d.]+)", finished(engine))]
+    assert means[0] < 2.0 and means[-1] > 3.3, means
 
 
 def test_a_model_that_does_not_fit_is_one_line(godot, tmp_path):

@@ -14,6 +14,8 @@ extends Node
 signal observing(values: Dictionary)
 ## Asks which choices are legal, where [member masks_actions] is set: see [method mask].
 signal masking(legal: Dictionary)
+## Asks what to do by hand: see [method heuristic].
+signal playing(into: Dictionary)
 ## Brings actions: one value for each entry, as [method act] gets them.
 signal acting(values: Dictionary)
 ## The world has moved: the place for [method add_reward] and [method end_episode].
@@ -131,7 +133,10 @@ func reset(episode_seed: int) -> void:
 ## Drives the agent in the mode "by hand". Unless overridden: the first choice, the middle of each
 ## range.
 func heuristic(into: Dictionary) -> void:
+	playing.emit(into)
 	for entry in actions:
+		if into.has(entry.name):
+			continue
 		if entry.kind == ConsacEntry.Kind.DISCRETE:
 			into[entry.name] = 0
 		else:

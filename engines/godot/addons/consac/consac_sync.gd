@@ -515,7 +515,7 @@ func _checkpoint() -> void:
 # Pictures show the world as it is, not as it was when the latest frame was drawn.
 func _draw() -> void:
 	if _sees_pictures:
-		ConsacCameraSensor.draw_now(get_parent())
+		ConsacCameraSensor.draw_now(get_parent(), not _learns())
 
 
 func _offer(fault: String) -> void:

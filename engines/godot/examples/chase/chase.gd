@@ -27,11 +27,19 @@ func _process(_delta: float) -> void:
 
 
 func _draw() -> void:
-	var middle := get_viewport_rect().size / 2.0
+	draw_rect(Rect2(Vector2.ZERO, get_viewport_rect().size), Color("1b2430"))
+	var middle := Vector2(get_viewport_rect().size.x - 190.0, get_viewport_rect().size.y / 2.0)  # beside the texts
 	var corner := Vector2.ONE * ChaseAgent.ROOM * SCALE
-	draw_rect(Rect2(middle - corner, 2.0 * corner), Color.SLATE_GRAY, false, 2.0)
+	draw_rect(Rect2(middle - corner, 2.0 * corner), Color("dfe6e0"))
+	for i in 10:
+		for j in 10:
+			if (i + j) % 2 == 0:
+				draw_rect(Rect2(middle - corner + Vector2(i, j) * SCALE, Vector2.ONE * SCALE), Color("d2dbd4"))
+	draw_rect(Rect2(middle - corner, 2.0 * corner), Color("8d99a6"), false, 4.0)
 	for agent in _agents:
 		var at := middle + agent.place * SCALE
 		if agent.chases:
-			draw_line(at, middle + agent.other.place * SCALE, Color(1.0, 1.0, 1.0, 0.15))
-		draw_circle(at, 4.0, Color.TOMATO if agent.chases else Color.MEDIUM_SEA_GREEN)
+			draw_line(at, middle + agent.other.place * SCALE, Color(0.1, 0.2, 0.3, 0.15))
+		draw_circle(at + Vector2(1, 2), 5.0, Color(0, 0, 0, 0.2))
+		draw_circle(at, 5.0, Color("d1495b") if agent.chases else Color("2e8b74"))
+		draw_circle(at + Vector2(-1.5, -1.5), 1.5, Color(1, 1, 1, 0.6))

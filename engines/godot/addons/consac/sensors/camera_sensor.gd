@@ -36,7 +36,13 @@ func sense(into: Dictionary) -> void:
 	into[entry_name] = image.get_data()
 
 
-## Called by [ConsacSync] before agents look: draws everything in the world of [param root] as it is now.
-static func draw_now(root: Node) -> void:
+## Called by [ConsacSync] before agents look: draws what sensors see of the world of [param root] as it is now, and the
+## window only where [param window_too].
+static func draw_now(root: Node, window_too: bool) -> void:
 	root.propagate_call(&"force_update_transform")  # what was moved within this tick
+	var window := root.get_tree().root.get_viewport_rid()
+	var mode := RenderingServer.viewport_get_update_mode(window)
+	if not window_too:
+		RenderingServer.viewport_set_update_mode(window, RenderingServer.VIEWPORT_UPDATE_DISABLED)
 	RenderingServer.force_draw(false)
+	RenderingServer.viewport_set_update_mode(window, mode)
