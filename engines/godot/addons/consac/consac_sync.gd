@@ -36,6 +36,7 @@ const NATIVE_LIBRARY := "res://addons/consac/bin/consac.gdextension"
 const NATIVE_BACKEND := "res://addons/consac/backends/native_backend.gd"
 const WINDOW_BUDGET_S := 0.01  # of a frame that is spent on waiting and looping, where the window follows the clock
 const FAST_BUDGET_S := 0.1  # and where it need not
+const LOOKS_A_GLANCE := 8  # steps between looks at the clock
 const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window paces the engine
 
 ## Who chooses the actions.
@@ -134,6 +135,7 @@ var _one_left := false
 var _turned_away := {}  # agents for which there was no room
 var _sees_pictures := false
 var _next_checkpoint := 0
+var _looks := 0
 var _due := Callable()  # what goes on in a later tick, while the world stands still
 var _due_frame := 0  # and not before this frame
 var _newcomers := {}  # agents that have not been offered yet
@@ -251,11 +253,15 @@ func _physics_process(_delta: float) -> void:
 		var due := _due
 		_due = Callable()
 		due.call()
+		if _due.is_valid():
+			return
 	elif not _waiting:
 		_ticks_left -= 1
 		if _ticks_left > 0:
 			return
 		_look()
+		if _due.is_valid():
+			return
 	_drive()
 	if _budget != null:
 		_budget.show_state(self)
@@ -356,7 +362,7 @@ static func _how_to_get_native() -> String:
 func _drive() -> void:
 	var fast := as_fast_as_possible and _learns()
 	var until := Time.get_ticks_usec() + int(1e6 * (FAST_BUDGET_S if fast else WINDOW_BUDGET_S))
-	while not _stopped and not _due.is_valid():
+	while not _stopped:
 		match backend.poll(maxf(0.0, (until - Time.get_ticks_usec()) / 1e6) if _in_session else 0.0):
 			ConsacBackend.Cue.WAIT:
 				_hold(true)
@@ -371,6 +377,8 @@ func _drive() -> void:
 					_go_on_later(_start_session, 2)  # the frame of the change itself has no sensible length
 				else:
 					_start_session()
+				if _due.is_valid():
+					return
 			ConsacBackend.Cue.ACT:
 				if not _players.agents.is_empty():
 					var fault := _players.choose()
@@ -385,7 +393,7 @@ func _drive() -> void:
 					_ticks_left = decision_period
 					_hold(false)
 					return
-				_look()
+				_look()  # without pictures, so that nothing is due later
 				if Time.get_ticks_usec() > until or get_tree().paused:
 					return
 			ConsacBackend.Cue.DONE:
@@ -399,7 +407,7 @@ func _drive() -> void:
 
 # A game in which a model or a person acts keeps its own pace.
 func _learns() -> bool:
-	return mode in [Mode.SERVE, Mode.TRAIN]
+	return mode == Mode.SERVE or mode == Mode.TRAIN
 
 
 # What is [param due] in the next tick, or so many frames later, while the world stands still.
@@ -432,7 +440,8 @@ func _start_session() -> void:
 # What agents see where their episodes begin. Where they see pictures a tick has passed since: only then is everything
 # that reset() has changed ready to be drawn.
 func _look_at_first(beginning: Array[ConsacAgent], fault: String) -> void:
-	_draw()
+	if _sees_pictures:
+		_draw()
 	for agent in beginning:
 		if is_instance_valid(agent):
 			fault = _first(fault, agent.look())
@@ -461,6 +470,7 @@ func _wanted_ticks_a_frame(fast: bool) -> int:
 func _look() -> void:
 	var fault := ""
 	var ended := false
+	var learns := _learns()
 	for agent in agents:
 		if _newcomers.has(agent):
 			agent.forget_step()  # nobody asked it for one
@@ -468,16 +478,18 @@ func _look() -> void:
 		var what := agent.account()
 		if not what.is_empty():
 			fault = what
-		if counts(agent):
+		if not (learns and agent.played):
 			report.note_step(agent.reward)
 			steps += 1
 		ended = ended or agent.terminated or agent.truncated
-	_draw()
+	if _sees_pictures:
+		_draw()
 	for agent in agents:
 		var what := agent.look()
 		if not what.is_empty():
 			fault = what
-	if report.is_due(report_every_s):
+	_looks += 1
+	if _looks % LOOKS_A_GLANCE == 0 and report.is_due(report_every_s):
 		_report()
 	if checkpoint_every > 0 and steps >= _next_checkpoint:
 		_checkpoint()
@@ -485,7 +497,7 @@ func _look() -> void:
 		_offer(fault)
 	else:
 		_next_episodes(fault)
-	if not _learns() and sessions > 0 and steps >= training_length:
+	if not learns and sessions > 0 and steps >= training_length:
 		_end_session("")
 
 
@@ -514,8 +526,7 @@ func _checkpoint() -> void:
 
 # Pictures show the world as it is, not as it was when the latest frame was drawn.
 func _draw() -> void:
-	if _sees_pictures:
-		ConsacCameraSensor.draw_now(get_parent(), not _learns())
+	ConsacCameraSensor.draw_now(get_parent(), not _learns())
 
 
 func _offer(fault: String) -> void:
