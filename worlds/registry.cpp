@@ -14,6 +14,7 @@
 #include "worlds/point_reach/point_reach.h"
 #include "worlds/reach3/reach3.h"
 #include "worlds/road/road.h"
+#include "worlds/yumi_reach/yumi_reach.h"
 
 namespace consac::worlds {
 namespace {
@@ -32,6 +33,11 @@ std::string DescribePixelCatch(const VectorEnv& env, std::int32_t index) {
   return "ball in column " + std::to_string(game.ball_column()) + ", row " + std::to_string(game.ball_row()) +
          "; paddle in column " + std::to_string(game.paddle());
 }
+
+// Source: RL Baselines3 Zoo, FetchReach-v1 with HER.
+constexpr const char* kYumiSac =
+    "sac: replay_buffer_class=HerReplayBuffer gamma=0.95 learning_rate=1e-3 batch_size=256 learning_starts=1000 "
+    "buffer_size=100000 net_arch=[64,64] norm_obs=true";
 
 constexpr World kWorlds[] = {
     {"road-v0", "walk along a road to a coin: the thesis' worked example", "CONSAC master thesis, Tallinn 2021",
@@ -66,6 +72,14 @@ constexpr World kWorlds[] = {
      "sac: replay_buffer_class=HerReplayBuffer learning_rate=1e-3 gamma=0.95 net_arch=[64,64] learning_starts=500"},
     {"point-reach-dense-v0", "the same, paid by the distance", "CONSAC, after Plappert et al. 2018 (FetchReach)",
      MakeBatched<PointReachDense>, nullptr, ""},
+    {"yumi-reach-v0", "bring an arm of ABB's YuMi to a point, by its tool",
+     "FetchReach-v4 of Gymnasium-Robotics, with ABB's YuMi", MakeBatched<YumiReach<YumiReachBase>>, nullptr, kYumiSac},
+    {"yumi-reach-dense-v0", "the same, paid by the distance", "as yumi-reach-v0",
+     MakeBatched<YumiReach<YumiReachDense>>, nullptr, ""},
+    {"yumi-reach-joints-v0", "the same by seven joints", "as yumi-reach-v0", MakeBatched<YumiReach<YumiReachJoints>>,
+     nullptr, kYumiSac},
+    {"yumi-reach-precise-v0", "the same to 1 cm", "as yumi-reach-v0", MakeBatched<YumiReach<YumiReachPrecise>>, nullptr,
+     kYumiSac},
 };
 
 }  // namespace

@@ -132,6 +132,10 @@ TEST(Worlds, GoldenTrajectoryHashes) {
       {"bit-flipping-continuous-v0", 2318704811640287695ull},
       {"point-reach-v0", 855493993101184580ull},
       {"point-reach-dense-v0", 9802781806598876215ull},
+      {"yumi-reach-v0", 10060829287963116343ull},
+      {"yumi-reach-dense-v0", 11800537310598415010ull},
+      {"yumi-reach-joints-v0", 14459065627973936431ull},
+      {"yumi-reach-precise-v0", 10060829287963116343ull},  // chance comes within 5 cm of none of these goals
   };
   for (const World& world : Worlds()) {
     const auto env = world.create(2);
