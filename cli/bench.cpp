@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "bench/peak.h"
@@ -97,6 +98,28 @@ Figure OneAction(const BenchContext&) {
                 reinterpret_cast<std::byte*>(&action));
   });
   return {seconds * 1e6, "us", "64x64 tanh actor with its head, batch 1, no allocation"};
+}
+
+// ---- worlds alone
+
+/// Actions are drawn before, so that nothing but the world is timed.
+Figure CartPoleAlone(const BenchContext&) {
+  constexpr std::int32_t kWorlds = 64;
+  constexpr std::size_t kRounds = 1024;
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(kWorlds);
+  BatchBuffer buffer(env->spec().behaviours[0]);
+  env->Reset(1, {&buffer.batch(), 1});
+  Rng rng(1, StreamId("bench"));
+  std::vector<std::int32_t> actions(kRounds * kWorlds);
+  for (std::int32_t& action : actions) action = static_cast<std::int32_t>(rng.Below(2));
+  std::size_t round = 0;
+  const double seconds = bench::BestSeconds([&] {
+    buffer.Advance();
+    std::memcpy(buffer.batch().actions, actions.data() + round++ % kRounds * kWorlds, kWorlds * sizeof(std::int32_t));
+    env->Step({&buffer.batch(), 1});
+  });
+  return {kWorlds / seconds / 1e6, "M steps/s",
+          fmt::format("{:.1f} ns a step, random actions", seconds / kWorlds * 1e9)};
 }
 
 // ---- whole training
@@ -326,6 +349,7 @@ constexpr BenchRow kRows[] = {
     {"update2048", "PPO update, two 64x64 nets, minibatch 2048", Update2048},
     {"cores", "two cores against one, large batch", TwoCores},
     {"action", "one action", OneAction},
+    {"worlds", "CartPole alone, 64 worlds, one core", CartPoleAlone},
     {"cartpole", "CartPole PPO, 1 world, n_steps 2048, batch 64, 10 epochs", CartPoleDefaults},
     {"cartpole8", "CartPole PPO, 8 worlds, n_steps 128, batch 256, 4 epochs", CartPoleEight},
     {"a2c", "CartPole A2C, 1 world, n_steps 5", CartPoleA2c},

@@ -10,7 +10,10 @@
 //   StepResult Step(const Action* action, Rng& rng, Observation* observation);
 //   void Visit(Archive& archive);                    its exact state
 //   static float Price(const Observation*);          what a step to it pays; with it the world prices goals
+//   static constexpr std::size_t kTogether;          with it, so many copies are stepped by one call of
+//   static void StepTogether(const Together<W>&);    with the bits that Step gives each
 
+#include <array>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -38,6 +41,15 @@ requires requires {
 }
 struct ObservationElement<W> {
   using Type = typename W::Observation;
+};
+
+/// W::kTogether copies that step at once.
+template <class W>
+struct Together {
+  std::array<W*, W::kTogether> worlds;                 ///< no two the same
+  const typename W::Action* actions;                   ///< [kTogether, elements of an action]
+  typename ObservationElement<W>::Type* observations;  ///< [kTogether, elements of an observation] written
+  std::array<StepResult, W::kTogether>* results;       ///< written
 };
 
 /// N copies of W. Copy i draws from stream "world" of seed + i.
@@ -68,19 +80,25 @@ class Batched final : public VectorEnv {
     Batch& batch = batches[0];
     const auto* actions = reinterpret_cast<const typename W::Action*>(batch.actions);
     const std::size_t action_size = spec_.behaviours[0].action_layout.row_bytes / sizeof(typename W::Action);
-    for (std::size_t i = 0; i < batch.slots.size(); ++i) {
-      Copy& copy = worlds_[static_cast<std::size_t>(batch.slots[i])];
-      Observation* observation = Row(batch.next_observations, i);
-      const StepResult result = copy.world.Step(actions + i * action_size, copy.rng, observation);
-      ++copy.steps;
-      const bool cut = !result.terminated && spec_.max_episode_steps > 0 && copy.steps >= spec_.max_episode_steps;
-      batch.rewards[i] = result.reward;
-      batch.terminated[i] = result.terminated ? 1 : 0;
-      batch.truncated[i] = cut ? 1 : 0;
-      if (!result.terminated && !cut) continue;
-      std::memcpy(Row(batch.final_observations, i), observation, spec_.behaviours[0].observation_layout.row_bytes);
-      copy.steps = 0;
-      copy.world.Reset(copy.rng, observation);
+    const std::size_t row_bytes = spec_.behaviours[0].observation_layout.row_bytes;
+    const auto observation = [&](std::size_t i) {
+      return reinterpret_cast<Observation*>(batch.next_observations + i * row_bytes);
+    };
+    std::size_t i = 0;
+    if constexpr (kStepsTogether) {
+      for (Together<W> some; i + W::kTogether <= batch.slots.size(); i += W::kTogether) {
+        std::array<StepResult, W::kTogether> results;
+        for (std::size_t k = 0; k < W::kTogether; ++k) some.worlds[k] = &CopyOf(batch, i + k).world;
+        some.actions = actions + i * action_size;
+        some.observations = observation(i);
+        some.results = &results;
+        W::StepTogether(some);
+        for (std::size_t k = 0; k < W::kTogether; ++k) Finish(batch, i + k, results[k], observation(i + k), row_bytes);
+      }
+    }
+    for (; i < batch.slots.size(); ++i) {
+      Copy& copy = CopyOf(batch, i);
+      Finish(batch, i, copy.world.Step(actions + i * action_size, copy.rng, observation(i)), observation(i), row_bytes);
     }
   }
 
@@ -112,6 +130,7 @@ class Batched final : public VectorEnv {
 
  private:
   using Observation = typename ObservationElement<W>::Type;
+  static constexpr bool kStepsTogether = requires { W::kTogether; };
   static constexpr bool kPrices = requires(const Observation* observation) { W::Price(observation); };
   struct Copy {
     W world;
@@ -123,6 +142,22 @@ class Batched final : public VectorEnv {
       archive("steps", steps);
     }
   };
+
+  Copy& CopyOf(const Batch& batch, std::size_t i) { return worlds_[static_cast<std::size_t>(batch.slots[i])]; }
+
+  /// Writes what row `i` came to, and begins anew where its episode ended.
+  void Finish(Batch& batch, std::size_t i, StepResult result, Observation* observation, std::size_t row_bytes) {
+    Copy& copy = CopyOf(batch, i);
+    ++copy.steps;
+    const bool cut = !result.terminated && spec_.max_episode_steps > 0 && copy.steps >= spec_.max_episode_steps;
+    batch.rewards[i] = result.reward;
+    batch.terminated[i] = result.terminated ? 1 : 0;
+    batch.truncated[i] = cut ? 1 : 0;
+    if (!result.terminated && !cut) return;
+    std::memcpy(batch.final_observations + i * row_bytes, observation, row_bytes);
+    copy.steps = 0;
+    copy.world.Reset(copy.rng, observation);
+  }
 
   Observation* Row(std::byte* observations, std::size_t i) const {
     return reinterpret_cast<Observation*>(observations + i * spec_.behaviours[0].observation_layout.row_bytes);

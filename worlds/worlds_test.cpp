@@ -94,6 +94,46 @@ TEST_P(EveryWorld, RestoredStateGoesOnTheSameWay) {
   }
 }
 
+// A world may step several copies by one call; 19 are two such calls and some left over.
+TEST_P(EveryWorld, CopiesStepAsEachWouldAlone) {
+  constexpr std::int32_t kCopies = 19;
+  const auto many = GetParam()->create(kCopies);
+  BatchBuffer buffer(many->spec().behaviours[0]);
+  Batch& batch = buffer.batch();
+  many->Reset(5, {&batch, 1});
+  std::vector<std::unique_ptr<VectorEnv>> alone;
+  std::vector<BatchBuffer> buffers;
+  for (std::int32_t i = 0; i < kCopies; ++i) {
+    alone.push_back(GetParam()->create(1));
+    buffers.emplace_back(alone.back()->spec().behaviours[0]);
+    alone.back()->Reset(5 + static_cast<std::uint64_t>(i), {&buffers.back().batch(), 1});
+  }
+  const std::size_t seen = many->spec().behaviours[0].observation_layout.row_bytes;
+  const std::size_t done = many->spec().behaviours[0].action_layout.row_bytes;
+  Rng rng(5, 99);
+  int endings = 0;
+  for (int t = 0; t < 300; ++t) {
+    buffer.Advance();
+    for (std::size_t i = 0; i < kCopies; ++i)
+      SampleRow(many->spec().behaviours[0].action_layout, rng, batch.actions + i * done);
+    many->Step({&batch, 1});
+    for (std::size_t i = 0; i < kCopies; ++i) {
+      buffers[i].Advance();
+      Batch& one = buffers[i].batch();
+      std::memcpy(one.actions, batch.actions + i * done, done);
+      alone[i]->Step({&one, 1});
+      ASSERT_EQ(std::memcmp(batch.next_observations + i * seen, one.next_observations, seen), 0) << i << " at " << t;
+      ASSERT_EQ(batch.rewards[i], one.rewards[0]);
+      ASSERT_EQ(batch.terminated[i], one.terminated[0]);
+      ASSERT_EQ(batch.truncated[i], one.truncated[0]);
+      if ((one.terminated[0] | one.truncated[0]) == 0) continue;
+      ++endings;
+      ASSERT_EQ(std::memcmp(batch.final_observations + i * seen, one.final_observations, seen), 0);
+    }
+  }
+  EXPECT_TRUE(endings > 0 || many->spec().max_episode_steps == 0);
+}
+
 TEST_P(EveryWorld, TimeLimitTruncatesAndNeverTerminates) {
   const auto env = GetParam()->create(1);
   if (env->spec().max_episode_steps == 0) {

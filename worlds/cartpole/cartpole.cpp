@@ -15,6 +15,37 @@ constexpr double kTotalMass = kCartMass + kPoleMass, kPoleMassLength = kPoleMass
 constexpr double kFarthest = 2.4;                                         // m
 constexpr double kLargestAngle = 12.0 * 2.0 * 3.141592653589793 / 360.0;  // rad
 
+/// Carts side by side, so that compilers use vectors for all but sine and cosine. Each has the bits it has alone.
+template <std::size_t kCount>
+struct Carts {
+  double x[kCount], x_dot[kCount], theta[kCount], theta_dot[kCount], force[kCount], sine[kCount], cosine[kCount];
+
+  void Take(std::size_t i, const double (&state)[4], std::int32_t action) {
+    x[i] = state[0], x_dot[i] = state[1], theta[i] = state[2], theta_dot[i] = state[3];
+    force[i] = action == 1 ? kForce : -kForce;
+    sine[i] = std::sin(state[2]), cosine[i] = std::cos(state[2]);
+  }
+
+  void Move() {
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double push = (force[i] + kPoleMassLength * (theta_dot[i] * theta_dot[i]) * sine[i]) / kTotalMass;
+      const double theta_acc = (kGravity * sine[i] - cosine[i] * push) /
+                               (kHalfLength * (4.0 / 3.0 - kPoleMass * (cosine[i] * cosine[i]) / kTotalMass));
+      const double x_acc = push - kPoleMassLength * theta_acc * cosine[i] / kTotalMass;
+      x[i] += kTimeStep * x_dot[i];
+      x_dot[i] += kTimeStep * x_acc;
+      theta[i] += kTimeStep * theta_dot[i];
+      theta_dot[i] += kTimeStep * theta_acc;
+    }
+  }
+
+  StepResult Give(std::size_t i, double (&state)[4], float* observation) const {
+    state[0] = x[i], state[1] = x_dot[i], state[2] = theta[i], state[3] = theta_dot[i];
+    for (int k = 0; k < 4; ++k) observation[k] = static_cast<float>(state[k]);
+    return {1.0f, std::abs(x[i]) > kFarthest || std::abs(theta[i]) > kLargestAngle};
+  }
+};
+
 }  // namespace
 
 EnvSpec CartPole::Spec(std::int32_t copies) {
@@ -34,20 +65,18 @@ void CartPole::Reset(Rng& rng, float* observation) {
 }
 
 StepResult CartPole::Step(const Action* action, Rng&, float* observation) {
-  auto& [x, x_dot, theta, theta_dot] = state_;
-  const double force = *action == 1 ? kForce : -kForce;
-  const double cosine = std::cos(theta), sine = std::sin(theta);
-  const double push = (force + kPoleMassLength * (theta_dot * theta_dot) * sine) / kTotalMass;
-  const double theta_acc =
-      (kGravity * sine - cosine * push) / (kHalfLength * (4.0 / 3.0 - kPoleMass * (cosine * cosine) / kTotalMass));
-  const double x_acc = push - kPoleMassLength * theta_acc * cosine / kTotalMass;
-  x += kTimeStep * x_dot;
-  x_dot += kTimeStep * x_acc;
-  theta += kTimeStep * theta_dot;
-  theta_dot += kTimeStep * theta_acc;
-  Observe(observation);
-  const bool fell = x < -kFarthest || x > kFarthest || theta < -kLargestAngle || theta > kLargestAngle;
-  return {1.0f, fell};
+  Carts<1> cart;
+  cart.Take(0, state_, *action);
+  cart.Move();
+  return cart.Give(0, state_, observation);
+}
+
+void CartPole::StepTogether(const Together<CartPole>& carts) {
+  Carts<kTogether> moving;
+  for (std::size_t i = 0; i < kTogether; ++i) moving.Take(i, carts.worlds[i]->state_, carts.actions[i]);
+  moving.Move();
+  for (std::size_t i = 0; i < kTogether; ++i)
+    (*carts.results)[i] = moving.Give(i, carts.worlds[i]->state_, carts.observations + 4 * i);
 }
 
 void CartPole::SetState(const double (&state)[4]) {

@@ -16,6 +16,9 @@ class CartPole {
   void Reset(Rng& rng, float* observation);
   /// One Euler step of 0.02 s.
   StepResult Step(const Action* action, Rng& rng, float* observation);
+  static constexpr std::size_t kTogether = 8;  ///< carts of one call: whole vectors of doubles
+  /// The same for so many carts, about twice as fast.
+  static void StepTogether(const Together<CartPole>& carts);
   /// Exact state.
   void Visit(Archive& archive);
   /// Puts it into a state, for tests against Gymnasium.
