@@ -34,6 +34,7 @@ struct BenchFlags {
   std::string only;
   bool json = false;
   std::int64_t repeats = 3;
+  std::string kernels;
 };
 
 /// One figure.
@@ -369,6 +370,11 @@ int Bench(const BenchFlags& flags) {
     return Fail("bench",
                 {StatusCode::kInvalidArgument, "there is no row " + Quote(flags.only) + Suggestion(flags.only, names)});
   }
+  if (!flags.kernels.empty() && !nn::UseInstructionSet(flags.kernels)) {
+    return Fail("bench",
+                {StatusCode::kInvalidArgument, "--kernels " + Quote(flags.kernels) + " is none that this machine runs" +
+                                                   Suggestion(flags.kernels, nn::InstructionSets())});
+  }
   BenchContext context;
   context.repeats = static_cast<int>(flags.repeats);
   context.peak = nn::MeasurePeakFlops(0.5);
@@ -403,6 +409,7 @@ Action AddBench(CLI::App& app) {
   for (const BenchRow& row : kRows) names.emplace_back(row.name);
   app.add_option("--only", flags->only, "one row: " + Join(names));
   AddWhole(app, "--repeats", &flags->repeats, 1, 100, "repeats of a training; the median counts");
+  app.add_option("--kernels", flags->kernels, "another instruction set than the best: " + Join(nn::InstructionSets()));
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return Bench(*flags); };
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <mutex>
@@ -26,13 +27,11 @@ class LocalLink final : public WorldLink {
     return Status::Ok();
   }
   Status Step(std::span<Batch> batches, MoreSteps) override {
-    const double start = Now();
     env_->Step(batches);
-    seconds_ = Now() - start;
     return Status::Ok();
   }
   std::span<const std::uint8_t> present(std::size_t b) const override { return env_->present(b); }
-  double world_seconds() const override { return seconds_; }
+  double world_share() const override { return 1.0; }
   bool prices_goals() const override { return env_->prices_goals(); }
   Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {
     env_->PriceGoals(b, observations, rows, rewards);
@@ -45,7 +44,6 @@ class LocalLink final : public WorldLink {
 
  private:
   std::unique_ptr<VectorEnv> env_;
-  double seconds_ = 0.0;
 };
 
 /// Nobody is there, ever.
@@ -60,7 +58,7 @@ class RecordedLink final : public WorldLink {
   Status Reset(std::uint64_t, std::span<Batch>) override { return Status::Ok(); }
   Status Step(std::span<Batch>, MoreSteps) override { return Status::Ok(); }
   std::span<const std::uint8_t> present(std::size_t) const override { return present_; }
-  double world_seconds() const override { return 0.0; }
+  double world_share() const override { return 0.0; }
   void Visit(Archive&) override {}
   std::string description() const override { return fmt::format("{} recorded steps in '{}'", steps_, path_); }
 
@@ -78,8 +76,11 @@ class EngineLink final : public WorldLink {
   const EnvSpec& spec() const override { return client_->spec(); }
   Status Reset(std::uint64_t seed, std::span<Batch> batches) override { return client_->Reset(seed, batches); }
   Status Step(std::span<Batch> batches, MoreSteps more) override {
+    const double start = Now();
     const std::lock_guard asking(asking_);
-    return client_->Step(batches, more);
+    const Status status = client_->Step(batches, more);
+    seconds_ = Now() - start;
+    return status;
   }
   bool prices_goals() const override { return client_->prices_goals(); }
   Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {
@@ -87,7 +88,9 @@ class EngineLink final : public WorldLink {
     return client_->PriceGoals(b, observations, rows, rewards);
   }
   std::span<const std::uint8_t> present(std::size_t b) const override { return client_->present(b); }
-  double world_seconds() const override { return client_->engine_seconds(); }
+  double world_share() const override {
+    return seconds_ > 0.0 ? std::min(1.0, client_->engine_seconds() / seconds_) : 0.0;
+  }
   void KeepAlive() override { client_->KeepAlive(); }
   void Visit(Archive&) override {}
   SessionRequest request() const override { return client_->request(); }
@@ -95,7 +98,8 @@ class EngineLink final : public WorldLink {
 
  private:
   std::unique_ptr<EnvClient> client_;
-  std::mutex asking_;  // a step may be under way while what was learned from before asks for prices
+  std::mutex asking_;     // a step may be under way while what was learned from before asks for prices
+  double seconds_ = 0.0;  // of the latest step
 };
 
 }  // namespace

@@ -26,8 +26,8 @@ class WorldLink {
   virtual Status Step(std::span<Batch> batches, MoreSteps more) = 0;
   /// Which slots of behaviour `b` have an agent; empty: all, always. See VectorEnv::present.
   virtual std::span<const std::uint8_t> present(std::size_t b) const = 0;
-  /// How long the latest Step took in the world itself [s]; 0 where that is not known.
-  virtual double world_seconds() const = 0;
+  /// Which part of the latest Step's time the world itself worked, 0 to 1; 0 where that is not known.
+  virtual double world_share() const = 0;
   /// See VectorEnv. PriceGoals may be called while Step is under way on another thread, and then waits for it.
   virtual bool prices_goals() const { return false; }
   virtual Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {

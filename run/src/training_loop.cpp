@@ -1,6 +1,7 @@
 #include "training_loop.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "consac/base/file.h"
 #include "consac/base/text.h"
@@ -178,9 +179,8 @@ bool Training::LearningDue() const {
 // The worker chooses its actions and takes its step, unless enough are under way.
 void Training::Send(std::size_t worker, Where where) {
   if (asked_ >= config_.steps || goal_reached_ || stop_.load(std::memory_order_relaxed)) return;
-  const double start = Now();
   crew_[worker].Act(trainees_, crew_.size() > 1 || Overlaps() ? Rows::kOwn : Rows::kLearners);
-  spent_.inference += Now() - start;
+  spent_.inference += Lap();
   asked_ += crew_[worker].rows();
   crew_.Step(worker, asked_ >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes, where);
 }
@@ -241,14 +241,15 @@ Status Training::Lose(const Crew::Outcome& outcome) {
 
 // Learning overlaps the next step of the worker whose outcome made it due; in lock step all wait for all.
 Status Training::LearnAndGoOn(std::size_t worker) {
+  spent_.other += Lap();
   if (Overlaps()) {
     Send(worker, Where::kAside);
   } else {
     while (steps_under_way() > 0) CONSAC_RETURN_IF_ERROR(Handle(crew_.Next()));
   }
-  const double start = Now();
+  spent_.other += Lap();
   LearnWhatIsDue();
-  spent_.learning += Now() - start;
+  spent_.learning += Lap();
   return Status::Ok();
 }
 
@@ -263,9 +264,8 @@ void Training::SendIdle() {
 // The learners say how long.
 Status Training::LearnWithoutWorld() {
   while (LearningDue() && !goal_reached_ && !stop_.load(std::memory_order_relaxed)) {
-    const double start = Now();
     for (const Trainee& trainee : trainees_) (void)trainee.learner->Learn({kLearnPiece});
-    spent_.learning += Now() - start;
+    spent_.learning += Lap();
     done_ = asked_ = steps();
     brought_.assign(trainees_.size(), {});
     report_->OnStep(done_, brought_);
@@ -282,9 +282,11 @@ Status Training::AfterRound() {
   losses_.Look();
   returns_.Look();
   if (CheckpointDue()) {
-    const double before = Now();
+    spent_.other += Lap();
     (void)Save(Telling::kNow);
-    saving_seconds_ += Now() - before;
+    const double saving = Lap();
+    saving_seconds_ += saving;
+    spent_.other += saving;
     CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   }
   TellTime();
@@ -294,14 +296,13 @@ Status Training::AfterRound() {
 Status Training::Loop() {
   done_ = asked_ = steps();
   if (EvaluationDue()) EvaluateIfDue();  // which a stop has interrupted
-  round_began_ = Now();
+  (void)Lap();
   if (!algorithm_->needs_world) return LearnWithoutWorld();
   while (true) {
     SendIdle();
     if (steps_under_way() == 0) break;
-    const double start = Now();
     const Crew::Outcome outcome = crew_.Next();
-    AccountFor(outcome, Now() - start);
+    AccountFor(outcome, Lap());
     // A step that was asked for ahead of learning which was stopped in the middle has no place.
     if (LearningDue()) {
       if (outcome.connected_anew) --connecting_;
@@ -316,19 +317,20 @@ Status Training::Loop() {
 
 void Training::AccountFor(const Crew::Outcome& outcome, double waited) {
   const Worker& worker = crew_[outcome.worker];
-  const bool known = !outcome.connected_anew && worker.step_seconds() > 0.0;
-  const double share = known ? std::min(1.0, worker.world_seconds() / worker.step_seconds()) : 0.0;
+  const double share = outcome.connected_anew ? 0.0 : worker.world_share();
   spent_.world += share * waited;
   spent_.wire += (1.0 - share) * waited;
 }
 
 void Training::TellTime() {
-  const double now = Now();
-  spent_.other = 0.0;
-  spent_.other = std::max(0.0, now - round_began_ - spent_.sum());
+  spent_.other += Lap();
   report_->OnTime(spent_);
   spent_ = {};
-  round_began_ = now;
+}
+
+double Training::Lap() {
+  const double now = Now();
+  return now - std::exchange(lap_began_, now);
 }
 
 Result<RunSummary> Training::Finish(double seconds) {

@@ -99,6 +99,9 @@ class Training {
   void ReportUpdates();
   void AccountFor(const Crew::Outcome& outcome, double waited);
   void TellTime();
+  /// Seconds since it was last asked: what was done since is of one kind. A look at the clock costs a small world's
+  /// step much, so that one thing's end is the next one's beginning.
+  double Lap();
   void PlanEvaluation();
   Status CheckEvaluation();
   bool EvaluationDue() const { return config_.eval_every > 0 && steps() >= next_evaluation_; }
@@ -153,7 +156,7 @@ class Training {
   std::vector<UpdateReport> updates_;   // that are being told of
   std::vector<BehaviourStep> brought_;  // by the latest step
   TimeSpent spent_;                     // since the latest round that was told
-  double round_began_ = 0.0;
+  double lap_began_ = 0.0;              // the time of the latest Lap
   const learn::Algorithm* algorithm_ = nullptr;
   learn::LogStyle log_style_ = learn::LogStyle::kStableBaselines2;
   bool restored_ = false;  // from a checkpoint, be it of step 0

@@ -102,10 +102,7 @@ void Worker::Act(Trainees trainees, Rows rows) {
 }
 
 Status Worker::Step(MoreSteps more) {
-  const double start = Now();
-  const Status status = link_->Step(world_batches_, more);
-  step_seconds_ = Now() - start;
-  return status;
+  return link_->Step(world_batches_, more);
 }
 
 Status Worker::TakeOutcome(Trainees trainees) {

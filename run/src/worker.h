@@ -57,9 +57,8 @@ class Worker {
   std::span<const Batch> batches() const { return batches_; }
   /// The learner's slots of behaviour `b` that are this world's.
   std::span<const std::int32_t> slots(std::size_t b) const { return parts_[b].ids; }
-  /// How long the latest Step took, and how much of that the world itself [s].
-  double step_seconds() const { return step_seconds_; }
-  double world_seconds() const { return link_->world_seconds(); }
+  /// Which part of the latest Step's time the world itself worked, 0 to 1.
+  double world_share() const { return link_->world_share(); }
 
  private:
   /// What one behaviour needs.
@@ -85,7 +84,6 @@ class Worker {
   std::vector<Part> parts_;
   std::vector<Batch> batches_;        // as the learners see the step
   std::vector<Batch> world_batches_;  // as the world does
-  double step_seconds_ = 0.0;
 };
 
 }  // namespace consac::run

@@ -28,7 +28,7 @@ class AskingLink final : public WorldLink {
   Status Reset(std::uint64_t seed, std::span<Batch> batches) override { return world_->Reset(seed, batches); }
   Status Step(std::span<Batch> batches, MoreSteps more) override { return world_->Step(batches, more); }
   std::span<const std::uint8_t> present(std::size_t b) const override { return world_->present(b); }
-  double world_seconds() const override { return 0.0; }
+  double world_share() const override { return 0.0; }
   void Visit(Archive& archive) override { world_->Visit(archive); }
   SessionRequest request() const override { return request_; }
   std::string description() const override { return "an engine"; }
