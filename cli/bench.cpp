@@ -8,6 +8,7 @@
 
 #include "bench/peak.h"
 #include "bench/ppo_update_net.h"
+#include "cli/bench_rows.h"
 #include "cli/flags.h"
 #include "cli/machine.h"
 #include "cli/print.h"
@@ -18,7 +19,6 @@
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/learn/algo/learner.h"
-#include "consac/run/path.h"
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
 #include "consac/server/env_client.h"
@@ -28,35 +28,12 @@
 namespace consac::cli {
 namespace {
 
-const std::atomic<bool> kNeverStop{false};
-
 struct BenchFlags {
   std::string only;
   bool json = false;
   std::int64_t repeats = 3;
   std::string kernels;
 };
-
-/// One figure.
-struct Figure {
-  double value = 0.0;
-  std::string unit;
-  std::string note;  ///< what it means beside the limit
-};
-
-/// What rows share.
-struct BenchContext {
-  double peak = 0.0;  // FLOP/s of one core
-  int repeats = 3;
-};
-
-template <class Measure>
-double Median(int repeats, Measure&& measure) {
-  std::vector<double> values;
-  for (int i = 0; i < repeats; ++i) values.push_back(measure());
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 // ---- kernels
 
@@ -121,123 +98,6 @@ Figure CartPoleAlone(const BenchContext&) {
   });
   return {kWorlds / seconds / 1e6, "M steps/s",
           fmt::format("{:.1f} ns a step, random actions", seconds / kWorlds * 1e9)};
-}
-
-// ---- whole training
-
-struct Job {
-  const char* world;
-  const char* algorithm;
-  std::int32_t envs;
-  std::int64_t steps;
-  std::vector<std::pair<std::string, std::string>> settings;
-};
-
-run::RunConfig ConfigOf(const Job& job) {
-  run::RunConfig config;
-  config.world = job.world;
-  config.algorithm = job.algorithm;
-  config.envs = job.envs;
-  config.steps = job.steps;
-  config.seed = 1;
-  config.hyperparameters = job.settings;
-  config.directory = run::FromPath(std::filesystem::temp_directory_path() / "consac_bench");
-  config.name = "bench";
-  config.force = true;
-  config.table = config.progress = config.tensorboard = false;
-  config.quiet = true;
-  config.checkpoint_every_s = 0;
-  return config;
-}
-
-double TrainSeconds(const run::RunConfig& config) {
-  const Result<run::RunSummary> summary = run::Train(config, kNeverStop);
-  return summary.ok() ? summary->seconds : std::nan("");
-}
-
-/// Multiply-adds of the updates and the acting of two 64x64 towers, in FLOP per step.
-double TrainingFlops(double inputs, double outputs, double epochs) {
-  const double forward = 2.0 * (2.0 * inputs * 64 + 2.0 * 64 * 64 + 64 * (outputs + 1.0));
-  const double update = forward * 3.0 - 2.0 * 2.0 * inputs * 64;
-  return forward + epochs * update;
-}
-
-Figure TrainingFigure(const BenchContext& context, const Job& job, double inputs, double outputs, double epochs) {
-  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
-  const double rate = static_cast<double>(job.steps) / seconds;
-  return {rate / 1e3, "k steps/s",
-          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
-                      100.0 * rate * TrainingFlops(inputs, outputs, epochs) / context.peak, seconds)};
-}
-
-Figure CartPoleDefaults(const BenchContext& context) {
-  return TrainingFigure(context, {"cartpole-v1", "ppo", 1, 51200, {}}, 4, 2, 10);
-}
-
-Figure CartPoleEight(const BenchContext& context) {
-  return TrainingFigure(
-      context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4, 2,
-      4);
-}
-
-Figure RateFigure(const BenchContext& context, const Job& job) {
-  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
-  return {static_cast<double>(job.steps) / seconds / 1e3, "k steps/s", fmt::format("{:.2f} s", seconds)};
-}
-
-// Stable Baselines3's defaults: n_steps 5; learning every fourth step of one world, batch 32.
-Figure CartPoleA2c(const BenchContext& context) {
-  return RateFigure(context, {"cartpole-v1", "a2c", 1, 102400, {}});
-}
-Figure CartPoleA2cEight(const BenchContext& context) {
-  return RateFigure(context, {"cartpole-v1", "a2c", 8, 409600, {}});
-}
-Figure CartPoleDqn(const BenchContext& context) {
-  return RateFigure(context, {"cartpole-v1", "dqn", 1, 102400, {}});
-}
-
-// The Zoo's settings. Counted: both networks forward and the online one backward for a minibatch, nothing else.
-Figure CartPoleDqnWide(const BenchContext& context) {
-  constexpr std::int64_t kSteps = 50000;
-  constexpr double kUpdates = (kSteps - 1000) / 256 * 128.0;
-  constexpr double kMultiplyAdds = 4.0 * 256 + 256 * 256 + 256 * 2;
-  constexpr double kFlopsPerRow = 2.0 * (4.0 * kMultiplyAdds - 4 * 256);  // no gradient of the observation
-  const double seconds = Median(context.repeats, [&] {
-    return TrainSeconds(ConfigOf({"cartpole-v1",
-                                  "dqn",
-                                  1,
-                                  kSteps,
-                                  {{"learning_rate", "2.3e-3"},
-                                   {"batch_size", "64"},
-                                   {"buffer_size", "100000"},
-                                   {"learning_starts", "1000"},
-                                   {"target_update_interval", "10"},
-                                   {"train_freq", "256"},
-                                   {"gradient_steps", "128"},
-                                   {"exploration_fraction", "0.16"},
-                                   {"exploration_final_eps", "0.04"},
-                                   {"net_arch", "[256, 256]"}}}));
-  });
-  return {kSteps / seconds / 1e3, "k steps/s",
-          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
-                      100.0 * kUpdates * 64 * kFlopsPerRow / seconds / context.peak, seconds)};
-}
-
-// The settings of the strongest native peer's own Pendulum benchmark.
-Figure PendulumPpo(const BenchContext& context) {
-  const Job job{"pendulum-v1",
-                "ppo",
-                4,
-                307200,
-                {{"n_steps", "1024"},
-                 {"batch_size", "256"},
-                 {"n_epochs", "2"},
-                 {"gamma", "0.9"},
-                 {"learning_rate", "1e-3"},
-                 {"activation_fn", "relu"},
-                 {"norm_obs", "true"}}};
-  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
-  return {seconds, "s", "307,200 steps, 4 worlds x 1024, batch 256, 2 epochs, 64x64 ReLU"};
 }
 
 // ---- over a connection
@@ -358,6 +218,9 @@ constexpr BenchRow kRows[] = {
     {"dqn", "CartPole DQN, 1 world, train_freq 4, batch 32, 64x64", CartPoleDqn},
     {"dqn256", "CartPole DQN, train_freq 256, gradient_steps 128, batch 64, 256x256", CartPoleDqnWide},
     {"pendulum", "Pendulum PPO, whole training", PendulumPpo},
+    {"sac", "Pendulum SAC, one update a step, batch 100, 64x64", PendulumSac},
+    {"td3", "Pendulum TD3, one update a step, batch 100, 64x64", PendulumTd3},
+    {"sac256", "Pendulum SAC, one update a step, batch 256, 256x256", PendulumSacWide},
     {"thesis", "the thesis' job", ThesisJob},
     {"step", "one step over TCP", StepOverTcp},
 };

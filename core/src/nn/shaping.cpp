@@ -22,12 +22,20 @@ Result<Shape> InferConcatenation(const Block& block, std::span<const Shape> inpu
   return Shape{size};
 }
 
+constexpr std::int64_t kNarrow = 16;  // numbers of a row for which a call that copies them costs more than they do
+
 /// Flatten is a concatenation of one.
 void ConcatenationForward(const PlacedBlock& block, const BlockCall& call) {
-  for (std::int64_t r = 0; r < call.rows; ++r) {
-    float* to = call.output.data + r * call.output.stride;
-    for (std::size_t i = 0; i < call.inputs.size(); ++i)
-      to = std::copy_n(call.inputs[i].data + r * call.inputs[i].stride, SizeOf(block.in_shapes[i]), to);
+  float* to = call.output.data;
+  for (std::size_t i = 0; i < call.inputs.size(); ++i) {
+    const ConstRows& from = call.inputs[i];
+    const std::int64_t size = SizeOf(block.in_shapes[i]);
+    for (std::int64_t r = 0; size >= kNarrow && r < call.rows; ++r)
+      std::copy_n(from.data + r * from.stride, size, to + r * call.output.stride);
+    for (std::int64_t k = 0; size < kNarrow && k < size; ++k) {
+      for (std::int64_t r = 0; r < call.rows; ++r) to[r * call.output.stride + k] = from.data[r * from.stride + k];
+    }
+    to += size;
   }
 }
 

@@ -97,7 +97,7 @@ class Ddpg final : public Learner {
         critic_(std::move(model.critics), Rng(options.seed, StreamId("critics")), Learned(ddpg, ddpg.batch_size),
                 options.ranks),
         noise_(ddpg.noise, &actor_, options.seed, options.ranks),
-        action_gradient_(critic_.network(), actions_, ddpg.batch_size),
+        action_gradient_(critic_.network(), actions_, ddpg.batch_size, critic_.packed()),
         minibatch_(options.behaviour, {ddpg.batch_size, ddpg.n_steps, actions_}, options.ranks),
         penalty_(critic_.network(), kDdpgCriticHead, ddpg.critic_l2_reg / static_cast<double>(options.ranks.size)),
         pop_art_(&critic_, kDdpgCriticHead, options.ranks),
@@ -220,7 +220,7 @@ class Ddpg final : public Learner {
     const std::span<const float> chosen(actor_.Output(minibatch_.features().data(), minibatch_.size()),
                                         minibatch_.actions().size());
     action_gradient_.Run(
-        critic_.parameters(), minibatch_.size(), executor_,
+        critic_.Loaded(), minibatch_.size(), executor_,
         [this, chosen](const LossBlock& block) { minibatch_.Gather(block, chosen); },
         [this, slope](const LossBlock& block) {
           double& sum = losses_.block(block.index)[kDdpgActor];

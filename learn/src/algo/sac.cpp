@@ -65,7 +65,7 @@ class Sac final : public Learner {
                options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
                  {sac.batch_size, sac.batch_size, sac.adam}, options.ranks),
-        action_gradient_(critics_.network(), head().raw_size(), sac.batch_size),
+        action_gradient_(critics_.network(), head().raw_size(), sac.batch_size, critics_.packed()),
         minibatch_(options.behaviour, {sac.batch_size, sac.n_steps, head().raw_size()}, options.ranks),
         now_(head(), sac.batch_size),
         next_(head(), sac.batch_size),
@@ -222,7 +222,7 @@ class Sac final : public Learner {
       }
     };
     action_gradient_.Run(
-        critics_.parameters(), minibatch_.size(), executor_,
+        critics_.Loaded(), minibatch_.size(), executor_,
         [this](const LossBlock& block) { minibatch_.Gather(block, now_.actions()); }, judge);
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
                 [this, ent_coef, inverse](const LossBlock& block) {

@@ -2,6 +2,7 @@
 // A network with what belongs to learning it: parameters, the target network, which follows, what runs either,
 // gradients and an optimiser. Private to learn.
 
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -31,9 +32,9 @@ class LearnedNetwork {
       : network_(std::move(network)),
         run_rows_(options.run_rows),
         parameters_(static_cast<std::size_t>(network_.parameter_count())),
-        evaluator_(network_, options.run_rows),
-        target_evaluator_(network_, options.run_rows),
         backpropagation_(network_, 0, options.batch_rows),
+        evaluator_(backpropagation_.packed(), options.run_rows),
+        target_evaluator_(network_, options.run_rows),
         step_(Optimiser(Adam(network_.parameter_count(), options.adam)), options.max_grad_norm, ranks) {
     if (options.clip_each) step_.ClipEach(network_.parameters());
     network_.Initialise(rng, parameters_);
@@ -67,9 +68,16 @@ class LearnedNetwork {
     target_packed_ = false;
   }
 
+  /// [parameters], packed: who else runs what packed() holds may do so until they change.
+  std::span<const float> Loaded() {
+    if (!std::exchange(packed_, true)) backpropagation_.Load(parameters_);
+    return parameters_;
+  }
+  /// The parameters of the latest Loaded, Online or Gradient.
+  std::shared_ptr<const nn::PackedNetwork> packed() const { return backpropagation_.packed(); }
   /// Runs the parameters of now.
   nn::Evaluator& Online() {
-    if (!std::exchange(packed_, true)) evaluator_.Load(parameters_);
+    (void)Loaded();
     return evaluator_;
   }
   /// Runs the target's.
@@ -84,7 +92,8 @@ class LearnedNetwork {
 
   /// d loss / d parameters of a minibatch of `rows`.
   std::span<float> Gradient(std::int64_t rows, const Executor& executor, BlockLoss& loss) {
-    backpropagation_.Run(parameters_, rows, executor, loss);
+    (void)Loaded();
+    backpropagation_.RunLoaded(rows, executor, loss);
     return backpropagation_.gradient();
   }
   /// One step along it.
@@ -120,9 +129,9 @@ class LearnedNetwork {
   nn::Network network_;
   std::int64_t run_rows_;
   std::vector<float> parameters_, target_;  // [parameters]
-  nn::Evaluator evaluator_, target_evaluator_;
-  bool packed_ = false, target_packed_ = false;  // into the evaluators
   Backpropagation backpropagation_;
+  nn::Evaluator evaluator_, target_evaluator_;   // the first runs what backpropagation_ packs
+  bool packed_ = false, target_packed_ = false;  // the parameters of now
   GradientStep step_;
   std::int64_t gradients_ = 0;  // of the round
 };

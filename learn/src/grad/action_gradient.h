@@ -3,6 +3,7 @@
 // the critics held fast. Private to learn.
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -14,12 +15,17 @@ namespace consac::learn {
 class ActionGradient {
  public:
   /// Through `critics`, whose inputs are observations and actions of `raw` numbers, for at most `max_rows` rows.
-  ActionGradient(const nn::Network& critics, std::int64_t raw, std::int64_t max_rows)
+  /// `packed`, of the same network, holds what Run is given, whenever it is called; null: Run packs it.
+  ActionGradient(const nn::Network& critics, std::int64_t raw, std::int64_t max_rows,
+                 std::shared_ptr<const nn::PackedNetwork> packed = nullptr)
       : raw_(raw),
         parameters_(static_cast<std::size_t>(critics.parameter_count())),
         gradients_(static_cast<std::size_t>(raw * max_rows)),
-        backpropagation_(critics,
-                         {.max_rows = max_rows, .parameter_count = 0, .input_gradients = true, .first_input = 1}) {}
+        backpropagation_(critics, {.max_rows = max_rows,
+                                   .parameter_count = 0,
+                                   .input_gradients = true,
+                                   .first_input = 1,
+                                   .packed = std::move(packed)}) {}
 
   /// Runs the critics with the first of `parameters`: `gather` fills both inputs of a block, `loss` reads its values
   /// and writes d loss / d value.

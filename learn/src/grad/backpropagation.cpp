@@ -126,14 +126,27 @@ std::int64_t Backpropagation::block_rows() const {
   return state_->schedule.block_rows;
 }
 
+std::shared_ptr<const nn::PackedNetwork> Backpropagation::packed() const {
+  return state_->schedule.forward;
+}
+
+void Backpropagation::Load(std::span<const float> parameters) {
+  const bool fits = static_cast<std::int64_t>(parameters.size()) == state_->network_count + state_->extra;
+  CONSAC_ASSERT(fits);
+  if (fits) state_->schedule.Pack(parameters.first(static_cast<std::size_t>(state_->network_count)));
+}
+
 void Backpropagation::Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor,
                           BlockLoss& loss) {
+  Load(parameters);
+  RunLoaded(rows, executor, loss);
+}
+
+void Backpropagation::RunLoaded(std::int64_t rows, const Executor& executor, BlockLoss& loss) {
   State& state = *state_;
-  const bool fits = static_cast<std::int64_t>(parameters.size()) == state.network_count + state.extra && rows > 0 &&
-                    rows <= state.max_rows && rows % state.schedule.options.steps == 0;
+  const bool fits = rows > 0 && rows <= state.max_rows && rows % state.schedule.options.steps == 0;
   CONSAC_ASSERT(fits);
   if (!fits) return;
-  state.schedule.Pack(parameters.first(static_cast<std::size_t>(state.network_count)));
   const std::int64_t lanes = state.Lanes(rows);
   executor.ForEach(lanes, [&](std::int64_t lane) { state.RunLane(lane, lanes, rows, loss); });
   if (lanes == 1) return;

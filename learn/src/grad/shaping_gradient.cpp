@@ -10,16 +10,16 @@ namespace consac::learn {
 namespace {
 
 void ConcatenationBackward(const GradientCall& call) {
-  for (std::int64_t r = 0; r < call.rows; ++r) {
-    const float* from = call.dy.data + r * call.dy.stride;
-    for (std::size_t i = 0; i < call.inputs.size(); ++i) {
-      const GradientInput& input = call.inputs[i];
-      const std::int64_t size = nn::SizeOf(call.block->in_shapes[i]);
-      float* to = input.dx.data == nullptr ? nullptr : input.dx.data + r * input.dx.stride;
-      for (std::int64_t k = 0; to != nullptr && k < size; ++k)
-        to[k] = (input.store == nn::Store::kAdd ? to[k] : 0.0f) + from[k];
-      from += size;
+  const float* from = call.dy.data;
+  for (std::size_t i = 0; i < call.inputs.size(); ++i) {
+    const GradientInput& input = call.inputs[i];
+    const std::int64_t size = nn::SizeOf(call.block->in_shapes[i]);
+    for (std::int64_t r = 0; input.dx.data != nullptr && r < call.rows; ++r) {
+      float* to = input.dx.data + r * input.dx.stride;
+      for (std::int64_t k = 0; k < size; ++k)
+        to[k] = (input.store == nn::Store::kAdd ? to[k] : 0.0f) + from[r * call.dy.stride + k];
     }
+    from += size;
   }
 }
 

@@ -20,9 +20,12 @@ std::int64_t BlockRows(const nn::Plan& plan, const BackpropagationOptions& optio
 }  // namespace
 
 GradientSchedule::GradientSchedule(const nn::Network& network, const BackpropagationOptions& what)
-    : options(what), forward(network), block_rows(BlockRows(forward.plan(), what)) {
+    : options(what),
+      own(what.packed == nullptr ? std::make_shared<nn::PackedNetwork>(network) : nullptr),
+      forward(own == nullptr ? what.packed : own),
+      block_rows(BlockRows(forward->plan(), what)) {
   if (options.parameter_count < 0) options.parameter_count = network.parameter_count() - options.first_parameter;
-  for (std::size_t s = 0; s < forward.plan().steps.size(); ++s) order.push_back(s);
+  for (std::size_t s = 0; s < forward->plan().steps.size(); ++s) order.push_back(s);
   PlanBackward();
   PlanMemory();
 }
@@ -37,7 +40,7 @@ bool GradientSchedule::WantsInput(std::size_t input) const {
 }
 
 void GradientSchedule::PlanBackward() {
-  const nn::Plan& plan = forward.plan();
+  const nn::Plan& plan = forward->plan();
   backward.resize(plan.steps.size());
   std::vector<bool> reached(plan.values.size()), wanted(plan.values.size());
   for (const std::size_t output : plan.outputs) reached[output] = true;
@@ -74,9 +77,9 @@ void GradientSchedule::PlanBackward() {
 
 void GradientSchedule::PlanMemory() {
   std::int64_t size = 0, tangent_size = 0;
-  std::vector<bool> moves(forward.plan().values.size());
+  std::vector<bool> moves(forward->plan().values.size());
   for (std::size_t s = 0; s < backward.size(); ++s) {
-    const nn::PlanStep& step = forward.plan().steps[s];
+    const nn::PlanStep& step = forward->plan().steps[s];
     BackwardStep& back = backward[s];
     if (back.op->scratch != nullptr) scratch = std::max(scratch, back.op->scratch(step.block, block_rows));
     back.moves = step.block.parameter_count > 0;
@@ -96,10 +99,10 @@ void GradientSchedule::PlanMemory() {
 }
 
 void GradientSchedule::Pack(std::span<const float> parameters) {
-  forward.Load(parameters);
+  if (own != nullptr) own->Load(parameters);
   for (std::size_t s = 0; s < backward.size(); ++s) {
     const BackwardStep& back = backward[s];
-    const nn::PlacedBlock& block = forward.plan().steps[s].block;
+    const nn::PlacedBlock& block = forward->plan().steps[s].block;
     if (back.packed_at >= 0)
       back.op->pack(block, parameters.data() + block.parameter_offset, packed.data() + back.packed_at);
   }
@@ -108,7 +111,7 @@ void GradientSchedule::Pack(std::span<const float> parameters) {
 void GradientSchedule::PackTangent(std::span<const float> parameters, std::span<const float> direction) {
   for (std::size_t s = 0; s < backward.size(); ++s) {
     const BackwardStep& back = backward[s];
-    const nn::PlacedBlock& block = forward.plan().steps[s].block;
+    const nn::PlacedBlock& block = forward->plan().steps[s].block;
     if (back.tangent_at < 0) continue;
     back.op->pack_tangent(block, parameters.data() + block.parameter_offset, direction.data() + block.parameter_offset,
                           tangent.data() + back.tangent_at);
@@ -117,10 +120,10 @@ void GradientSchedule::PackTangent(std::span<const float> parameters, std::span<
 
 BlockWorkspace::BlockWorkspace(const GradientSchedule& schedule)
     : schedule_(schedule),
-      activations_(schedule.forward.plan(),
+      activations_(schedule.forward->plan(),
                    {.rows = schedule.block_rows, .group_rows = schedule.block_rows, .learning = true}),
       scratch_(schedule.scratch) {
-  const nn::Plan& plan = schedule.forward.plan();
+  const nn::Plan& plan = schedule.forward->plan();
   std::size_t most_inputs = 0;
   for (std::size_t v = 0; v < plan.values.size(); ++v) {
     const bool given = plan.values[v].producer == nn::kNone;
@@ -169,7 +172,7 @@ void BlockWorkspace::Run(LossBlock block, BlockLoss& loss, bool along_tangent, f
     call.recurrent = {.state = state_.data(), .begins = begins_.data()};
   }
   loss.Gather(block);
-  activations_.Run(schedule_.forward, schedule_.order, call);
+  activations_.Run(*schedule_.forward, schedule_.order, call);
   if (along_tangent) {
     Along(block.rows);
     block.output_tangents = output_tangents_;
@@ -182,7 +185,7 @@ void BlockWorkspace::Run(LossBlock block, BlockLoss& loss, bool along_tangent, f
 }
 
 void BlockWorkspace::Along(std::int64_t rows) {
-  const nn::Plan& plan = schedule_.forward.plan();
+  const nn::Plan& plan = schedule_.forward->plan();
   for (std::size_t s = 0; s < plan.steps.size(); ++s) {
     const nn::PlanStep& step = plan.steps[s];
     const BackwardStep& back = schedule_.backward[s];
@@ -208,7 +211,7 @@ void BlockWorkspace::Along(std::int64_t rows) {
 }
 
 void BlockWorkspace::Backward(const LossBlock& block, float* gradient, nn::Store store) {
-  const nn::Plan& plan = schedule_.forward.plan();
+  const nn::Plan& plan = schedule_.forward->plan();
   for (std::size_t s = plan.steps.size(); s-- > 0;) {
     const nn::PlanStep& step = plan.steps[s];
     const BackwardStep& back = schedule_.backward[s];

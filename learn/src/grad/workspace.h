@@ -3,6 +3,7 @@
 // to grad; Backpropagation owns one per lane that runs at the same time.
 
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "consac/learn/grad/backpropagation.h"
@@ -34,20 +35,21 @@ class GradientSchedule {
  public:
   /// For `network`.
   GradientSchedule(const nn::Network& network, const BackpropagationOptions& options);
-  /// Packs `parameters` (canonical order).
+  /// Packs `parameters` (canonical order): for backward, and for forward unless somebody else does.
   void Pack(std::span<const float> parameters);
   /// Packs `direction` beside `parameters`, both in canonical order.
   void PackTangent(std::span<const float> parameters, std::span<const float> direction);
   /// Whether the gradient with respect to this input of the network is asked for.
   bool WantsInput(std::size_t input) const;
 
-  BackpropagationOptions options;      ///< as they came, but for parameter_count
-  nn::PackedNetwork forward;           ///< plan and forward packing
-  std::vector<BackwardStep> backward;  ///< [plan.steps]
-  std::vector<std::size_t> order;      ///< [plan.steps] forward
-  std::int64_t block_rows;             ///< rows of one block
-  std::int64_t scratch = 0;            ///< floats of work space
-  nn::AlignedFloats packed, tangent;   ///< packed for backward; parameters and direction
+  BackpropagationOptions options;                    ///< as they came, but for parameter_count
+  std::shared_ptr<nn::PackedNetwork> own;            ///< null: the forward packing is somebody else's
+  std::shared_ptr<const nn::PackedNetwork> forward;  ///< plan and forward packing
+  std::vector<BackwardStep> backward;                ///< [plan.steps]
+  std::vector<std::size_t> order;                    ///< [plan.steps] forward
+  std::int64_t block_rows;                           ///< rows of one block
+  std::int64_t scratch = 0;                          ///< floats of work space
+  nn::AlignedFloats packed, tangent;                 ///< packed for backward; parameters and direction
 
  private:
   bool Learns(const nn::PlacedBlock& block) const;

@@ -124,6 +124,32 @@ TEST(Gradient, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
+// What one packs, an evaluator and another backpropagation run, whatever was packed before.
+TEST(Gradient, APackingMayBeShared) {
+  const nn::Network network = MustCreate(Towers({{8}, {40, 8}, {8}}, 4, 2, nn::Activation::kTanh));
+  QuadraticLoss loss(network, 70, 2);
+  Backpropagation owner(network, 0, 70), alone(network, {.max_rows = 70, .input_gradients = true});
+  Backpropagation guest(network, {.max_rows = 70, .input_gradients = true, .packed = owner.packed()});
+  nn::Evaluator evaluator(owner.packed(), 1), fresh(network, 1);
+  const float observation[] = {0.1f, -0.2f, 0.3f, -0.4f};
+  const float* inputs[] = {observation};
+  std::vector<float> parameters = RandomParameters(network, 0);
+  for (int change = 0; change < 2; ++change) {
+    for (float& parameter : parameters) parameter *= 1.5f;
+    owner.Load(parameters);
+    guest.Run(parameters, 70, Executor(), loss);
+    alone.Run(parameters, 70, Executor(), loss);
+    owner.RunLoaded(70, Executor(), loss);
+    const std::size_t bytes = alone.gradient().size_bytes();
+    EXPECT_EQ(std::memcmp(guest.gradient().data(), alone.gradient().data(), bytes), 0);
+    EXPECT_EQ(std::memcmp(owner.gradient().data(), alone.gradient().data(), bytes), 0);
+    fresh.Load(parameters);
+    fresh.Forward(inputs, 1);
+    evaluator.Forward(inputs, 1);
+    EXPECT_EQ(std::memcmp(evaluator.output(0), fresh.output(0), 2 * sizeof(float)), 0);
+  }
+}
+
 TEST(Gradient, RunsSmallerMinibatchesAfterLargerOnes) {
   const nn::Network network = MustCreate(Towers({{8}, {8}, {8}}, 4, 2, nn::Activation::kTanh));
   const std::vector<float> parameters = RandomParameters(network, 0);

@@ -67,6 +67,8 @@ struct BackpropagationOptions {
   std::int64_t first_input = 0;  ///< inputs before it have no gradient there: their layers need not be gone through
   bool tangents = false;         ///< RunAlong may be called
   BlockObserver* observer = nullptr;  ///< sees every block of the network; null: nobody looks
+  std::shared_ptr<const nn::PackedNetwork> packed =
+      nullptr;  ///< what another packs for forward; null: it packs for itself
 };
 
 /// Gradients of a network. Allocates at creation only.
@@ -88,6 +90,12 @@ class Backpropagation {
 
   /// Rows of one block of a minibatch: kBlockRows, or whole sequences, or the whole minibatch where rows are coupled.
   std::int64_t block_rows() const;
+  /// The parameters of the latest Load or Run as an Evaluator or another Backpropagation of this network reads them.
+  std::shared_ptr<const nn::PackedNetwork> packed() const;
+  /// Packs `parameters` ([network parameters + extra]) for RunLoaded.
+  void Load(std::span<const float> parameters);
+  /// Run at the parameters of the latest Load or Run.
+  void RunLoaded(std::int64_t rows, const Executor& executor, BlockLoss& loss);
   /// Computes the gradient of one minibatch at `parameters` ([network parameters + extra]); overwrites gradient().
   void Run(std::span<const float> parameters, std::int64_t rows, const Executor& executor, BlockLoss& loss);
   /// The same; the loss also sees how the outputs move when the network's parameters move along `direction`

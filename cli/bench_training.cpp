@@ -1,0 +1,164 @@
+// The rows of `consac bench` that train: wall time of whole trainings beside what their networks take at the peak.
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+
+#include "cli/bench_rows.h"
+#include "consac/run/path.h"
+
+namespace consac::cli {
+namespace {
+
+const std::atomic<bool> kNeverStop{false};
+
+/// Multiply-adds of the updates and the acting of two 64x64 towers, in FLOP per step.
+double TrainingFlops(double inputs, double outputs, double epochs) {
+  const double forward = 2.0 * (2.0 * inputs * 64 + 2.0 * 64 * 64 + 64 * (outputs + 1.0));
+  const double update = forward * 3.0 - 2.0 * 2.0 * inputs * 64;
+  return forward + epochs * update;
+}
+
+Figure TrainingFigure(const BenchContext& context, const BenchJob& job, double inputs, double outputs, double epochs) {
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
+  const double rate = static_cast<double>(job.steps) / seconds;
+  return {rate / 1e3, "k steps/s",
+          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
+                      100.0 * rate * TrainingFlops(inputs, outputs, epochs) / context.peak, seconds)};
+}
+
+Figure RateFigure(const BenchContext& context, const BenchJob& job) {
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
+  return {static_cast<double>(job.steps) / seconds / 1e3, "k steps/s", fmt::format("{:.2f} s", seconds)};
+}
+
+/// Multiply-adds of one row through hidden layers `width` and `width`; and of its first layer alone.
+struct LayerSums {
+  LayerSums(double in, double width, double out) : all(in * width + width * width + width * out), first(in * width) {}
+  double all, first;
+};
+
+/// An actor and two critics on Pendulum, one update a step. Counted is what the algorithm asks for: a gradient is two
+/// products, of the first layer one; an actor is learned through critics that are held fast.
+Figure PendulumReplay(const BenchContext& context, bool td3, double width, double batch, std::int64_t steps) {
+  constexpr std::int64_t kStarts = 100;
+  const LayerSums actor(3, width, td3 ? 1 : 2), critic(4, width, 1);
+  const double targets = actor.all + 2 * critic.all, critics = 2 * (3 * critic.all - critic.first);
+  const double judged = (td3 ? 1 : 2) * (2 * critic.all - critic.first);         // TD3 asks the first critic alone
+  const double policy = (3 * actor.all - actor.first + judged) / (td3 ? 2 : 1);  // every other time
+  const double flops = 2 * batch * (targets + critics + policy);
+  const std::string text = fmt::format("{}", static_cast<std::int64_t>(width));
+  const double seconds = Median(context.repeats, [&] {
+    return TrainSeconds(ConfigOf({"pendulum-v1",
+                                  td3 ? "td3" : "sac",
+                                  1,
+                                  steps,
+                                  {{"net_arch", "[" + text + ", " + text + "]"},
+                                   {"batch_size", fmt::format("{}", static_cast<std::int64_t>(batch))},
+                                   {"learning_starts", std::to_string(kStarts)}}}));
+  });
+  return {static_cast<double>(steps) / seconds / 1e3, "k steps/s",
+          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
+                      100.0 * flops * static_cast<double>(steps - kStarts) / seconds / context.peak, seconds)};
+}
+
+}  // namespace
+
+run::RunConfig ConfigOf(const BenchJob& job) {
+  run::RunConfig config;
+  config.world = job.world;
+  config.algorithm = job.algorithm;
+  config.envs = job.envs;
+  config.steps = job.steps;
+  config.seed = 1;
+  config.hyperparameters = job.settings;
+  config.directory = run::FromPath(std::filesystem::temp_directory_path() / "consac_bench");
+  config.name = "bench";
+  config.force = true;
+  config.table = config.progress = config.tensorboard = false;
+  config.quiet = true;
+  config.checkpoint_every_s = 0;
+  return config;
+}
+
+double TrainSeconds(const run::RunConfig& config) {
+  const Result<run::RunSummary> summary = run::Train(config, kNeverStop);
+  return summary.ok() ? summary->seconds : std::nan("");
+}
+
+Figure CartPoleDefaults(const BenchContext& context) {
+  return TrainingFigure(context, {"cartpole-v1", "ppo", 1, 51200, {}}, 4, 2, 10);
+}
+
+Figure CartPoleEight(const BenchContext& context) {
+  return TrainingFigure(
+      context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4, 2,
+      4);
+}
+
+// Stable Baselines3's defaults: n_steps 5; learning every fourth step of one world, batch 32.
+Figure CartPoleA2c(const BenchContext& context) {
+  return RateFigure(context, {"cartpole-v1", "a2c", 1, 102400, {}});
+}
+Figure CartPoleA2cEight(const BenchContext& context) {
+  return RateFigure(context, {"cartpole-v1", "a2c", 8, 409600, {}});
+}
+Figure CartPoleDqn(const BenchContext& context) {
+  return RateFigure(context, {"cartpole-v1", "dqn", 1, 102400, {}});
+}
+
+// The Zoo's settings. Counted: both networks forward and the online one backward for a minibatch, nothing else.
+Figure CartPoleDqnWide(const BenchContext& context) {
+  constexpr std::int64_t kSteps = 50000;
+  constexpr double kUpdates = (kSteps - 1000) / 256 * 128.0;
+  constexpr double kMultiplyAdds = 4.0 * 256 + 256 * 256 + 256 * 2;
+  constexpr double kFlopsPerRow = 2.0 * (4.0 * kMultiplyAdds - 4 * 256);  // no gradient of the observation
+  const double seconds = Median(context.repeats, [&] {
+    return TrainSeconds(ConfigOf({"cartpole-v1",
+                                  "dqn",
+                                  1,
+                                  kSteps,
+                                  {{"learning_rate", "2.3e-3"},
+                                   {"batch_size", "64"},
+                                   {"buffer_size", "100000"},
+                                   {"learning_starts", "1000"},
+                                   {"target_update_interval", "10"},
+                                   {"train_freq", "256"},
+                                   {"gradient_steps", "128"},
+                                   {"exploration_fraction", "0.16"},
+                                   {"exploration_final_eps", "0.04"},
+                                   {"net_arch", "[256, 256]"}}}));
+  });
+  return {kSteps / seconds / 1e3, "k steps/s",
+          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
+                      100.0 * kUpdates * 64 * kFlopsPerRow / seconds / context.peak, seconds)};
+}
+
+Figure PendulumSac(const BenchContext& context) {
+  return PendulumReplay(context, false, 64, 100, 10000);
+}
+Figure PendulumTd3(const BenchContext& context) {
+  return PendulumReplay(context, true, 64, 100, 10000);
+}
+Figure PendulumSacWide(const BenchContext& context) {
+  return PendulumReplay(context, false, 256, 256, 1000);
+}
+
+// The settings of the strongest native peer's own Pendulum benchmark.
+Figure PendulumPpo(const BenchContext& context) {
+  const BenchJob job{"pendulum-v1",
+                     "ppo",
+                     4,
+                     307200,
+                     {{"n_steps", "1024"},
+                      {"batch_size", "256"},
+                      {"n_epochs", "2"},
+                      {"gamma", "0.9"},
+                      {"learning_rate", "1e-3"},
+                      {"activation_fn", "relu"},
+                      {"norm_obs", "true"}}};
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
+  return {seconds, "s", "307,200 steps, 4 worlds x 1024, batch 256, 2 epochs, 64x64 ReLU"};
+}
+}  // namespace consac::cli
