@@ -15,6 +15,7 @@ out=bench/results/speed.md
   printf '\n## CONSAC\n\n'; $consac bench
   printf '\n## PPO update beside LibTorch, same run\n\n```\n'; build/release/bench/consac_ppo_update_bench; echo '```'
   printf '\n## The nature CNN beside PyTorch, in turn\n\n'; $python bench/compare/cnn_speed.py build/release/bench/consac_cnn_bench
+  printf '\n## SAC beside a loop of PyTorch, in turn\n\n'; $python bench/compare/sac_torch.py $consac
   printf '\n## One action\n\n```\n'; build/release/bench/consac_action_bench; echo '```'
   printf '\n## Checkpoints of a replay\n\n'; build/release/bench/consac_checkpoint_bench
   printf '\n## Transports\n\n'; build/release/bench/consac_transport_bench; echo
