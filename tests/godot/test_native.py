@@ -21,6 +21,9 @@ TASKS = {
     "cart_pole": (60000, CART_POLE, ("episode", 400.0)),
     "rolling_ball": (15000, {}, ("episode", 2.0)),  # 1 for the target, and the metres that it came nearer
 }
+# The same of algorithms that learn at every step.
+EVERY_STEP = {"sac": ("rolling_ball", 15000, {"train_freq": "1", "learning_rate": "1e-3", "net_arch": "[128]", "batch_size": "128",
+                                             "learning_starts": "500", "gamma": "0.98"}, ("episode", 2.0))}
 ENDED = (r"training completed: (\d+) steps in .* \((\d+) steps/s\), mean reward of the last \d+ steps (-?[\d.]+), "
          r"of the last (\d+) episodes (-?[\d.]+|nan)")
 
@@ -53,8 +56,8 @@ def script(godot, name, *arguments):
     return godot.start(godot.folder / "godot", "--headless", "--path", godot.project, "--script", f"res://{name}", "--", *arguments)
 
 
-def train(godot, ports, folder, name, steps=None, settings=None):
-    arguments = ["--steps", steps] if steps else []
+def train(godot, ports, folder, name, steps=None, settings=None, algorithm=None):
+    arguments = (["--steps", steps] if steps else []) + (["--algo", algorithm] if algorithm else [])
     for key, value in (settings or {}).items():
         arguments += ["--set", f"{key}={value}"]
     return godot.consac("train", *(f"tcp://127.0.0.1:{port}" for port in ports), "--name", name, "--no-table", "--no-progress",
@@ -67,8 +70,8 @@ def summary(trainer):
     return json.loads(output.splitlines()[-1])
 
 
-def check_learned(example, engine):
-    steps, _, (unit, least) = TASKS[example]
+def check_learned(example, engine, task=None):
+    steps, _, (unit, least) = task or TASKS[example]
     said = engine.wait_for(ENDED, 120)
     print(f"{example}: {said.group(0)}")
     assert int(said.group(1)) >= steps * 0.99
@@ -188,6 +191,23 @@ def test_training_inside_the_engine(godot, tmp_path, example, meanwhile):
         assert int(engine.wait_for(ENDED, 120).group(1)) >= steps
     assert engine.finish()[0] == 0
     assert model.stat().st_size > 1000
+
+
+@pytest.mark.parametrize("place", ["consac train", "inside the engine"])
+@pytest.mark.parametrize("algorithm", EVERY_STEP)
+def test_learning_at_every_step(godot, tmp_path, algorithm, place):
+    """By the engine's physics; the program and the engine reach the same."""
+    example, *task = EVERY_STEP[algorithm]
+    steps, settings, _ = task
+    arguments = [f"steps={steps}", "sessions=1", "quit=1"]
+    if place == "consac train":
+        engine, port = serve(godot, example, *arguments)
+        assert summary(train(godot, [port], tmp_path, "every_step", settings=settings, algorithm=algorithm))["steps"] == steps
+    else:
+        engine = play(godot, example, "mode=train", *arguments, f"model={tmp_path}/inside.consac", f"algorithm={algorithm}",
+                      "set=" + ",".join(f"{key}:{value}" for key, value in settings.items()))
+    check_learned(example, engine, task)
+    assert engine.finish()[0] == 0
 
 
 def test_several_behaviours_and_many_agents_learn_inside(godot, tmp_path):

@@ -11,6 +11,7 @@
 #include "consac/learn/algo/learner.h"
 #include "consac/policy/demonstration.h"
 #include "consac/policy/policy.h"
+#include "engines/host/test/in_process.h"
 #include "engines/host/test/ticked_engine.h"
 #include "tests/protocol2_peers.h"
 #include "tests/remembering.h"
@@ -19,6 +20,7 @@
 namespace consac::host {
 namespace {
 
+using consac::testing::InProcess;
 using consac::testing::RoadAccuracy;
 using consac::testing::ScratchFolder;
 using consac::testing::TickedEngine;
@@ -82,72 +84,87 @@ TEST(Training, WhileTheGameGoesOnNeverWaits) {
   EXPECT_GT(engine.world().tally().steps, driver->progress().steps);  // those while it learned
 }
 
-/// A learner that has trained for `steps` steps in this process, in step with copies of a world.
-std::unique_ptr<learn::Learner> InProcess(const BehaviourSpec& behaviour, const TrainOptions& options) {
-  const learn::Algorithm& algorithm = **learn::FindAlgorithm(options.algorithm);
-  learn::HyperparameterSet values(algorithm.hyperparameters);
-  for (const auto& [name, text] : options.hyperparameters) EXPECT_TRUE(values.Set(name, text).ok());
-  learn::LearnerOptions made;
-  made.behaviour = behaviour;
-  made.seed = learn::BehaviourSeed(options.seed, 0);
-  made.total_steps = options.total_steps;
-  std::unique_ptr<learn::Learner> learner = *algorithm.create(made, values);
-  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("cartpole-v1"))->create(behaviour.slots);
-  BatchBuffer rows(behaviour);
-  Batch& batch = rows.batch();
-  env->Reset(options.seed, {&batch, 1});
-  learner->Begin(batch);
-  while (learner->steps() < options.total_steps) {
-    rows.Advance();
-    learner->Act(batch);
-    env->Step({&batch, 1});
-    learner->Record(batch);
-    while (learner->Learn({})) {
-    }
-  }
-  return learner;
-}
-
-TrainOptions PoleByDqn() {
-  TrainOptions options = RoadTraining(3000);
-  options.algorithm = "dqn";
-  options.hyperparameters = {{"buffer_size", "2000"}, {"net_arch", "[16]"}, {"train_freq", "2"}};
+TrainOptions BySmallSteps(const char* algorithm, std::int64_t steps) {
+  TrainOptions options = RoadTraining(steps);
+  options.algorithm = algorithm;
+  options.hyperparameters = {{"buffer_size", "2000"}, {"net_arch", "[16]"}, {"train_freq", "2"}, {"batch_size", "32"}};
   return options;
 }
+TrainOptions PoleByDqn() {
+  return BySmallSteps("dqn", 3000);
+}
 
-// Learning at every step: what the engine's thread does at once, what is handed over (every third round here takes so
-// many gradient steps that it is) and what is learned in a process of its own are the same bits.
-TEST(Training, InsideTheEngineDqnLearnsWhatItLearnsInProcess) {
+/// An algorithm that learns at every step, and a world for it.
+struct EveryStep {
+  const char *algorithm, *world;
+  std::int64_t steps;
+};
+class LearningAtEveryStep : public ::testing::TestWithParam<EveryStep> {
+ protected:
+  TrainOptions options() const { return BySmallSteps(GetParam().algorithm, GetParam().steps); }
+  static std::unique_ptr<learn::Learner> Alone(TickedEngine& engine, const TrainOptions& options) {
+    return InProcess(GetParam().world, engine.world().spec().behaviours[0].slots, options, options.seed);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Each, LearningAtEveryStep,
+                         ::testing::Values(EveryStep{"dqn", "cartpole-v1", 3000}, EveryStep{"sac", "pendulum-v1", 1000},
+                                           EveryStep{"td3", "pendulum-v1", 1000},
+                                           EveryStep{"ddpg", "pendulum-v1", 1000}),
+                         [](const auto& tested) { return std::string(tested.param.algorithm); });
+
+/// Agents that act by `model` do what it does alone, bit for bit.
+void ExpectActsAlike(const ModelFile& model, const char* world) {
+  TickedEngine engine(world, 3, 1);
+  const std::vector<std::byte> bytes = model.Serialise();
+  const auto driver = *Act(engine.world(), std::span(&bytes, 1), ActOptions());
+  Policy alone = *Policy::FromFile(*ModelFile::Parse(bytes));
+  Rng rng;
+  std::vector<std::byte> expected(engine.world().spec().behaviours[0].action_layout.row_bytes);
+  int acted = 0;
+  for (int tick = 0; tick < 60; ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
+    for (AgentId a = 0; a < 3 && engine.world().cue() == Cue::kAct; ++a, ++acted) {
+      alone.Act(engine.world().Observation(a), nullptr, 1, ActionMode::kDeterministic, rng, expected.data());
+      ASSERT_EQ(std::memcmp(engine.world().Action(a), expected.data(), expected.size()), 0);
+    }
+  }
+  EXPECT_GT(acted, 100);
+}
+
+// What the engine's thread does at once, what is handed over (every third round of dqn here takes so many gradient
+// steps that it is) and what is learned in a process of its own are the same bits; so is what the model does.
+TEST_P(LearningAtEveryStep, InsideTheEngineIsWhatItIsInProcess) {
   for (const char* gradient_steps : {"1", "40"}) {
-    TickedEngine engine("cartpole-v1", 2, 1);
-    TrainOptions options = PoleByDqn();
-    options.hyperparameters.emplace_back("gradient_steps", gradient_steps);
-    auto driver = *Train(engine.world(), options);
+    TickedEngine engine(GetParam().world, 2, 1);
+    TrainOptions made = options();
+    made.hyperparameters.emplace_back("gradient_steps", gradient_steps);
+    auto driver = *Train(engine.world(), made);
     TrainToTheEnd(engine, *driver);
-    const std::unique_ptr<learn::Learner> alone = InProcess(engine.world().spec().behaviours[0], options);
-    EXPECT_EQ(driver->progress().steps, 3000);
+    const std::unique_ptr<learn::Learner> alone = Alone(engine, made);
+    EXPECT_EQ(driver->progress().steps, made.total_steps);
     EXPECT_EQ(driver->progress().updates, alone->updates());
-    EXPECT_GT(alone->updates(), 500);
+    EXPECT_GT(alone->updates(), 200);
     EXPECT_TRUE(driver->learned(0));
     EXPECT_EQ(Policy::FromFile(*driver->Model(0))->data().parameters, alone->Snapshot().parameters);
+    ExpectActsAlike(*driver->Model(0), GetParam().world);
   }
 }
 
-TEST(Training, WhileTheGameGoesOnDqnLosesNoStep) {
-  TickedEngine engine("cartpole-v1", 2, 1);
-  TrainOptions options = PoleByDqn();
-  options.while_learning = WhileLearning::kGoOn;
-  auto driver = *Train(engine.world(), options);
+TEST_P(LearningAtEveryStep, WhileTheGameGoesOnLosesNoStep) {
+  TickedEngine engine(GetParam().world, 2, 1);
+  TrainOptions made = options();
+  made.while_learning = WhileLearning::kGoOn;
+  auto driver = *Train(engine.world(), made);
   for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) {
     ASSERT_TRUE(engine.Tick(*driver, 1.0).ok());
     ASSERT_NE(engine.world().cue(), Cue::kWait);
-    ASSERT_EQ(driver->progress().steps, std::min<std::int64_t>(engine.world().tally().steps, 3000));
-    if (tick == 1000) {
+    ASSERT_EQ(driver->progress().steps, std::min(engine.world().tally().steps, made.total_steps));
+    if (tick == 500) {
       ASSERT_TRUE(driver->Model(0).ok());
     }
   }
   ASSERT_TRUE(driver->finished());
-  EXPECT_EQ(driver->progress().updates, InProcess(engine.world().spec().behaviours[0], options)->updates());
+  EXPECT_EQ(driver->progress().updates, Alone(engine, made)->updates());
 }
 
 TEST(Training, OfDqnThatFailsOrIsStoppedEndsInOrder) {
