@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <utility>
 
 #include "consac/base/file.h"
 #include "consac/base/hash.h"
 #include "consac/base/names.h"
-#include "consac/run/path.h"
+#include "consac/run/shortage.h"
 #include "run_files.h"
 
 namespace consac::run {
@@ -44,11 +45,12 @@ std::span<const std::byte> BytesOf(const auto& object) {
   return std::as_bytes(std::span(&object, 1));
 }
 
-Result<Segment> WriteSegment(const std::string& file, const StateRows& rows, std::int64_t begin, std::int64_t end) {
+Result<Segment> WriteSegment(const std::string& file, const FolderCheck& folder, const StateRows& rows,
+                             std::int64_t begin, std::int64_t end) {
   SegmentHeader header{{}, rows.row_bytes(), begin, end};
   std::memcpy(header.magic, kMagic, sizeof(kMagic));
   AtomicFile out;
-  CONSAC_RETURN_IF_ERROR(out.Open(file));
+  CONSAC_RETURN_IF_ERROR(out.Open(file, folder));
   CONSAC_RETURN_IF_ERROR(out.Write(BytesOf(header)));
   std::uint64_t digest = BeginDigest(header);
   const std::int64_t most = RowsOfPiece(header.row_bytes);
@@ -126,7 +128,7 @@ std::string RowSegments::FileOf(const std::string& path, const Segment& segment)
     const std::string digits = std::to_string(row);
     return std::string(digits.size() < 12 ? 12 - digits.size() : 0, '0') + digits;
   };
-  return folder_ + "/" + FileNameOf(rows + "_" + number(segment.begin) + "_" + number(segment.end), kSegmentEnd);
+  return FileNameOf(rows + "_" + number(segment.begin) + "_" + number(segment.end), kSegmentEnd);
 }
 
 // A small segment is written again together with what follows it, unless that is less: so their number stays small, and
@@ -144,8 +146,10 @@ Status RowSegments::Write(const std::string& path, StateRows& rows, std::vector<
     kept.pop_back();
   }
   if (begin < end) {
-    Result<Segment> segment = WriteSegment(FileOf(path, {begin, end, 0}), rows, begin, end);
+    const std::string file = FileOf(path, {begin, end, 0});
+    Result<Segment> segment = WriteSegment(folder_ + "/" + file, check_, rows, begin, end);
     if (!segment.ok()) return segment.status();
+    written_.insert(file);
     kept.push_back(*segment);
   }
   list = std::move(kept);
@@ -159,17 +163,18 @@ Status RowSegments::Read(const std::string& path, std::int64_t end, StateRows& r
                          "the rows of '" + path + "' do not fit; resume with the settings of the first run"};
   for (const Segment& segment : all) {
     bool fits = true;
-    CONSAC_RETURN_IF_ERROR(ReadSegment(
-        FileOf(path, segment), segment, row_bytes, [&](std::int64_t at, std::int64_t count, const std::byte* piece) {
-          const std::int64_t skipped = std::clamp<std::int64_t>(rows.end_row() - at, 0, count);
-          fits = at <= rows.end_row() &&
-                 rows.TakeRows(count - skipped, piece + static_cast<std::size_t>(skipped) * row_bytes);
-          return fits;
-        }));
+    CONSAC_RETURN_IF_ERROR(
+        ReadSegment(folder_ + "/" + FileOf(path, segment), segment, row_bytes,
+                    [&](std::int64_t at, std::int64_t count, const std::byte* piece) {
+                      const std::int64_t skipped = std::clamp<std::int64_t>(rows.end_row() - at, 0, count);
+                      fits = at <= rows.end_row() &&
+                             rows.TakeRows(count - skipped, piece + static_cast<std::size_t>(skipped) * row_bytes);
+                      return fits;
+                    }));
     if (!fits) return misfit;
   }
   if (rows.end_row() != end) return misfit;
-  segments_[path] = all;
+  segments_[path] = committed_[path] = all;
   return Status::Ok();
 }
 
@@ -182,34 +187,67 @@ Status RowSegments::Check(const StateMap& state) const {
     if (digests == state.end()) continue;
     for (const Segment& segment :
          SegmentsFrom(NumbersOf<std::int64_t>(field), NumbersOf<std::uint64_t>(digests->second)))
-      CONSAC_RETURN_IF_ERROR(ReadSegment(FileOf(path, segment), segment, 0, {}));
+      CONSAC_RETURN_IF_ERROR(ReadSegment(folder_ + "/" + FileOf(path, segment), segment, 0, {}));
   }
   return Status::Ok();
 }
 
-void RowSegments::Committed(std::int64_t keep) {
-  std::set<std::string> needed;
-  for (const auto& [path, list] : segments_) {
-    for (const Segment& segment : list) needed.insert(FileOf(path, segment));
+std::set<std::string> RowSegments::FilesOf(const SegmentsByPath& segments) const {
+  std::set<std::string> files;
+  for (const auto& [path, list] : segments) {
+    for (const Segment& segment : list) files.insert(FileOf(path, segment));
   }
-  std::set<std::string> there;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(ToPath(folder_), error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string file = FromPath(entry->path().filename());
-    if (IsSegment(file)) there.insert(folder_ + "/" + file);
+  return files;
+}
+
+// Opened before the check: it is of this folder then, whatever takes its place.
+void RowSegments::Remove(const std::set<std::string>& files) const {
+  Folder folder;
+  if (files.empty() || !folder.Open(folder_).ok() || (check_ && !check_().ok())) return;
+  for (const std::string& file : files) folder.Remove(file);
+}
+
+void RowSegments::Committed() {
+  written_.clear();
+  SegmentsByPath committed = segments_;
+  committed_ = std::move(committed);
+}
+
+void RowSegments::RemoveUnneeded(std::int64_t keep) {
+  std::set<std::string> unneeded;
+  for (const std::string& file : FilesIn(folder_)) {
+    if (IsSegment(file)) unneeded.insert(file);
   }
   // Which of those that were there before the checkpoints of earlier sessions need is not known: all, for a while.
-  if (!looked_) held_.assign(static_cast<std::size_t>(std::max<std::int64_t>(keep - 1, 0)), there);
+  if (!looked_) held_.assign(static_cast<std::size_t>(std::max<std::int64_t>(keep - 1, 0)), unneeded);
   looked_ = true;
-  held_.push_back(std::move(needed));
+  held_.push_back(FilesOf(committed_));
   while (held_.size() > static_cast<std::size_t>(std::max<std::int64_t>(keep, 1))) held_.pop_front();
-  for (const std::string& file : there) {
-    const bool wanted =
-        std::any_of(held_.begin(), held_.end(), [&](const std::set<std::string>& held) { return held.contains(file); });
-    std::error_code ignored;
-    if (!wanted) std::filesystem::remove(ToPath(file), ignored);
+  for (const std::set<std::string>& held : held_) {
+    for (const std::string& file : held) unneeded.erase(file);
   }
+  Remove(unneeded);
+}
+
+// Of the same rows as a standing checkpoint's a file has that one's contents, and stays.
+void RowSegments::Abandon() {
+  if (written_.empty()) return;
+  SegmentsByPath committed = committed_;  // memory may be what was short: all of it is taken back, or nothing
+  segments_ = std::move(committed);
+  std::set<std::string> unneeded = std::exchange(written_, {});
+  for (const std::string& file : FilesOf(committed_)) unneeded.erase(file);
+  for (const std::set<std::string>& held : held_) {
+    for (const std::string& file : held) unneeded.erase(file);
+  }
+  Remove(unneeded);
+}
+
+CheckpointWriter::~CheckpointWriter() {
+  const Status gone = Guarded([this] {
+    segments_.Abandon();
+    return Status::Ok();
+  });
+  if (!gone.ok()) Log(LogLevel::kError, gone.message());
 }
 
 void CheckpointWriter::OnRows(const std::string& path, StateRows& rows) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "consac/base/archive.h"
+#include "consac/base/file.h"
 
 namespace consac::run {
 
@@ -28,8 +29,10 @@ struct Segment {
 /// goes.
 class RowSegments {
  public:
-  /// In the folder of the checkpoints. What is there already is kept until `keep` checkpoints have followed.
-  explicit RowSegments(std::string folder) : folder_(std::move(folder)) {}
+  /// In the folder of the checkpoints, which is written to as long as `check` says so. What is there already is kept
+  /// until `keep` checkpoints have followed.
+  explicit RowSegments(std::string folder, FolderCheck check = {})
+      : folder_(std::move(folder)), check_(std::move(check)) {}
 
   /// Writes what of `rows` is new since the last time and lists all segments that hold some of it.
   Status Write(const std::string& path, StateRows& rows, std::vector<Segment>* all);
@@ -37,24 +40,38 @@ class RowSegments {
   Status Read(const std::string& path, std::int64_t end, StateRows& rows, const std::vector<Segment>& all);
   /// Ok when every segment that `state` names is there and whole.
   Status Check(const StateMap& state) const;
-  /// A checkpoint that names what was written or read since the last call is on disk; deletes what none of the latest
-  /// `keep` needs.
-  void Committed(std::int64_t keep);
+  /// A checkpoint that names what was written or read since the last call is on disk. RemoveUnneeded is to follow.
+  void Committed();
+  /// Deletes what none of the latest `keep` checkpoints needs.
+  void RemoveUnneeded(std::int64_t keep);
+  /// No checkpoint names what was written since the last one, nor will: deletes it, and the next one writes it anew.
+  /// Nothing where all that was written is committed.
+  void Abandon();
 
  private:
+  using SegmentsByPath = std::map<std::string, std::vector<Segment>>;
   std::string FileOf(const std::string& path, const Segment& segment) const;
+  std::set<std::string> FilesOf(const SegmentsByPath& segments) const;
+  void Remove(const std::set<std::string>& files) const;
 
   std::string folder_;
-  std::map<std::string, std::vector<Segment>> segments_;  // by path: what the next checkpoint names
-  std::deque<std::set<std::string>> held_;                // files that each of the latest checkpoints needs
-  bool looked_ = false;                                   // at what was there already
+  FolderCheck check_;
+  SegmentsByPath segments_;                 // what the next checkpoint names
+  SegmentsByPath committed_;                // what the latest one on disk names
+  std::set<std::string> written_;           // since then
+  std::deque<std::set<std::string>> held_;  // files that each of the latest checkpoints needs
+  bool looked_ = false;                     // at what was there already
 };
 
-/// Collects a state for a checkpoint; rows go into segments.
+/// Collects a state for a checkpoint; rows go into segments, and away again if there is no SaveCheckpoint before this
+/// ends, or it fails.
 class CheckpointWriter final : public StateWriter {
  public:
   /// Into `segments`.
   explicit CheckpointWriter(RowSegments& segments) : segments_(segments) {}
+  ~CheckpointWriter() override;
+  CheckpointWriter(const CheckpointWriter&) = delete;
+  CheckpointWriter& operator=(const CheckpointWriter&) = delete;
 
  protected:
   void OnRows(const std::string& path, StateRows& rows) override;

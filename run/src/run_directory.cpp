@@ -137,7 +137,9 @@ Result<std::unique_ptr<RunDirectory>> RunDirectory::Open(const std::string& dire
 }
 
 RunDirectory::RunDirectory(std::string path, int lock)
-    : path_(std::move(path)), lock_(lock), segments_(std::make_unique<RowSegments>(path_ + "/checkpoints")) {}
+    : path_(std::move(path)),
+      lock_(lock),
+      segments_(std::make_unique<RowSegments>(path_ + "/checkpoints", [this] { return CheckOurs(); })) {}
 
 RunDirectory::~RunDirectory() {
   const Status back = Guarded([this] { return PutBack(); });  // memory may be what was short
@@ -153,11 +155,14 @@ Status RunDirectory::PutBack() {
 }
 
 void RunDirectory::KeepReplacedModel(const std::string& name) const {
-  if (replaces_) KeepModelOfRunAside(path_, name);
+  if (replaces_ && CheckOurs().ok()) KeepModelOfRunAside(path_, name);
 }
 
 Status RunDirectory::RemoveReplaced() {
-  if (replaces_) CONSAC_RETURN_IF_ERROR(RemoveRunAside(path_));
+  if (replaces_) {
+    CONSAC_RETURN_IF_ERROR(CheckOurs());
+    CONSAC_RETURN_IF_ERROR(RemoveRunAside(path_));
+  }
   replaces_ = false;
   return Status::Ok();
 }
@@ -169,6 +174,10 @@ Status RunDirectory::CheckOurs() const {
                                      "latest checkpoint cannot be saved in it"};
 }
 
+Status RunDirectory::Write(const std::string& file, std::span<const std::byte> bytes) const {
+  return WriteFileAtomically(file, bytes, [this] { return CheckOurs(); });
+}
+
 Status RunDirectory::CheckCheckpointsReadable() const {
   std::error_code error;
   const fs::directory_iterator entry(ToPath(path_ + "/checkpoints"), error);
@@ -178,11 +187,9 @@ Status RunDirectory::CheckCheckpointsReadable() const {
 }
 
 std::vector<std::string> RunDirectory::Checkpoints() const {
-  std::vector<std::string> found;
-  for (const std::string& name : FilesIn(path_ + "/checkpoints")) {
-    if (IsCheckpoint(name)) found.push_back(path_ + "/checkpoints/" + name);
-  }
-  std::ranges::sort(found, {}, [](const std::string& file) { return std::pair(file.size(), file); });  // by steps
+  std::vector<std::string> found = FilesIn(path_ + "/checkpoints");
+  std::erase_if(found, [](const std::string& name) { return !IsCheckpoint(name); });
+  std::ranges::sort(found, {}, [](const std::string& name) { return std::pair(name.size(), name); });  // by steps
   return found;
 }
 
@@ -191,32 +198,40 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   ModelFile file;
   file.spec_json = description;
   file.PutState(state);
-  CONSAC_RETURN_IF_ERROR(CheckOurs());
-  const std::string path = fmt::format("{}/checkpoints/step_{:012d}.consac", path_, steps);
-  CONSAC_RETURN_IF_ERROR(file.Save(path));
-  // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
-  std::vector<std::string> all = Checkpoints();
-  for (; !all.empty() && all.back() != path; all.pop_back()) Remove(all.back());
-  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) Remove(all[i]);
-  segments_->Committed(keep);
+  const std::string name = fmt::format("step_{:012d}.consac", steps);
+  CONSAC_RETURN_IF_ERROR(Write(path_ + "/checkpoints/" + name, file.Serialise()));
+  segments_->Committed();
+  RemoveCheckpoints(name, keep);
+  segments_->RemoveUnneeded(keep);
   return Status::Ok();
+}
+
+void RunDirectory::RemoveCheckpoints(const std::string& name, std::int64_t keep) const {
+  std::vector<std::string> all = Checkpoints();
+  Folder folder;
+  // Opened and looked into before the check: both are of this run's folder then.
+  if (!folder.Open(path_ + "/checkpoints").ok() || !CheckOurs().ok()) return;
+  // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
+  for (; !all.empty() && all.back() != name; all.pop_back()) folder.Remove(all.back());
+  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) folder.Remove(all[i]);
 }
 
 Result<StateMap> RunDirectory::LoadCheckpoint(std::size_t most_bytes) const {
   CONSAC_RETURN_IF_ERROR(CheckCheckpointsReadable());
   std::vector<std::string> all = Checkpoints();
-  for (auto path = all.rbegin(); path != all.rend(); ++path) {
-    CONSAC_RETURN_IF_ERROR(CheckSize(*path, most_bytes));
-    const Result<ModelFile> file = ModelFile::Load(*path);
+  for (auto name = all.rbegin(); name != all.rend(); ++name) {
+    const std::string path = path_ + "/checkpoints/" + *name;
+    CONSAC_RETURN_IF_ERROR(CheckSize(path, most_bytes));
+    const Result<ModelFile> file = ModelFile::Load(path);
     if (file.ok()) {
       StateMap state = file->TakeState();
       const Status whole = segments_->Check(state);
       if (whole.ok()) return state;
-      if (whole.code() == StatusCode::kFailedPrecondition) return CannotBeRead(*path, whole);
-      Log(LogLevel::kWarning, "passing over checkpoint '" + *path + "': " + whole.message());
+      if (whole.code() == StatusCode::kFailedPrecondition) return CannotBeRead(path, whole);
+      Log(LogLevel::kWarning, "passing over checkpoint '" + path + "': " + whole.message());
       continue;
     }
-    if (!ReadRegularFile(*path).ok()) return CannotBeRead(*path, file.status());
+    if (!ReadRegularFile(path).ok()) return CannotBeRead(path, file.status());
     Log(LogLevel::kWarning, "passing over a checkpoint: " + file.status().message());
   }
   if (all.empty()) return Status{StatusCode::kNotFound, "run '" + path_ + "' has no checkpoint yet"};

@@ -84,7 +84,7 @@ Status Training::OpenReport(bool resumed) {
 
 Status Training::WriteConfig() const {
   const std::string yaml = WriteYaml(config_);
-  return WriteFileAtomically(directory_->File("config.yaml"), std::as_bytes(std::span(yaml)));
+  return directory_->Write(directory_->File("config.yaml"), std::as_bytes(std::span(yaml)));
 }
 
 Status Training::Start(std::vector<WorldSource> worlds) {

@@ -329,7 +329,7 @@ Status Training::SaveModel(PolicyData data, const std::string& folder, const Beh
   const Result<Policy> policy = Policy::Create(std::move(data), 1);
   if (!policy.ok()) return policy.status();
   const std::string file = folder + "/" + ModelFileName(spec(), behaviour);
-  return policy->ToFile(config_.seed).Save(file);
+  return directory_->Write(file, policy->ToFile(config_.seed).Serialise());
 }
 
 }  // namespace consac::run

@@ -2,6 +2,7 @@
 // what none of them needs goes, and a damaged segment makes its checkpoint be passed over.
 #include "row_segments.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +13,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <utility>
 
 #include "consac/run/run_directory.h"
 #include "tests/support.h"
@@ -39,6 +42,7 @@ class Numbers final : public StateRows {
       std::memset(to, 0, row_bytes_);
       std::memcpy(to, &numbers_.at(row), sizeof(std::int64_t));
       copied += 1;
+      if (on_copy) std::exchange(on_copy, {})();
     }
   }
   bool BeginRows(std::int64_t first, std::int64_t end) override {
@@ -54,6 +58,7 @@ class Numbers final : public StateRows {
 
   std::int64_t salt = 0;
   mutable std::int64_t copied = 0;
+  mutable std::function<void()> on_copy;  // once: what happens while they are written
 
  private:
   void Forget() {
@@ -123,6 +128,61 @@ TEST(RowSegments, ManySmallStepsMakeFewFiles) {
   EXPECT_LE(SegmentFiles(scratch.path()).size(), 12u);
   EXPECT_LE(numbers.copied, 80 * 4 * 10) << "each row a few times";
 }
+
+// A folder in the checkpoint's place: it cannot be written, and its segments can.
+TEST(RowSegments, ThoseOfACheckpointThatCannotBeWrittenGoAndTheNextOneHasAllRows) {
+  testing::ScratchFolder scratch("failed");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const auto fail = [&](Numbers& numbers) {
+    const std::string place = directory->File(fmt::format("checkpoints/step_{:012d}.consac", numbers.end_row()));
+    fs::create_directory(place);
+    EXPECT_FALSE(Save(*directory, numbers, 2).ok());
+    fs::remove(place);
+  };
+  Numbers numbers(2500, 4000);
+  numbers.Add(300);
+  fail(numbers);
+  EXPECT_TRUE(SegmentFiles(scratch.path()).empty()) << "there is no checkpoint yet that needs any";
+  for (const std::int64_t more : {1200, 20, 2000}) {
+    numbers.Add(more);
+    ASSERT_TRUE(Save(*directory, numbers, 2).ok());
+    const std::vector<std::string> standing = SegmentFiles(scratch.path());
+    const std::uint64_t then = HashState(numbers);
+    for (int tries = 0; tries < 3; ++tries) {
+      numbers.Add(500);
+      fail(numbers);
+      EXPECT_EQ(SegmentFiles(scratch.path()), standing) << more;
+    }
+    Numbers before(2500, 4000);
+    const Status loaded = Load(*directory, before);
+    ASSERT_TRUE(loaded.ok()) << loaded.message();
+    EXPECT_EQ(HashState(before), then) << "the checkpoint that stands is whole";
+    ASSERT_TRUE(Save(*directory, numbers, 2).ok());
+    Numbers again(2500, 4000);
+    ASSERT_TRUE(Load(*directory, again).ok());
+    EXPECT_EQ(HashState(again), HashState(numbers)) << "and so is the next one";
+  }
+}
+
+#if !defined(_WIN32)  // where a folder with an open file is not moved
+TEST(RowSegments, AFolderThatIsExchangedWhileOneIsWrittenIsNotWrittenTo) {
+  testing::ScratchFolder scratch("exchanged");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::string other = scratch.path() + "/other", theirs = "learner.rows_000000000000_000000000010.rows";
+  fs::create_directories(other + "/checkpoints");
+  for (const std::string& file : {std::string(".lock"), "checkpoints/" + theirs})
+    std::ofstream(other + "/" + file) << "theirs";
+  Numbers numbers(2500, 4000);
+  numbers.Add(300);
+  numbers.on_copy = [&] {
+    fs::rename(directory->path(), scratch.path() + "/moved");
+    fs::rename(other, directory->path());
+  };
+  EXPECT_THAT(Save(*directory, numbers, 1).message(), HasSubstr("belongs to another run now"));
+  EXPECT_THAT(SegmentFiles(scratch.path()), ::testing::ElementsAre(::testing::EndsWith(theirs)));
+  EXPECT_EQ(std::distance(fs::directory_iterator(directory->File("checkpoints")), fs::directory_iterator()), 1);
+}
+#endif
 
 TEST(RowSegments, ADamagedOneMakesItsCheckpointBePassedOver) {
   testing::ScratchFolder scratch("damaged");

@@ -13,6 +13,7 @@
 #include <map>
 #include <set>
 
+#include "consac/base/file.h"
 #include "consac/model/model_file.h"
 #include "row_segments.h"
 #include "tests/support.h"
@@ -36,6 +37,11 @@ float ValueOf(const RunDirectory& directory) {
   float value = 0.0f;
   if (state.ok()) std::memcpy(&value, state->at("value").bytes.data(), sizeof(value));
   return value;
+}
+
+std::string TextOf(const std::string& file) {
+  const auto bytes = ReadFile(file);
+  return bytes.ok() ? std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()) : "";
 }
 
 std::unique_ptr<RunDirectory> Open(const std::string& root, ExistingRun existing) {
@@ -148,7 +154,8 @@ TEST(RunDirectory, CheckpointsThatSomebodyNamedAreTheirs) {
   RowSegments segments(directory->File("checkpoints"));
   for (int k = 0; k < 3; ++k) {
     ASSERT_TRUE(directory->SaveCheckpoint(999999999999 + k, State(1.0f), "{}", 1).ok());
-    segments.Committed(1);
+    segments.Committed();
+    segments.RemoveUnneeded(1);
   }
   there.insert("step_1000000000001.consac");
   std::set<std::string> left;
@@ -308,6 +315,32 @@ TEST(RunDirectory, AFolderThatWasDeletedBelongsToWhoeverMakesItAnew) {
   EXPECT_THAT(lost.message(), HasSubstr("another run"));
   EXPECT_EQ(ValueOf(*second), 2.0f);
   EXPECT_TRUE(second->CheckOurs().ok());
+}
+
+// Asked before the first file of a save, the folder may be another run's when the second is written.
+TEST(RunDirectory, BetweenTwoFilesOfASaveItsFolderMayBeExchangedAndNothingGoesIntoTheOther) {
+  testing::ScratchFolder scratch("exchanged");
+  for (const bool link : {false, true}) {
+    const std::string root = scratch.path() + (link ? "/link" : "/folder"), other = root + "/other";
+    fs::create_directories(other + "/checkpoints");
+    for (const char* file : {"/.lock", "/model.consac", "/checkpoints/step_000000000100.consac"})
+      std::ofstream(other + file) << "theirs";
+    const auto directory = Open(root, ExistingRun::kRefuse);
+    ASSERT_TRUE(directory->CheckOurs().ok());
+    ASSERT_TRUE(directory->SaveCheckpoint(50, State(1.0f), "{}", 1).ok());
+    fs::rename(directory->path(), root + "/moved");
+    if (link)
+      fs::create_directory_symlink(other, directory->path());
+    else
+      fs::rename(other, directory->path());
+    const std::string bytes = "ours";
+    const Status refused = directory->Write(directory->File("model.consac"), std::as_bytes(std::span(bytes)));
+    EXPECT_THAT(refused.message(), HasSubstr("belongs to another run now"));
+    EXPECT_FALSE(directory->SaveCheckpoint(100, State(1.0f), "{}", 1).ok());
+    for (const char* file : {"model.consac", "checkpoints/step_000000000100.consac"})
+      EXPECT_EQ(TextOf(directory->File(file)), "theirs") << file;
+    EXPECT_FALSE(fs::exists(root + "/moved/model.consac"));
+  }
 }
 #endif
 

@@ -65,33 +65,11 @@ std::uint64_t LengthOf(std::FILE* file) {
   return known ? static_cast<std::uint64_t>(what.st_size) : 0;
 }
 
-void RemoveFile(const std::string& path) {
-#if defined(_WIN32)
-  _wremove(WidePath(path).c_str());
-#else
-  std::remove(path.c_str());
-#endif
-}
-
 bool SyncFile(std::FILE* file) {
 #if defined(_WIN32)
   return _commit(_fileno(file)) == 0;
 #else
   return fsync(fileno(file)) == 0;
-#endif
-}
-
-// After a rename only the folder's own sync makes the new name survive a power cut.
-void SyncFolderOf(const std::string& path) {
-#if !defined(_WIN32)
-  const std::size_t slash = path.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY);
-  if (descriptor < 0) return;
-  (void)fsync(descriptor);
-  close(descriptor);
-#else
-  (void)path;
 #endif
 }
 
@@ -106,23 +84,14 @@ bool IsSpecial(const std::string& path) {
 #endif
 }
 
-bool ReplaceFile(const std::string& from, const std::string& to) {
+// Of the folder that `path` lies in, with its last '/'; "" where it names none.
+std::string FolderPart(const std::string& path) {
 #if defined(_WIN32)
-  // A file that somebody reads cannot be replaced there: an engine that loads the model is done in a moment.
-  const std::wstring source = WidePath(from), target = WidePath(to);
-  for (int tries = 0; tries < 100; ++tries) {
-    if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH)) return true;
-    const DWORD error = GetLastError();
-    errno = error == ERROR_DISK_FULL                                         ? ENOSPC
-            : error == ERROR_FILE_NOT_FOUND || error == ERROR_PATH_NOT_FOUND ? ENOENT
-                                                                             : EACCES;
-    if (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED) break;
-    Sleep(10);
-  }
-  return false;
+  const std::size_t slash = path.find_last_of("/\\");
 #else
-  return std::rename(from.c_str(), to.c_str()) == 0;
+  const std::size_t slash = path.rfind('/');
 #endif
+  return path.substr(0, slash == std::string::npos ? 0 : slash + 1);
 }
 
 }  // namespace
@@ -192,6 +161,84 @@ Status FileReader::Read(std::span<std::byte> bytes) {
   return {StatusCode::kDataLoss, "'" + path_ + "' ends too early"};
 }
 
+Folder::~Folder() {
+  Close();
+}
+
+#if defined(_WIN32)
+Status Folder::Open(const std::string& path) {
+  path_ = path.empty() || path.ends_with('/') || path.ends_with('\\') ? path : path + "/";
+  return Status::Ok();
+}
+
+void Folder::Close() {}
+
+void Folder::Remove(const std::string& name) const {
+  _wremove(WidePath(path_ + name).c_str());
+}
+
+std::FILE* Folder::Create(const std::string& name) const {
+  return OpenFile(path_ + name, "wb");
+}
+
+bool Folder::Rename(const std::string& from, const std::string& to) const {
+  // A file that somebody reads cannot be replaced there: an engine that loads the model is done in a moment.
+  const std::wstring source = WidePath(path_ + from), target = WidePath(path_ + to);
+  for (int tries = 0; tries < 100; ++tries) {
+    if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH)) return true;
+    const DWORD error = GetLastError();
+    errno = error == ERROR_DISK_FULL                                         ? ENOSPC
+            : error == ERROR_FILE_NOT_FOUND || error == ERROR_PATH_NOT_FOUND ? ENOENT
+                                                                             : EACCES;
+    if (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED) break;
+    Sleep(10);
+  }
+  return false;
+}
+
+void Folder::Sync() const {}
+#else
+Status Folder::Open(const std::string& path) {
+  Close();
+  path_ = path.empty() ? "." : path;
+  folder_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+#if defined(O_PATH)
+  // Into a folder that may not be listed files can be put.
+  if (folder_ < 0 && errno == EACCES) folder_ = open(path_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+#endif
+  return folder_ < 0 ? WriteError("open folder", path_, errno) : Status::Ok();
+}
+
+void Folder::Close() {
+  if (folder_ >= 0) close(folder_);
+  folder_ = -1;
+}
+
+void Folder::Remove(const std::string& name) const {
+  (void)unlinkat(folder_, name.c_str(), 0);
+}
+
+std::FILE* Folder::Create(const std::string& name) const {
+  const int descriptor = openat(folder_, name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  std::FILE* const file = descriptor < 0 ? nullptr : fdopen(descriptor, "wb");
+  if (file != nullptr || descriptor < 0) return file;
+  const int error = errno;
+  close(descriptor);
+  Remove(name);
+  errno = error;
+  return nullptr;
+}
+
+bool Folder::Rename(const std::string& from, const std::string& to) const {
+  return renameat(folder_, from.c_str(), folder_, to.c_str()) == 0;
+}
+
+// After a rename only the folder's own sync makes the new name survive a power cut.
+void Folder::Sync() const {
+  (void)fsync(folder_);
+}
+#endif
+
 AtomicFile::~AtomicFile() {
   Drop();
 }
@@ -200,19 +247,25 @@ void AtomicFile::Drop() {
   if (file_ == nullptr) return;
   std::fclose(file_);
   file_ = nullptr;
-  RemoveFile(temporary_);
+  folder_.Remove(temporary_);
 }
 
-Status AtomicFile::Open(const std::string& path) {
+Status AtomicFile::Open(const std::string& path, const FolderCheck& check) {
   Drop();
+  check_ = check;
   path_ = path;
   if (IsSpecial(path)) {
     return status_ = {StatusCode::kDataLoss,
                       "'" + path + "' is no regular file and is not replaced; take it away, or name another"};
   }
-  temporary_ = path + ".tmp-" + std::to_string(ProcessId());
-  file_ = OpenFile(temporary_, "wb");
-  return status_ = file_ == nullptr ? WriteError("create", temporary_, errno) : Status::Ok();
+  const std::string folder = FolderPart(path);
+  name_ = path.substr(folder.size());
+  temporary_ = name_ + ".tmp-" + std::to_string(ProcessId());
+  status_ = folder_.Open(folder);
+  if (status_.ok() && check_) status_ = check_();  // from here on it stays the folder that is asked of
+  if (!status_.ok()) return status_;
+  file_ = folder_.Create(temporary_);
+  return status_ = file_ == nullptr ? WriteError("create", folder + temporary_, errno) : Status::Ok();
 }
 
 Status AtomicFile::Write(std::span<const std::byte> bytes) {
@@ -233,21 +286,28 @@ Status AtomicFile::Commit() {
   file_ = nullptr;
   if (!written || !closed) {
     const int error = written ? errno : write_error;
-    RemoveFile(temporary_);
+    folder_.Remove(temporary_);
     return status_ = WriteError("write", path_, error);
   }
-  if (!ReplaceFile(temporary_, path_)) {
+#if defined(_WIN32)
+  if (check_) status_ = check_();  // there it may be another one again
+  if (!status_.ok()) {
+    folder_.Remove(temporary_);
+    return status_;
+  }
+#endif
+  if (!folder_.Rename(temporary_, name_)) {
     const int error = errno;
-    RemoveFile(temporary_);
+    folder_.Remove(temporary_);
     return status_ = WriteError("rename onto", path_, error);
   }
-  SyncFolderOf(path_);
+  folder_.Sync();
   return status_;
 }
 
-Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes) {
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes, const FolderCheck& check) {
   AtomicFile file;
-  CONSAC_RETURN_IF_ERROR(file.Open(path));
+  CONSAC_RETURN_IF_ERROR(file.Open(path, check));
   CONSAC_RETURN_IF_ERROR(file.Write(bytes));
   return file.Commit();
 }

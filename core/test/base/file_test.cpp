@@ -90,6 +90,30 @@ TEST(File, FullDiskLeavesTheOldFile) {
 }
 #endif
 
+#if !defined(_WIN32)  // where a folder with an open file is not moved
+TEST(File, WhatIsBegunInAFolderEndsInItWhereverItIsMoved) {
+  namespace fs = std::filesystem;
+  const std::string root = Path("exchanged"), here = root + "/here", moved = root + "/moved";
+  fs::create_directories(here);
+  fs::create_directories(root + "/other");
+  const std::string theirs = "theirs", ours = "ours";
+  ASSERT_TRUE(WriteFileAtomically(root + "/other/model", std::as_bytes(std::span(theirs))).ok());
+  const auto exchange = [&] {  // right behind the check, where a check alone sees nothing of it
+    fs::rename(here, moved);
+    fs::rename(root + "/other", here);
+    return Status::Ok();
+  };
+  ASSERT_TRUE(WriteFileAtomically(here + "/model", std::as_bytes(std::span(ours)), exchange).ok());
+  EXPECT_EQ(ReadFile(here + "/model")->size(), theirs.size());
+  EXPECT_EQ(ReadFile(moved + "/model")->size(), ours.size());
+  const auto refuse = [] { return Status{StatusCode::kDataLoss, "not this one"}; };
+  EXPECT_EQ(WriteFileAtomically(here + "/model", std::as_bytes(std::span(ours)), refuse).message(), "not this one");
+  EXPECT_EQ(ReadFile(here + "/model")->size(), theirs.size());
+  EXPECT_EQ(std::distance(fs::directory_iterator(here), fs::directory_iterator()), 1) << "nothing half written";
+  fs::remove_all(root);
+}
+#endif
+
 TEST(Hash, PublishedVectors) {
   const auto bytes = [](std::string_view text) { return std::as_bytes(std::span(text)); };
   const std::span<const std::byte> abc[] = {bytes("a"), bytes("bc")};

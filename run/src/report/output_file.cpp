@@ -5,6 +5,7 @@
 #include <cstring>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "consac/base/file.h"
@@ -35,6 +36,12 @@ int WriteAll(int descriptor, const char* bytes, std::size_t count) {
     count -= static_cast<std::size_t>(written);
   }
   return 0;
+}
+
+bool Holds(int descriptor, std::string_view text) {
+  std::string found(text.size(), '\0');
+  return SizeOf(descriptor) == static_cast<std::int64_t>(text.size()) &&
+         ReadAt(descriptor, 0, found.data(), found.size()) && found == text;
 }
 
 }  // namespace
@@ -89,14 +96,26 @@ void OutputFile::Flush() {
 
 Status OutputFile::Replace(std::string_view text) {
   Flush();
-  if (descriptor_ >= 0) Close(descriptor_);  // Windows replaces no file that is open
-  const Status replaced = WriteFileAtomically(path_, std::as_bytes(std::span(text)));
+  if (descriptor_ < 0) return status_;
+  const Status another = {StatusCode::kDataLoss,
+                          "'" + path_ + "' was deleted, or is another file now; it is left alone"};
+  const auto close_ours = [&] {  // Windows replaces no file that is open, and asks again
+    if (descriptor_ >= 0 && !IsStillAt(descriptor_, path_)) return another;
+    if (descriptor_ >= 0) Close(std::exchange(descriptor_, -1));
+    return Status::Ok();
+  };
+  const Status replaced = WriteFileAtomically(path_, std::as_bytes(std::span(text)), close_ours);
+  if (descriptor_ >= 0) return replaced;
   descriptor_ = OpenToAppend(path_, false);
   const std::int64_t size = descriptor_ < 0 ? -1 : SizeOf(descriptor_);
-  if (size >= 0)
+  if (size < 0) {
+    if (status_.ok()) status_ = {CodeOf(errno), "cannot open '" + path_ + "' again: " + std::strerror(errno)};
+  } else if (replaced.ok() && !Holds(descriptor_, text)) {  // the folder was exchanged just now
+    Close(std::exchange(descriptor_, -1));
+    if (status_.ok()) status_ = another;
+  } else {
     size_ = static_cast<std::uint64_t>(size);
-  else if (status_.ok())
-    status_ = Status{CodeOf(errno), "cannot open '" + path_ + "' again: " + std::strerror(errno)};
+  }
   return replaced;
 }
 

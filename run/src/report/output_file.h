@@ -31,6 +31,7 @@ class OutputFile {
   /// Hands the buffer to the system.
   void Flush();
   /// Puts `text` in the place of all that is in the file; the file is as before when that fails.
+  /// kDataLoss where another file stands under that name by now: that one is left alone.
   Status Replace(std::string_view text);
   /// Flushes, then cuts the file to `bytes` and on to the end of the last line before; a shorter file is left alone.
   /// kDataLoss where kFarthestBack have no end of a line: then it is no file of ours, and stays as it is.

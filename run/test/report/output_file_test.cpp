@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "run/test/report/files.h"
 
 namespace consac::run {
@@ -107,6 +109,22 @@ TEST(OutputFile, ReplacesAllAndGoesOnBehindIt) {
   EXPECT_TRUE(file->status().ok());
   EXPECT_EQ(Contents(folder.File("a")), "two\nthree\nfour\n");
 }
+
+#if !defined(_WIN32)  // where a file that is open is not moved
+TEST(OutputFile, AnotherFileUnderItsNameIsNotReplaced) {
+  const TestFolder folder;
+  auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kTruncate));
+  file->Append("one\n");
+  file->Flush();
+  std::filesystem::rename(folder.File("a"), folder.File("moved"));
+  Put(folder.File("a"), "theirs\n");
+  EXPECT_EQ(file->Replace("two\n").code(), StatusCode::kDataLoss);
+  file->Append("three\n");
+  file->Flush();
+  EXPECT_EQ(Contents(folder.File("a")), "theirs\n");
+  EXPECT_EQ(Contents(folder.File("moved")), "one\nthree\n");
+}
+#endif
 
 TEST(OutputFile, CutsLinesOffItsEnd) {
   const TestFolder folder;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,9 +20,36 @@ Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t lim
 /// The same, but what is no regular file is refused (kInvalidArgument): a pipe would be waited for, a device may never
 /// end.
 Result<std::vector<std::byte>> ReadRegularFile(const std::string& path, std::size_t limit_bytes = std::size_t{1} << 31);
+/// Asked before anything is written into a folder that is open already: whether it is the right one. A path may name
+/// another one by now; what is opened stays the same.
+using FolderCheck = std::function<Status()>;
+/// An opened folder: the same one wherever it is moved. On Windows it is what stands under its path; a folder with an
+/// open file in it is not moved there.
+class Folder {
+ public:
+  /// None yet.
+  Folder() = default;
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  /// Opens the folder; kDataLoss or kResourceExhausted where it cannot be.
+  Status Open(const std::string& path);
+  /// Removes a file in it, if that can be done.
+  void Remove(const std::string& name) const;
+
+ private:
+  friend class AtomicFile;
+  std::FILE* Create(const std::string& name) const;
+  bool Rename(const std::string& from, const std::string& to) const;
+  void Sync() const;
+  void Close();
+
+  std::string path_;
+  [[maybe_unused]] int folder_ = -1;  // not on Windows
+};
 /// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full,
-/// kDataLoss when it cannot be written, or `path` is no regular file.
-Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes);
+/// kDataLoss when it cannot be written, or `path` is no regular file. An error of `check` ends it with nothing written.
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes, const FolderCheck& check = {});
 /// A file that is written piece by piece in the same way: what has not been committed leaves nothing behind.
 class AtomicFile {
  public:
@@ -31,7 +59,7 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
   /// Begins a file that will stand under `path`. Errors as WriteFileAtomically, here and below.
-  Status Open(const std::string& path);
+  Status Open(const std::string& path, const FolderCheck& check = {});
   /// Appends; after a failure nothing further is written and Commit tells it again.
   Status Write(std::span<const std::byte> bytes);
   /// Syncs and renames.
@@ -40,7 +68,9 @@ class AtomicFile {
  private:
   void Drop();
 
-  std::string path_, temporary_;
+  std::string path_, name_, temporary_;  // the latter two in the folder
+  Folder folder_;
+  FolderCheck check_;
   std::FILE* file_ = nullptr;
   Status status_;
 };

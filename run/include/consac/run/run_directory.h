@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,9 @@ class RunDirectory {
   /// Whether the folder is still the one that was opened: kDataLoss when it was deleted meanwhile, or is another run's
   /// now. Then nothing may be written to it any more.
   Status CheckOurs() const;
+  /// Writes a file of the run as WriteFileAtomically: into the folder that was opened, wherever it is moved meanwhile.
+  /// Errors of CheckOurs too, with nothing written.
+  Status Write(const std::string& file, std::span<const std::byte> bytes) const;
   /// Writes checkpoints/step_<steps>.consac and deletes all but the latest `keep`. `description` is JSON.
   Status SaveCheckpoint(std::int64_t steps, const StateMap& state, const std::string& description,
                         std::int64_t keep) const;
@@ -65,7 +69,8 @@ class RunDirectory {
  private:
   RunDirectory(std::string path, int lock);
   Status CheckCheckpointsReadable() const;
-  std::vector<std::string> Checkpoints() const;
+  std::vector<std::string> Checkpoints() const;  // names, by steps
+  void RemoveCheckpoints(const std::string& name, std::int64_t keep) const;
 
   std::string path_;
   int lock_;
