@@ -9,7 +9,7 @@ endif()
 
 # A test's own code need not be fast, but there is much of it: lines in a debugger, no variables, is half the compile time.
 set(CONSAC_TEST_OPTIONS -O1 -g1)
-if(CMAKE_CXX_FLAGS MATCHES "sanitize")  # what is sanitized is optimised; half the compile time again
+if(CMAKE_CXX_FLAGS MATCHES "sanitize" OR CMAKE_CROSSCOMPILING)  # what is tested is optimised; up to half the compile time again
   set(CONSAC_TEST_OPTIONS -O0 -g1)
 endif()
 

@@ -8,4 +8,4 @@ command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
 export PATH="$PWD/.venv/bin:$PATH"
 cmake --preset "$preset" --log-level=WARNING
 cmake --build --preset "$preset" -j "$(nproc)"
-ctest --preset "$preset" -j "$(nproc)" --output-junit tests.xml
+ctest --preset "$preset" -j "$(($(nproc) + 1))" --output-junit tests.xml  # one more than cores: many wait

@@ -67,14 +67,19 @@ joined() {
 mapfile -t staged_sources < <(joined "$build/joined" "$staged"/Consac/Private/Staged/*.cpp)
 
 # everything FOLDER WHAT COMPILER...: what is staged, and the plugin against the shim, but for the stand-in's own Linux.
+# `plugin=joined everything ...` takes the plugin's sources a dozen in a file, for who has seen that each compiles alone.
 everything() {
-  local folder=$1 said=$2 plugin=engines/unreal/Consac/Source folders=() module
+  local folder=$1 said=$2 from=engines/unreal/Consac/Source folders=() sources=() module
   shift 2
   compile "$build/$folder" "$@" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: $said: what is staged compiles"
-  for module in Consac ConsacSamples ConsacTests; do folders+=(-I"$plugin/$module/Public" -I"$plugin/$module/Private"); done
+  for module in Consac ConsacSamples ConsacTests; do
+    folders+=(-I"$from/$module/Public" -I"$from/$module/Private")
+    if [ "${plugin:-}" = joined ]; then mapfile -t -O ${#sources[@]} sources < <(joined "$build/joined-$module" "$from/$module"/Private/*.cpp)
+    else sources+=("$from/$module"/Private/*.cpp); fi
+  done
   only=syntax compile "$build/$folder-plugin" "$@" -Wsuggest-override -Iengines/unreal/shim/include -I"$build/generated" "${folders[@]}" "${parts[@]}" -- \
-    "$plugin"/Consac*/Private/*.cpp "$build/generated/generated.cpp" engines/unreal/shim/src/{runtime,text}.cpp
+    "${sources[@]}" "$build/generated/generated.cpp" engines/unreal/shim/src/{runtime,text}.cpp
   echo "unreal_compilers: $said: the plugin, its samples and its tests compile against the shim"
 }
 
@@ -99,7 +104,7 @@ linux18() {
 windows() {
   local ucrt=(--target=x86_64-w64-windows-gnu -fms-extensions -fms-compatibility -fms-compatibility-version=19.34 -fgnuc-version=4.2.1
     -nostdlibinc -isystem /usr/lib/llvm-16/include/c++/v1 -isystem "$libc/any-windows-any" -D_UCRT -DUNICODE -D_UNICODE)
-  only=syntax everything windows "clang 16 in Microsoft's dialect, libc++ 16, Windows' C library" \
+  only=syntax plugin=joined everything windows "clang 16 in Microsoft's dialect, libc++ 16, Windows' C library" \
     $ccache clang++-16 "${ucrt[@]}" "${common[@]}" "${warnings[@]}"
 }
 
@@ -125,7 +130,7 @@ macos11() {
     echo "unreal_compilers: macos11: this libc++ takes what macOS 11 has not; the check below would prove nothing"
     return 1
   fi
-  only=syntax everything macos11 "clang 16, libc++ 16, macOS 11" $ccache clang++-16 "${apple[@]}" "${common[@]}" "${warnings[@]}"
+  only=syntax plugin=joined everything macos11 "clang 16, libc++ 16, macOS 11" $ccache clang++-16 "${apple[@]}" "${common[@]}" "${warnings[@]}"
 }
 
 for one in "${what[@]}"; do
