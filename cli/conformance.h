@@ -46,9 +46,9 @@ struct ConformanceCount {
 Result<ConformanceCount> RunConformance(const Endpoint& endpoint, const std::string& token, double patience_s,
                                         const std::function<void(const ConformanceVerdict&)>& say);
 
-/// Is the engine of every case for a trainer that connects to `endpoint` again and again, each time within
+/// Is the engine of every case for a trainer that connects to `listener` again and again, each time within
 /// `patience_s`; when none comes any more that is the end.
-Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
-                                               const std::function<void(const ConformanceVerdict&)>& say);
+ConformanceCount RunTrainerConformance(Listener& listener, double patience_s,
+                                       const std::function<void(const ConformanceVerdict&)>& say);
 
 }  // namespace consac::cli

@@ -55,10 +55,8 @@ bool AsksFor(const Case& autoreset, const std::set<std::string>& asked) {
 
 }  // namespace
 
-Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double patience_s,
-                                               const std::function<void(const ConformanceVerdict&)>& say) {
-  Result<std::unique_ptr<Listener>> listener = ListenTcp(endpoint);
-  if (!listener.ok()) return listener.status();
+ConformanceCount RunTrainerConformance(Listener& listener, double patience_s,
+                                       const std::function<void(const ConformanceVerdict&)>& say) {
   const Case conversations = ReadCase(ConformanceTrainerCases()), results = ReadCase(ConformanceResults());
   ConformanceCount count;
   const auto tell = [&](const ConformanceVerdict& verdict) {
@@ -74,7 +72,7 @@ Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double 
   };
   std::set<std::string> asked;  // ways to begin an episode
   for (const Case& entry : conversations["cases"]) {
-    EngineScript script(**listener, patience_s, results["specs"]["two"], conversations["results"]);
+    EngineScript script(listener, patience_s, results["specs"]["two"], conversations["results"]);
     if (!comes(script, entry)) return count;
     ConformanceVerdict verdict{entry["name"], RulesText(entry["rules"])};
     RunScript(entry, script, &verdict);
@@ -91,7 +89,7 @@ Result<ConformanceCount> RunTrainerConformance(const Endpoint& endpoint, double 
       continue;
     }
     const Case& spec = results["specs"][entry["spec"].get<std::string>()];
-    EngineScript script(**listener, patience_s, spec, {}, entry["autoreset"]);
+    EngineScript script(listener, patience_s, spec, {}, entry["autoreset"]);
     if (!comes(script, entry)) return count;
     RunResults(entry, spec, script, &verdict);
     tell(verdict);

@@ -157,13 +157,16 @@ int ExamineConformance(const DoctorFlags& flags) {
     if (!verdict.status.ok()) PrintFault(verdict);
     FlushOutput();
   };
+  Result<std::unique_ptr<Listener>> listener(nullptr);
   if (of_trainer) {
+    listener = ListenTcp(*endpoint);
+    if (!listener.ok()) return Fail("doctor", listener.status());
     Print("listening on {}; let the trainer connect, reset all and step all, again and again, within {} s each time\n",
           flags.trainer, flags.Patience(kEndpointPatience));
     FlushOutput();
   }
   const Result<ConformanceCount> count =
-      of_trainer ? RunTrainerConformance(*endpoint, flags.Patience(kEndpointPatience), say)
+      of_trainer ? RunTrainerConformance(**listener, flags.Patience(kEndpointPatience), say)
                  : RunConformance(*endpoint, flags.token, flags.Patience(kConformancePatience), say);
   if (!count.ok()) return Fail("doctor", count.status());
   const int run = count->held + count->failed;
@@ -231,7 +234,8 @@ Action AddDoctor(CLI::App& app) {
       "each time within --timeout s. It must be able to do same_step; run it again asking for next_step, and for "
       "disabled, first: then their cases come too. Cases of some of the two environments alone come to a trainer that, "
       "behind the first RESET, steps all, then the second alone; or steps the second alone, then the first; or steps "
-      "all, then resets the first alone: a run each. A trainer that waits for an answer for less than --timeout s is "
+      "all, then resets the first alone; with disabled also steps all, then the second alone, then resets the first "
+      "alone: a run each. A trainer that waits for an answer for less than --timeout s is "
       "also judged by when it leaves an engine in which nobody takes part");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");
