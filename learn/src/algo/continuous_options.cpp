@@ -25,6 +25,15 @@ Result<ActionHead> HeadOf(const BehaviourSpec& behaviour, const ContinuousWants&
   return ActionHead::Create(behaviour.action_layout, heads);
 }
 
+/// Each step leaves (1 - theta dt) of what was there.
+Status CheckNoise(const ActionNoiseOptions& noise) {
+  const double drawn_back = noise.theta * noise.dt;
+  if (noise.kind != ActionNoiseKind::kOrnsteinUhlenbeck || drawn_back < 2.0) return Status::Ok();
+  return {StatusCode::kInvalidArgument, "noise_theta " + NumberText(noise.theta) + " times noise_dt " +
+                                            NumberText(noise.dt) + " is " + NumberText(drawn_back) +
+                                            ", and from 2 on Ornstein-Uhlenbeck noise grows without bound; lower one"};
+}
+
 Result<nn::Network> Checked(Result<nn::NetworkSpec> spec) {
   if (!spec.ok()) return spec.status();
   Result<nn::Network> network = nn::Network::Create(std::move(*spec));
@@ -39,6 +48,7 @@ Result<nn::Network> Checked(Result<nn::NetworkSpec> spec) {
 Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const ContinuousOptions& own,
                                             const ContinuousWants& wants) {
   const BehaviourSpec& behaviour = options.behaviour;
+  CONSAC_RETURN_IF_ERROR(CheckNoise(own.exploration.noise));
   Result<ActionHead> head = HeadOf(behaviour, wants);
   if (!head.ok()) return head.status();
   const nn::NetArch arch = own.net_arch.value_or(nn::NetArch{{256, 256}, {}, {}});

@@ -75,7 +75,7 @@ void ParameterNoise::Adapt(std::span<const float> parameters, const float* featu
         SoftmaxDivergence(values + row * outputs_, tried + row * outputs_, outputs_) / static_cast<double>(rows);
   }
   const double threshold = -std::log(1.0 - epsilon + epsilon / static_cast<double>(outputs_));
-  deviation_ = divergence < threshold ? deviation_ * kAdaption : deviation_ / kAdaption;
+  deviation_ = divergence < threshold ? std::min(deviation_ * kAdaption, kStrongest) : deviation_ / kAdaption;
 }
 
 double ParameterNoise::Distance(std::span<const float> parameters, const float* features, const float* outputs,

@@ -29,10 +29,12 @@ class ParameterNoise {
   /// Noise of the present strength is tried on rows whose undisturbed `outputs` are given: how far it moves them, the
   /// root of the mean square.
   double Distance(std::span<const float> parameters, const float* features, const float* outputs, std::int64_t rows);
-  /// The deviation shrinks by `factor` where that `distance` is more than `desired`, else it grows.
+  /// The deviation shrinks by `factor` where that `distance` is more than `desired`, else it grows up to kStrongest.
   void AdaptTo(double distance, double desired, double factor) {
-    deviation_ = distance > desired ? deviation_ / factor : deviation_ * factor;
+    deviation_ = distance > desired ? deviation_ / factor : std::min(deviation_ * factor, kStrongest);
   }
+  /// Of more an actor acts at its bounds whatever it sees, and a network's numbers leave float32.
+  static constexpr double kStrongest = 1000.0;
   /// Standard deviation of the noise.
   double deviation() const { return deviation_; }
 

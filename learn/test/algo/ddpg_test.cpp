@@ -238,6 +238,22 @@ TEST(ParameterNoise, ItsStrengthFollowsTheDistanceOfActions) {
   EXPECT_DOUBLE_EQ(noise.deviation(), 0.1 / 1.01) << "further than wanted";
   noise.AdaptTo(0.1, 0.2, 1.01);
   EXPECT_DOUBLE_EQ(noise.deviation(), 0.1) << "nearer";
+  for (int k = 0; k < 400; ++k) noise.AdaptTo(0.1, 0.2, 10.0);
+  EXPECT_DOUBLE_EQ(noise.deviation(), ParameterNoise::kStrongest) << "and never so strong that nothing is a number";
+}
+
+TEST(Ddpg, NoiseThatGrowsWithoutBoundIsRefused) {
+  const BehaviourSpec arm = BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), *Space::Box(-1, 1, {2}), 1);
+  for (const char* algorithm : {"ddpg", "td3", "sac"}) {
+    Settings wild = {{"action_noise", "ornstein_uhlenbeck"}, {"noise_theta", "15"}, {"noise_dt", "0.2"}};
+    wild.emplace_back("buffer_size", "100");
+    EXPECT_NE(ErrorOf(algorithm, arm, wild, 1 << 30).find("noise_theta 15 times noise_dt 0.2 is 3"), std::string::npos);
+    wild[1].second = "9";
+    EXPECT_EQ(ErrorOf(algorithm, arm, wild, 1 << 30), "");
+    wild[1].second = "15";
+    wild[0].second = "normal";
+    EXPECT_EQ(ErrorOf(algorithm, arm, wild, 1 << 30), "") << "which has none";
+  }
 }
 
 TEST(ParameterNoise, ANegativeDeviationIsRefused) {

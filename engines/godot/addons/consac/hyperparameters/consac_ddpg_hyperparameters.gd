@@ -93,7 +93,7 @@ extends ConsacHyperparameters
 @export var param_noise: bool = false
 
 ## Its deviation at the start. (Stable Baselines 2.10.2, DDPG)
-@export_range(1e-30, 1000000.0, 1e-8) var param_noise_stddev: float = 0.1
+@export_range(1e-30, 1000.0, 1e-8) var param_noise_stddev: float = 0.1
 
 ## How far it shall move actions, which go from -1 to 1. (Stable Baselines 2.10.2, DDPG)
 @export_range(0.0, 2.0, 1e-8) var desired_action_stddev: float = 0.1

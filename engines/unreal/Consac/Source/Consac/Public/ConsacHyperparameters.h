@@ -1295,7 +1295,7 @@ public:
 	bool bParamNoise = false;
 
 	/** Its deviation at the start. (Stable Baselines 2.10.2, DDPG) */
-	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000000000000000000000000000001", ClampMax="1000000"))
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0.000000000000000000000000000001", ClampMax="1000"))
 	double ParamNoiseStddev = 0.1;
 
 	/** How far it shall move actions, which go from -1 to 1. (Stable Baselines 2.10.2, DDPG) */
