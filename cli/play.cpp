@@ -4,15 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <functional>
-#include <thread>
 
 #include "cli/flags.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/run/actors.h"
+#include "consac/run/pause.h"
 #include "consac/run/training.h"
 
 namespace consac::cli {
@@ -141,7 +140,7 @@ Status WalkAlong(run::Actors& actors, const Walked& world, const WalkOptions& op
     FlushOutput();
     for (std::size_t b = 0; b < actors.size(); ++b)
       CONSAC_RETURN_IF_ERROR(run::CheckRewards(world.spec.behaviours[b].name, actors.batches()[b], actors.acting(b)));
-    if (options.delay_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(options.delay_s));
+    run::Pause(options.delay_s, stop);
   }
   if (anybody || stop.load()) return Status::Ok();
   return {StatusCode::kUnavailable, "no agent took part in " + std::to_string(options.steps) +

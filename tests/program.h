@@ -102,13 +102,14 @@ class Program {
 
   void Signal(int number) const { kill(child_, number); }
   pid_t pid() const { return child_; }
+  std::string out() const { return TextOf(Path("out")); }
   std::string error() const { return TextOf(Path("error")); }
   /// Waits for its end.
   Outcome Wait() {
     int status = 0;
     waitpid(child_, &status, 0);
     child_ = -1;
-    return {CodeOf(status), TextOf(Path("out")), error()};
+    return {CodeOf(status), out(), error()};
   }
 
  private:

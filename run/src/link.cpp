@@ -39,7 +39,8 @@ class LocalLink final : public WorldLink {
   }
   void Visit(Archive& archive) override { env_->Visit(archive); }
   std::string description() const override {
-    return fmt::format("{} in this process, {} copies", spec().id, spec().behaviours[0].slots);
+    const std::int32_t copies = spec().behaviours[0].slots;
+    return fmt::format("{} in this process, {} {}", spec().id, copies, copies == 1 ? "copy" : "copies");
   }
 
  private:

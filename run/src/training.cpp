@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include "consac/base/refusals.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
+#include "consac/run/pause.h"
 #include "report/console.h"
 #include "resume.h"
 #include "session.h"
@@ -27,12 +26,6 @@ std::function<void(const std::string&)> SayerFor(const RunConfig& config) {
   ConsoleOptions options = StandardConsole();
   if (config.quiet) options.stream = stderr;
   return [options](const std::string& line) { Console(options).Line(line); };
-}
-
-/// Waits `seconds`, or until `stop`.
-void Pause(double seconds, const std::atomic<bool>& stop) {
-  for (const double end = Now() + seconds; Now() < end && !stop.load();)
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
 EngineOptions OptionsFor(const RunConfig& config, const std::string& url, const std::atomic<bool>& stop) {

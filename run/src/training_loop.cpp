@@ -5,13 +5,13 @@
 
 #include "consac/base/file.h"
 #include "consac/base/text.h"
+#include "consac/learn/algo/learn_pieces.h"
 #include "consac/protocol/protocol2.h"
 
 namespace consac::run {
 namespace {
 
-constexpr std::int64_t kLearnPiece = 64;  // optimiser steps between looks at `stop`
-constexpr double kRest = 2.0;             // s for steps under way to end before what is kept for saving is given free
+constexpr double kRest = 2.0;  // s for steps under way to end before what is kept for saving is given free
 
 }  // namespace
 
@@ -144,9 +144,11 @@ Status Training::BeginWorlds() {
 // In pieces, so that Ctrl-C need not wait for the end of a long update: what is left of it is learned on resume.
 void Training::LearnWhatIsDue() {
   for (Trainee& trainee : trainees_) {
-    while (trainee.learner->Learn({kLearnPiece})) {
+    learn::LearnPieces pieces;
+    while (trainee.learner->Learn(pieces.budget())) {
       if (stop_.load(std::memory_order_relaxed) || !trainee.learner->health().ok()) return ReportUpdates();
       crew_.KeepAlive();
+      pieces.Look(Now());
     }
   }
   ReportUpdates();
@@ -263,9 +265,11 @@ void Training::SendIdle() {
 
 // The learners say how long.
 Status Training::LearnWithoutWorld() {
+  learn::LearnPieces pieces;
   while (LearningDue() && !goal_reached_ && !stop_.load(std::memory_order_relaxed)) {
-    for (const Trainee& trainee : trainees_) (void)trainee.learner->Learn({kLearnPiece});
+    for (const Trainee& trainee : trainees_) (void)trainee.learner->Learn(pieces.budget());
     spent_.learning += Lap();
+    pieces.Look(Now());
     done_ = asked_ = steps();
     brought_.assign(trainees_.size(), {});
     report_->OnStep(done_, brought_);

@@ -235,19 +235,16 @@ TEST(Engine, ForeverTellsOfBriefSessionsInALineNowAndThen) {
   std::atomic<bool> stop{false};
   const SlowClock clock;
   std::thread engine([&] {
-    constexpr double kWaits = 0.1;  // seconds of the slow clock, 10 of ours
     std::byte action[256];
     for (int served = 0; served < kSessions;) {
-      Result<std::unique_ptr<Transport>> trainer = listener->Accept(kWaits);
+      Result<std::unique_ptr<Transport>> trainer = listener->Accept(5.0);
       if (!trainer.ok() || *trainer == nullptr) break;
       const bool acts = served++ % 2 == 1;
-      const auto say = [&](const std::string& line) {
-        (void)(*trainer)->Write(std::as_bytes(std::span(line)), kWaits);
-      };
+      const auto say = [&](const std::string& line) { (void)(*trainer)->Write(std::as_bytes(std::span(line)), 5.0); };
       say(acts ? "D#3#0#B#2#0,0,40,40#0#walker\n10,30\n" : "D#3#0#B#2#0,0,40,40#1\n10,30#0#0\n");
-      (void)(*trainer)->Read(action, kWaits);
+      (void)(*trainer)->Read(action, 5.0);
       say(acts ? "11,30\n" : "11,30#1#0\n");
-      (void)(*trainer)->Read(action, kWaits);
+      (void)(*trainer)->Read(action, 5.0);
       (*trainer)->Close();
     }
     stop = true;

@@ -166,6 +166,16 @@ TEST_F(ProgramTest, CtrlCSavesAndExits130AndTheRunGoesOn) {
   EXPECT_EQ(resumed.Wait().code, 130);
 }
 
+TEST_F(ProgramTest, CtrlCDoesNotWaitForTheDelayBetweenTwoSteps) {
+  ASSERT_EQ(RunProgram(folder(), {"train", "cartpole-v1", "--steps", "100", "--name", "mine", "--no-table"}).code, 0);
+  for (const int heard : {SIGINT, SIGTERM, SIGHUP}) {
+    Program play(folder(), {"play", "mine", "--delay", "3600"}, {.alarm_s = 60});
+    for (int i = 0; i < 500 && play.out().empty(); ++i) usleep(20000);
+    play.Signal(heard);
+    EXPECT_EQ(play.Wait().code, 130);
+  }
+}
+
 TEST_F(ProgramTest, AClosedTerminalSavesAsCtrlCDoes) {
   Program training(folder(),
                    {"train", "cartpole-v1", "--steps", "100000000", "--name", "long", "--no-table", "--no-progress"});

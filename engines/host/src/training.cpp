@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "consac/base/hooks.h"
+#include "consac/learn/algo/learn_pieces.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/policy/policy.h"
 #include "learning_thread.h"
@@ -13,8 +15,7 @@
 namespace consac::host {
 namespace {
 
-constexpr std::int64_t kPiece = 64;  // gradient steps between looks at whether to stop
-constexpr double kAtOnce = 0.5e-3;   // s that the engine's thread learns for between steps
+constexpr double kAtOnce = 0.5e-3;  // s that the engine's thread learns for between steps
 constexpr std::int64_t kMostLearnerBytes = std::int64_t{4} << 30;  // the engine needs memory too
 
 /// One behaviour's learner, and the model that acts where the learner may not be asked.
@@ -171,8 +172,10 @@ class TrainingDriver final : public Driver {
   void LearnRound() {
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       learn::Learner& learner = *pupils_[b].learner;
-      while (learner.Learn({kPiece})) {
+      learn::LearnPieces pieces;
+      while (learner.Learn(pieces.budget())) {
         if (thread_.stopping()) return;
+        pieces.Look(Now());
       }
       if (health_.ok()) health_ = learner.health();
       const Status learned = Learned(b);

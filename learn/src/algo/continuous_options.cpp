@@ -15,12 +15,13 @@ Result<ActionHead> HeadOf(const BehaviourSpec& behaviour, const ContinuousWants&
   for (const Leaf& leaf : behaviour.action_layout.leaves) {
     heads.push_back({leaf.name, wants.head});
     if (FindDistribution(wants.head)->fits(leaf)) continue;
-    return Status{StatusCode::kInvalidArgument,
-                  std::string(wants.algorithm) +
-                      " learns numbers between finite bounds (a one-dimensional float32 Box), and the actions of " +
-                      Quote(behaviour.name) + " are " + leaf.space.ToString() +
-                      (leaf.name.empty() ? "" : " at " + Quote(leaf.name)) + "; choose " +
-                      (leaf.space.kind() == SpaceKind::kBox ? "ppo, or give the Box bounds" : "dqn, ppo or a2c")};
+    return Status{
+        StatusCode::kInvalidArgument,
+        std::string(wants.algorithm) +
+            " learns numbers between finite bounds (a one-dimensional float32 Box), and the actions of " +
+            Quote(behaviour.name) + " are " + leaf.space.ToString() +
+            (leaf.name.empty() ? "" : " at " + Quote(leaf.name)) + "; choose " +
+            (leaf.space.kind() == SpaceKind::kBox ? "ppo, or give it float32 and bounds" : "dqn, ppo or a2c")};
   }
   return ActionHead::Create(behaviour.action_layout, heads);
 }
