@@ -1,4 +1,4 @@
-// consac twin from outside: what it prints, and one line for what is wrong.
+// `consac twin` as a program (CONSAC_PROGRAM): what it prints, and one line for what is wrong.
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/program_fixture.h"

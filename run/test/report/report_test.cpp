@@ -604,6 +604,7 @@ TEST(Report, WithoutEpisodeEndsTheRewardOfAStepIsShown) {
 
 TEST(Report, NeitherStepsNorEpisodesAllocate) {
   const TestFolder folder;
+  const FakeClock clock;  // a line after some seconds may allocate
   ReportOptions options = Options(folder.path());
   options.progress = true;
   options.total_steps = 100000000;
