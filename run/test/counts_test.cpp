@@ -39,6 +39,12 @@ void Forge(const std::string& checkpoint, const std::string& field, std::int64_t
   ASSERT_TRUE(file->Save(checkpoint).ok());
 }
 
+/// Also where the system's own copying refuses a file that is there (MinGW's).
+void CopyOver(const std::string& from, const std::string& to) {
+  std::filesystem::remove(to);
+  std::filesystem::copy_file(from, to);
+}
+
 struct Forgery {
   RunConfig (*small)(const std::string& directory, const std::string& name);
   const char* field;
@@ -78,10 +84,10 @@ TEST(Counts, ThatNobodyCanHaveCountedAreRefusedByNameAndNothingIsTouched) {
     config.resume = true;
     config.steps = 700;
     const std::string checkpoint = CheckpointOf(config), kept = scratch.path() + "/kept";
-    std::filesystem::copy_file(checkpoint, kept, std::filesystem::copy_options::overwrite_existing);
+    CopyOver(checkpoint, kept);
     for (const Forgery& forgery : forgeries) {
       if (forgery.small != small) continue;
-      std::filesystem::copy_file(kept, checkpoint, std::filesystem::copy_options::overwrite_existing);
+      CopyOver(kept, checkpoint);
       Forge(checkpoint, forgery.field, forgery.value);
       const auto before = Contents(config.directory);
       const Result<RunSummary> resumed = Train(config, kNeverStop);
@@ -93,7 +99,7 @@ TEST(Counts, ThatNobodyCanHaveCountedAreRefusedByNameAndNothingIsTouched) {
           << forgery.field;
       EXPECT_EQ(Differences(before, Contents(config.directory)), "") << forgery.field;
     }
-    std::filesystem::copy_file(kept, checkpoint, std::filesystem::copy_options::overwrite_existing);
+    CopyOver(kept, checkpoint);
     const Result<RunSummary> resumed = Train(config, kNeverStop);
     EXPECT_TRUE(resumed.ok()) << resumed.status().message();
   }

@@ -34,7 +34,7 @@ def test_the_lander_learns_in_2d_physics(godot):
     engine = play(godot, "lander", *TRAIN, "steps=2e5", "report=1",
                   "set=n_steps:256,gamma:0.995,noptepochs:8,learning_rate:lin_1e-3,ent_coef:0.005")
     means = [float(mean) for mean in re.findall(r"mean episode reward (-?[\d.]+)", finished(engine))]
-    assert means[0] < 2.0 and means[-1] > 3.3, means
+    assert means[0] < 2.0 and means[-1] > 3.0, means
 
 
 def test_a_model_that_does_not_fit_is_one_line(godot, tmp_path):

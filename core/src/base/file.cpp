@@ -250,9 +250,9 @@ void AtomicFile::Drop() {
   folder_.Remove(temporary_);
 }
 
-Status AtomicFile::Open(const std::string& path, const FolderCheck& check) {
+Status AtomicFile::Open(const std::string& path, const FolderCheck& may_write) {
   Drop();
-  check_ = check;
+  may_write_ = may_write;
   path_ = path;
   if (IsSpecial(path)) {
     return status_ = {StatusCode::kDataLoss,
@@ -262,7 +262,8 @@ Status AtomicFile::Open(const std::string& path, const FolderCheck& check) {
   name_ = path.substr(folder.size());
   temporary_ = name_ + ".tmp-" + std::to_string(ProcessId());
   status_ = folder_.Open(folder);
-  if (status_.ok() && check_) status_ = check_();  // from here on it stays the folder that is asked of
+  if (!status_.ok()) return status_ = {status_.code(), "cannot write '" + path + "': " + status_.message()};
+  if (may_write_) status_ = may_write_();  // from here on it stays the folder that is asked of
   if (!status_.ok()) return status_;
   file_ = folder_.Create(temporary_);
   return status_ = file_ == nullptr ? WriteError("create", folder + temporary_, errno) : Status::Ok();
@@ -290,7 +291,7 @@ Status AtomicFile::Commit() {
     return status_ = WriteError("write", path_, error);
   }
 #if defined(_WIN32)
-  if (check_) status_ = check_();  // there it may be another one again
+  if (may_write_) status_ = may_write_();  // there it may be another one again
   if (!status_.ok()) {
     folder_.Remove(temporary_);
     return status_;
@@ -305,9 +306,9 @@ Status AtomicFile::Commit() {
   return status_;
 }
 
-Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes, const FolderCheck& check) {
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes, const FolderCheck& may_write) {
   AtomicFile file;
-  CONSAC_RETURN_IF_ERROR(file.Open(path, check));
+  CONSAC_RETURN_IF_ERROR(file.Open(path, may_write));
   CONSAC_RETURN_IF_ERROR(file.Write(bytes));
   return file.Commit();
 }

@@ -115,8 +115,10 @@ Status Client2::ExchangeGoals(const protocol2::Relabel& relabel, float* rewards)
 }
 
 void Client2::KeepAlive() {
-  if (!open_ || Now() - alive_at_ < welcome_.heartbeat_s / 2.0) return;
-  alive_at_ = Now();
+  const double now = Now();
+  if (alive_at_ < 0.0) alive_at_ = now;
+  if (!open_ || now - alive_at_ < welcome_.heartbeat_s / 2.0) return;
+  alive_at_ = now;
   (void)SendControl(FrameType::kPing, {});  // if that fails, the next request tells
 }
 
@@ -231,6 +233,7 @@ Status Client2::Exchange(FrameType type, std::span<Batch> batches) {
   }
   check_.Ask(type, std::span(message_).subspan(protocol2::kHeaderBytes + protocol2::kActiveOffset));
   const Result<Frame> answer = Perform(type);
+  alive_at_ = -1.0;
   if (!answer.ok()) return answer.status();
   if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
   if (const Status judged = check_.Judge(answer->payload); !judged.ok())

@@ -142,7 +142,8 @@ class Client2 final : public EnvClient {
   std::uint64_t request_ = 0;
   std::int64_t steps_ = 0;
   std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
-  double engine_seconds_ = 0.0, alive_at_ = 0.0, deserted_at_ = -1.0;
+  double engine_seconds_ = 0.0, deserted_at_ = -1.0;
+  double alive_at_ = -1.0;  // when the engine last heard of us; below 0: at the latest request
   bool agents_leave_ = false, open_ = false, refused_ = false, takes_seeds_ = true;
   std::string refusal_;  // the code of the latest refusal
   bool paused_ = false;  // the engine said so on this connection

@@ -98,6 +98,7 @@ std::string Printed(std::FILE* stream) {
   std::string text(static_cast<std::size_t>(std::ftell(stream)), '\0');
   std::rewind(stream);
   text.resize(std::fread(text.data(), 1, text.size(), stream));
+  std::fseek(stream, 0, SEEK_END);  // between reading and writing
   return text;
 }
 

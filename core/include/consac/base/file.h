@@ -48,8 +48,10 @@ class Folder {
   [[maybe_unused]] int folder_ = -1;  // not on Windows
 };
 /// Writes `bytes` under `path` by temporary file, sync and rename. kResourceExhausted when the disk is full,
-/// kDataLoss when it cannot be written, or `path` is no regular file. An error of `check` ends it with nothing written.
-Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes, const FolderCheck& check = {});
+/// kDataLoss when it cannot be written, or `path` is no regular file. An error of `may_write` ends it with nothing
+/// written.
+Status WriteFileAtomically(const std::string& path, std::span<const std::byte> bytes,
+                           const FolderCheck& may_write = {});
 /// A file that is written piece by piece in the same way: what has not been committed leaves nothing behind.
 class AtomicFile {
  public:
@@ -59,7 +61,7 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
   /// Begins a file that will stand under `path`. Errors as WriteFileAtomically, here and below.
-  Status Open(const std::string& path, const FolderCheck& check = {});
+  Status Open(const std::string& path, const FolderCheck& may_write = {});
   /// Appends; after a failure nothing further is written and Commit tells it again.
   Status Write(std::span<const std::byte> bytes);
   /// Syncs and renames.
@@ -70,7 +72,7 @@ class AtomicFile {
 
   std::string path_, name_, temporary_;  // the latter two in the folder
   Folder folder_;
-  FolderCheck check_;
+  FolderCheck may_write_;
   std::FILE* file_ = nullptr;
   Status status_;
 };

@@ -1,7 +1,6 @@
 #pragma once
 // Learning in pieces, between which somebody looks whether to stop.
 
-#include <algorithm>
 #include <cstdint>
 
 #include "consac/learn/algo/learner.h"
@@ -18,8 +17,8 @@ class LearnPieces {
   void Look(double now) {
     if (latest_ > 0.0) {
       const double took = now - latest_;
-      if (took > kLonger) steps_ = std::max<std::int64_t>(1, steps_ / 2);
-      if (took < kShorter) steps_ = std::min(kMost, 2 * steps_);
+      if (took > kLonger && steps_ > 1) steps_ /= 2;
+      if (took < kShorter && steps_ < kMost) steps_ *= 2;
     }
     latest_ = now;
   }
