@@ -11,6 +11,7 @@ import consac
 import consac.client
 from consac import wire
 from consac.errors import ConsacError, EngineError, ProtocolError
+from consac.goals import compute_reward
 from consac.serve import Server
 from conversation import Conversation
 from program import PROGRAM, needs_program, run
@@ -186,8 +187,9 @@ def test_what_an_environment_cannot_price_harms_nothing_else():
 def test_an_engine_without_it_says_so_and_is_not_asked():
     with Server(lambda: gymnasium.make("CartPole-v1"), envs=1) as server:
         env = consac.make(f"tcp://127.0.0.1:{server.port}")
+        assert not hasattr(env.unwrapped, "compute_reward")
         with pytest.raises(ConsacError, match="does not offer the capability `relabel`"):
-            env.unwrapped.compute_reward(np.zeros(2), np.zeros(2), {})
+            compute_reward(env.unwrapped.connection, np.zeros(2), np.zeros(2))
         with pytest.raises(ConsacError, match="does not offer the capability `relabel`"):
             env.unwrapped.connection.relabel({}, 1)
         env.close()
