@@ -190,7 +190,9 @@ class Conversation:
                 assert self.check.judge(payload) is None
                 self.judged = frame.request
         if "same_as" in what:
-            assert payload == self.kept[what["same_as"]]
+            kept = self.kept[what["same_as"]]
+            # A world's own arithmetic may round one row otherwise than many.
+            assert payload == kept or (frame.type == wire.REWARDS and np.allclose(np.frombuffer(payload), np.frombuffer(kept))), what
         if "begins_as" in what:
             assert self.looked_at(payload) == self.looked_at(self.kept[what["begins_as"]])
         if "keep" in what:
