@@ -53,7 +53,7 @@ void WriteRelabel(const EnvSpec& env, const Relabel& relabel, std::byte* payload
                                   static_cast<std::uint32_t>(relabel.rows)};
   std::memcpy(payload, words, sizeof(words));
   const std::size_t row_bytes = env.behaviours[relabel.behaviour].observation_layout.row_bytes;
-  std::memcpy(payload + kRowsOffset, relabel.observations, static_cast<std::size_t>(relabel.rows) * row_bytes);
+  std::copy_n(relabel.observations, static_cast<std::size_t>(relabel.rows) * row_bytes, payload + kRowsOffset);
 }
 
 Result<Relabel> ReadRelabel(const EnvSpec& env, std::span<const std::byte> payload, std::size_t max_frame) {
