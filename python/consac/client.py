@@ -17,7 +17,7 @@ from . import shared_memory, wire
 from .address import open_socket, parse_url, ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, said
 from .frames import ResultFrame, Rows, StepFrame, reset_payload
-from .goals import read_rewards, relabel_payloads
+from .goals import read_rewards, relabel_payloads, require_relabel
 from .judge import Judge
 from .line import DONT_WAIT, HANDSHAKE_S
 from .offer import read_spec
@@ -234,8 +234,7 @@ class Connection(Session):
     def relabel(self, goals: dict, rows: int, behaviour: int = 0) -> np.ndarray:
         """[rows] f64: what steps would have paid had they led to `goals`, {"achieved_goal": [rows, ...], "desired_goal": [rows, ...]}; needs
         capability `relabel`. Other parts of the observation may stand there too; they are 0 otherwise."""
-        if "relabel" not in self.capabilities:
-            raise ConsacError(f"{self.url} cannot say what other goals would have paid: it does not offer the capability `relabel`")
+        require_relabel(self)
         rewards = [np.empty(0)]
         with self._lock:
             for payload, some in relabel_payloads(self.behaviours, behaviour, goals, rows, self.max_frame):

@@ -1,6 +1,7 @@
 """One environment of an engine as a Gymnasium Env."""
 from __future__ import annotations
 
+import functools
 import struct
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,7 @@ class ConsacEnv(gymnasium.Env):
             self.observation_space, self.action_space = connection.observation_space, connection.action_space
             self._write = None
         if has_goals(self.observation_space):  # checkers take whatever has it for a world with goals
-            self.compute_reward = self._compute_reward
+            self.compute_reward = functools.partial(compute_reward, connection)  # not over self, which would then hold itself
 
     @property
     def connection(self) -> Connection:
@@ -80,11 +81,6 @@ class ConsacEnv(gymnasium.Env):
         if self._masked:
             info["action_mask"] = mask_value(self.action_space, connection.rows[0].masks[0])
         return info
-
-    def _compute_reward(self, achieved_goal, desired_goal, info=None):
-        """What a step would have paid that led to `achieved_goal` had `desired_goal` been wanted; many at once along the first axis. As
-        Gymnasium's worlds with goals have it; of `info` the engine hears nothing."""
-        return compute_reward(self._connection, achieved_goal, desired_goal)
 
     def render(self):
         return self._connection.render(0) if self.render_mode == "rgb_array" else None

@@ -29,7 +29,7 @@ def relabel_payloads(behaviours: list[Behaviour], place: int, goals: dict, rows:
         _WORDS.pack_into(payload, 0, place, some)
         for leaf, view in zip(layout.leaves, layout.views(payload, some, 8)):
             if leaf.path[0] in goals:
-                view[:] = _below(goals[leaf.path[0]], leaf.path[1:])[begin:begin + some]
+                view[:] = np.asarray(layout.pick(goals, leaf))[begin:begin + some]
             elif isinstance(leaf.space, spaces.Discrete):
                 view[:] = leaf.space.start
         yield payload, some
@@ -45,22 +45,22 @@ def read_rewards(payload, rows: int) -> np.ndarray:
     return rewards
 
 
-def compute_reward(connection, achieved_goal, desired_goal):
-    """Gymnasium's compute_reward, of one goal (a number) or of many along the first axis ([rows]), by the engine of `connection`."""
-    if "relabel" not in getattr(connection, "capabilities", ()):  # nor has a connection of text protocol 1
+def require_relabel(connection) -> None:
+    """ConsacError where the engine of `connection` offers no capability `relabel`; over text protocol 1 none does."""
+    if "relabel" not in connection.capabilities:
         raise ConsacError(f"{connection.url} cannot say what other goals would have paid: it does not offer the capability `relabel`")
+
+
+def compute_reward(connection, achieved_goal, desired_goal, info=None):
+    """What a step would have paid that led to `achieved_goal` had `desired_goal` been wanted, by the engine of `connection`: of one goal (a
+    number) or of many along the first axis ([rows]). As Gymnasium's worlds with goals have it; of `info` the engine hears nothing."""
+    require_relabel(connection)
     one = np.shape(_first(achieved_goal)) == _first_shape(connection.behaviours[0].observation.space.spaces[ACHIEVED])
     both = {ACHIEVED: achieved_goal, DESIRED: desired_goal}
     if one:
         both = {name: _many(value) for name, value in both.items()}
     rewards = connection.relabel(both, len(_first(both[ACHIEVED])))
     return float(rewards[0]) if one else rewards
-
-
-def _below(value, path: tuple):
-    for key in path:
-        value = value[key]
-    return np.asarray(value)
 
 
 def _first(value):

@@ -1,6 +1,8 @@
 """Other goals' rewards over protocol 2 (section 13): our server with environments of every kind of compute_reward, our client, and either before bytes that are wrong."""
+import gc
 import json
 import struct
+import weakref
 
 import gymnasium
 import numpy as np
@@ -72,6 +74,15 @@ class Crosswise(Reach):
         return -(np.linalg.norm(achieved_goal - desired_goal, axis=0) > 1).astype(np.float32)
 
 
+class Rounded(Reach):
+    """Pays by the distance: of many goals in float32, of one in float64."""
+
+    def compute_reward(self, achieved_goal, desired_goal, info):
+        type(self).calls += 1
+        far = np.linalg.norm(achieved_goal.astype(np.float64) - desired_goal, axis=-1)
+        return -(far if achieved_goal.ndim == 1 else far.astype(np.float32))
+
+
 class Broken(Reach):
     """Pays for its own goals, and for no others."""
 
@@ -127,6 +138,18 @@ def test_other_goals_are_priced_together_where_the_environment_can(kind, calls, 
         assert connection.relabel({"achieved_goal": achieved[:0], "desired_goal": desired[:0]}, 0).tolist() == []
 
 
+def test_a_rounding_is_no_sign_that_the_environment_takes_one_goal_at_a_time():
+    achieved, desired = wanted(30)
+    with reaches(Rounded) as server, consac.client.connect(f"tcp://127.0.0.1:{server.port}") as connection:
+        connection.reset()
+        Rounded.calls = 0
+        rewards = [connection.relabel({"achieved_goal": achieved[:rows], "desired_goal": desired[:rows]}, rows).tolist() for rows in (30, 30, 1)]
+        assert Rounded.calls == 3 + 1 + 1
+    assert rewards[0][0] != Rounded().compute_reward(achieved[0], desired[0], {}), "else nothing is rounded here"
+    assert rewards[0] == rewards[1] == Rounded().compute_reward(achieved, desired, {}).tolist()
+    assert rewards[2] == rewards[0][:1], "equal rows have equal rewards (R96)"
+
+
 def test_two_goals_of_two_numbers_do_not_mislead():
     achieved, desired = np.array([[0, 0], [3, 0]], np.float32), np.array([[3, 0], [3, 0.5]], np.float32)
     with reaches(Crosswise) as server, consac.client.connect(f"tcp://127.0.0.1:{server.port}") as connection:
@@ -157,6 +180,18 @@ def test_compute_reward_as_gymnasium_has_it():
         one = env.unwrapped.compute_reward(achieved[0], achieved[0], {})
         assert one == 0 and isinstance(one, float)
         env.close()
+
+
+def test_an_environment_with_goals_goes_as_soon_as_nobody_has_it():
+    with Server(Reach, envs=1) as server:
+        gc.disable()
+        try:
+            env = consac.make(f"tcp://127.0.0.1:{server.port}")
+            left = weakref.ref(env)
+            del env
+            assert left() is None, "it holds itself"
+        finally:
+            gc.enable()
 
 
 def test_hindsight_of_stable_baselines3_learns_from_an_engine():

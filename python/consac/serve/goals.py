@@ -57,18 +57,17 @@ class Goals:
             raise Refused("ENV_FAILED", f"compute_reward failed: {describe(error)}") from error
 
     def _prices(self, layout: Layout, rows: list[np.ndarray], count: int) -> np.ndarray:
-        parts = {leaf.path: view.astype(leaf.space.dtype) for leaf, view in zip(layout.leaves, rows)}
-        goals = [(space, name) for name, space in layout.space.spaces.items() if name in (ACHIEVED, DESIRED)]
-        achieved, desired = (next(_part(space, (name,), parts) for space, name in goals if name == wanted) for wanted in (ACHIEVED, DESIRED))
+        seen = layout.build([view.astype(leaf.space.dtype) for leaf, view in zip(layout.leaves, rows)])
+        achieved, desired = seen[ACHIEVED], seen[DESIRED]
 
         def one(row: int) -> float:
             return float(self._reward(_row(achieved, row), _row(desired, row), {}))
 
         prices = None
-        if count > 1 and self._all_at_once is not False:
+        if self._all_at_once or count > 1 and self._all_at_once is None:
             prices = self._price_all(achieved, desired, count)
-        if count > 1 and self._all_at_once is None:
-            self._all_at_once = prices is not None and all(prices[row] == one(row) for row in (0, count - 1))
+        if count > 1 and self._all_at_once is None:  # many may be rounded otherwise than one
+            self._all_at_once = prices is not None and all(np.isclose(prices[row], one(row)) for row in (0, count - 1))
         if not self._all_at_once or prices is None:
             prices = np.array([one(row) for row in range(count)], np.float64)
         if not np.isfinite(prices).all():
@@ -97,15 +96,6 @@ def _check(layout: Layout, rows: list[np.ndarray]) -> None:
         low, high = (int(space.start), int(space.start) + int(space.n)) if isinstance(space, spaces.Discrete) else (0, space.nvec if isinstance(space, spaces.MultiDiscrete) else 2)
         if not ((view >= low) & (view < high)).all():
             raise Refused("OUT_OF_RANGE", f"a value outside {space} in {path} of RELABEL")
-
-
-def _part(space: spaces.Space, path: tuple, parts: dict):
-    """What lies below a path, as the space has it, of all rows."""
-    if isinstance(space, spaces.Dict):
-        return {name: _part(child, (*path, name), parts) for name, child in space.spaces.items()}
-    if isinstance(space, spaces.Tuple):
-        return tuple(_part(child, (*path, index), parts) for index, child in enumerate(space.spaces))
-    return parts[path]
 
 
 def _row(part, row: int):
