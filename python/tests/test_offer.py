@@ -53,8 +53,8 @@ def test_options_are_checked_in_one_place_once(monkeypatch):
     monkeypatch.setattr(client, "check", lambda given: (calls.append(given), options.check(given)))
     behaviour = Behaviour("x", ["agent"], *[Layout.of(space_from_json(box([1])))] * 2, 1).to_json()
     with ToyServer(spec={"behaviours": [behaviour]}) as server:
-        consac.make(server.url, protocol=2, timeout=5.0).close()
-    assert calls == [{"protocol": 2, "timeout": 5.0}]
+        consac.make(server.url, protocol=2, timeout=50.0).close()
+    assert calls == [{"protocol": 2, "timeout": 50.0}]
 
 
 @pytest.mark.parametrize("given, why", [({"autoreset": "disabled"}, "unknown argument 'autoreset'"), ({"protocl": 2}, "did you mean 'protocol'"), ({"timeout": 0}, "timeout=0"),

@@ -323,7 +323,7 @@ def test_an_interrupted_step_is_not_the_end():
 
 
 def test_pings_are_answered_while_a_step_takes_long():
-    with Server(lambda: Slow(lambda: time.sleep(2.0)), limits=Limits(heartbeat_s=0.5)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
+    with Server(lambda: Slow(lambda: time.sleep(4.0)), limits=Limits(heartbeat_s=1.0)) as server, consac.make(f"tcp://127.0.0.1:{server.port}") as env:
         env.reset()  # four heartbeats: three unanswered ones would end the connection
         assert [env.step(0)[0] for _ in range(3)] == [1, 2, 3] and env.connection.in_memory
 
