@@ -46,7 +46,7 @@ class Bench:
             *(f"--consac-{argument}" for argument in arguments)))
 
     def _rate(self, engine, trainer=None):
-        rate = int(engine.wait_for(r"training completed: .* \((\d+) steps/s\)", 120).group(1))
+        rate = int(engine.wait_for(r"training completed: .* \((\d+) steps/s\)").group(1))
         for program in (engine, trainer) if trainer else (engine,):
             program.finish()
         return rate
@@ -54,15 +54,15 @@ class Bench:
     def crowd(self, agents, who, way, model=""):
         """crowd.gd: (agent steps a second, ms of half of the polls)."""
         engine = self._script("crowd.gd", agents, who, way, SECONDS, *([model] if model else []))
-        said = engine.wait_for(r"crowd: \d+ agents, (\d+) agent steps/s, .* half below ([\d.]+) ms", 60)
+        said = engine.wait_for(r"crowd: \d+ agents, (\d+) agent steps/s, .* half below ([\d.]+) ms")
         engine.finish()
         return int(said.group(1)), float(said.group(2))
 
     def crowd_over_the_wire(self, agents, way):
         """crowd.gd, asked by a trainer that learns nothing."""
         engine = self._script("crowd.gd", agents, "serve", way, 60)
-        port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
-        client = subprocess.run([sys.executable, NATIVE / "client.py", port, str(SECONDS)], capture_output=True, text=True,
+        port = engine.port()
+        client = subprocess.run([sys.executable, NATIVE / "client.py", str(port), str(SECONDS)], capture_output=True, text=True,
                                 env={**os.environ, "PYTHONPATH": str(ROOT / "python")}, check=True)
         engine.kill()
         return int(client.stdout)

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import queue
+import random
 import re
 import shutil
 import socket
@@ -10,6 +11,7 @@ import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+DEADLINE_S = 180  # for whatever a test waits for: no measurement, only an end of waiting for what never comes
 CONSAC = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", ROOT / "build/release")) / "cli/consac"
 
 
@@ -17,6 +19,18 @@ def cache():
     """The folder of tools/godot.sh, or the reason why there is none."""
     answer = subprocess.run([ROOT / "tools/godot.sh", "where"], capture_output=True, text=True)
     return (pathlib.Path(answer.stdout.strip()), "") if answer.returncode == 0 else (None, answer.stderr.strip())
+
+
+def kept_port():
+    """A free port below those that systems hand out: nobody gets it by chance while one engine leaves it to the next."""
+    while True:
+        port = random.randrange(20000, 30000)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                continue
 
 
 class Program:
@@ -33,9 +47,9 @@ class Program:
             self._queue.put(line.rstrip("\n"))
         self._queue.put(None)
 
-    def wait_for(self, pattern, seconds=60):
+    def wait_for(self, pattern):
         """The match of the next line that holds `pattern`."""
-        deadline = time.monotonic() + seconds
+        deadline = time.monotonic() + DEADLINE_S
         while (left := deadline - time.monotonic()) > 0:
             try:
                 line = self._queue.get(timeout=left)
@@ -46,14 +60,21 @@ class Program:
             self.lines.append(line)
             if match := re.search(pattern, line):
                 return match
-        raise AssertionError(f"it did not say '{pattern}' within {seconds} s:\n" + self.output())
+        raise AssertionError(f"it did not say '{pattern}' within {DEADLINE_S} s:\n" + self.output())
 
-    def finish(self, seconds=90):
+    def port(self):
+        """The port on which this engine waits for a trainer; an engine that does not wait has said at once why."""
+        said = self.wait_for("^consac: (.*)").group(1)
+        waits = re.fullmatch(r"waiting for a trainer on port (\d+)", said)
+        assert waits, "it waits for no trainer:\n" + self.output()
+        return int(waits.group(1))
+
+    def finish(self):
         """Its exit code and all that it said."""
-        deadline = time.monotonic() + seconds
+        deadline = time.monotonic() + DEADLINE_S
         while (line := self._queue.get(timeout=max(0.1, deadline - time.monotonic()))) is not None:
             self.lines.append(line)
-        return self.process.wait(timeout=10), self.output()
+        return self.process.wait(timeout=DEADLINE_S), self.output()
 
     def output(self):
         return "\n".join(self.lines)
@@ -77,7 +98,7 @@ class Godot:
             (self.project / ".godot").mkdir()
             (self.project / ".godot/extension_list.cfg").write_text("res://addons/consac/bin/consac.gdextension\n")
         imported = subprocess.run([folder / "godot", "--headless", "--path", self.project, "--import"],
-                                  capture_output=True, text=True, timeout=120, env=self.environment)
+                                  capture_output=True, text=True, timeout=DEADLINE_S, env=self.environment)
         said = imported.stdout + imported.stderr
         assert imported.returncode == 0 and "ERROR" not in said, said
 
@@ -91,7 +112,7 @@ class Godot:
         command = [program] if program else [self.folder / "godot", "--path", self.project]
         scene = [] if program else [f"res://examples/{example}/{example}.tscn"]
         engine = self.start(*command, "--headless", *flags, *scene, "--", *settings)
-        return engine, int(engine.wait_for(r"waiting for a trainer on port (\d+)").group(1))
+        return engine, engine.port()
 
     def consac(self, verb, *arguments, cwd):
         return self.start(CONSAC, verb, *arguments, cwd=cwd)
@@ -107,7 +128,7 @@ class Trainer:
     """A trainer of text protocol 1 in a few lines: connects, and exchanges actions for observations."""
 
     def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=20)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=DEADLINE_S)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.file = self.socket.makefile("r")
 

@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 from conftest import missing
-from engine import ROOT
+from engine import DEADLINE_S, ROOT
 
 ADDON = ROOT / "engines/godot/addons/consac"
 HERE = ROOT / "tests/godot/csharp"
@@ -20,9 +20,9 @@ def test_the_wrapper_compiles_and_its_example_runs(tmp_path):
     (tmp_path / "Walker.cs").write_text(example)
     program = tmp_path / "walker.exe"
     built = subprocess.run(["mcs", "-warnaserror+", f"-out:{program}", HERE / "stubs.cs", HERE / "main.cs", tmp_path / "Walker.cs",
-                            ADDON / "csharp/Consac.cs"], capture_output=True, text=True, timeout=120)
+                            ADDON / "csharp/Consac.cs"], capture_output=True, text=True, timeout=DEADLINE_S)
     assert built.returncode == 0, built.stdout + built.stderr
-    said = subprocess.run(["mono", program], capture_output=True, text=True, timeout=60)
+    said = subprocess.run(["mono", program], capture_output=True, text=True, timeout=DEADLINE_S)
     assert said.returncode == 0 and said.stdout.count("ok ") == 5 and "FAIL" not in said.stdout, said.stdout + said.stderr
 
 

@@ -42,7 +42,7 @@ def editor(godot, display, tmp_path):
 
 
 def test_the_editor_as_a_person_uses_it(editor, tmp_path):
-    code, output = editor.finish(240)
+    code, output = editor.finish()
     assert code == 0 and not re.search(r"(SCRIPT ERROR|res://addons/consac.*(ERROR|Error))", output), output
     for warning in ("The scene has several ConsacSync nodes", "Agent: it has no actions; add a ConsacEntry for each.",
                     "Agent/Rays: body is empty", "loop_mode stops the engine's physics, and Body is a RigidBody2D"):

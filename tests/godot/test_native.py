@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from engine import ROOT
+from engine import DEADLINE_S, ROOT, kept_port
 
 NATIVE = pathlib.Path(__file__).parent / "native"
 # The settings for CartPole that CONSAC's own built-in world suggests, with longer rollouts.
@@ -72,7 +72,7 @@ def summary(trainer):
 
 def check_learned(example, engine, task=None):
     steps, _, (unit, least) = task or TASKS[example]
-    said = engine.wait_for(ENDED, 120)
+    said = engine.wait_for(ENDED)
     print(f"{example}: {said.group(0)}")
     assert int(said.group(1)) >= steps * 0.99
     assert float(said.group(3 if unit == "step" else 5)) > least
@@ -114,7 +114,7 @@ def test_consac_train_learns_over_protocol_2(godot, models, example):
 
 
 def test_an_engine_is_killed_and_rejoins(godot, tmp_path):
-    first, port = serve(godot, "road", "steps=10000000")
+    first, port = serve(godot, "road", "steps=10000000", f"port={kept_port()}")
     _, other_port = serve(godot, "road", "steps=10000000")
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", f"tcp://127.0.0.1:{other_port}", "--name", "rejoin", "--steps",
                            "100000000", "--log-interval", "1", "--no-progress", cwd=tmp_path)
@@ -188,7 +188,7 @@ def test_training_inside_the_engine(godot, tmp_path, example, meanwhile):
     if meanwhile == "wait":
         check_learned(example, engine)
     else:  # steps that the model acted during learning count for nothing; their number depends on the clock
-        assert int(engine.wait_for(ENDED, 120).group(1)) >= steps
+        assert int(engine.wait_for(ENDED).group(1)) >= steps
     assert engine.finish()[0] == 0
     assert model.stat().st_size > 1000
 
@@ -212,7 +212,7 @@ def test_learning_at_every_step(godot, tmp_path, algorithm, place):
 
 def test_several_behaviours_and_many_agents_learn_inside(godot, tmp_path):
     engine = play(godot, "chase", "mode=train", "steps=20000", "sessions=1", "quit=1", f"model={tmp_path}/{{behaviour}}.consac")
-    engine.wait_for(ENDED, 120)
+    engine.wait_for(ENDED)
     assert engine.finish()[0] == 0
     assert {path.name for path in tmp_path.glob("*.consac")} == {"chaser.consac", "runner.consac"}
 
@@ -236,7 +236,7 @@ def test_what_does_not_fit_is_one_line(godot, models, tmp_path):
 def test_misuse_of_the_classes_harms_nothing(godot, models):
     """2,000 sequences of 40 random calls; most of them wrong."""
     program = script(godot, "misuse.gd", "1", "2000", str(learned(godot, models, "road")))
-    said = program.wait_for(r"misuse: 2000 sequences, (\d+) calls, (\d+) offers, cues \[(\d+), (\d+), (\d+), (\d+), (\d+)\]", 300)
+    said = program.wait_for(r"misuse: 2000 sequences, (\d+) calls, (\d+) offers, cues \[(\d+), (\d+), (\d+), (\d+), (\d+)\]")
     calls, offers, *cues = map(int, said.groups())
     assert calls == 80000 and offers > 1000 and all(cues)  # not all of it was refused
     program.wait_for(r"afterwards: \[(1.0, ){7}1.0\]")
@@ -253,9 +253,9 @@ def test_the_classes_by_themselves(godot, models):
 
 def wire_rate(godot, *crowd):
     """Agent steps a second of a crowd that a trainer drives which learns nothing."""
-    engine = script(godot, "crowd.gd", crowd[0], "serve", crowd[1], "30")
-    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
-    client = subprocess.run([sys.executable, NATIVE / "client.py", port, "2"], capture_output=True, text=True, timeout=60,
+    engine = script(godot, "crowd.gd", crowd[0], "serve", crowd[1], str(DEADLINE_S))
+    port = engine.port()
+    client = subprocess.run([sys.executable, NATIVE / "client.py", str(port), "2"], capture_output=True, text=True, timeout=DEADLINE_S,
                             env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
     assert client.returncode == 0, client.stderr
     engine.kill()
@@ -349,7 +349,7 @@ def test_an_environment_is_reset_in_the_midst_of_a_session(godot):
     """As Gymnasium means it: a seed gives the same episodes again."""
     command = world(godot, "seeded", ONE_NUMBER.replace("WHAT", "place"))
     engine = godot.start(*command, "--", "--consac-port=0", "--consac-loop=1")
-    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    port = engine.port()
     client = f"""if True:
         import consac, json
         env = consac.make("tcp://127.0.0.1:{port}")
@@ -360,7 +360,7 @@ def test_an_environment_is_reset_in_the_midst_of_a_session(godot):
             return float(first[0]), float(last[0])
         print(json.dumps([episode(3), episode(4), episode(3), episode(None) != episode(None)]))
         env.close()"""
-    done = subprocess.run([sys.executable, "-c", client], capture_output=True, text=True, timeout=60,
+    done = subprocess.run([sys.executable, "-c", client], capture_output=True, text=True, timeout=DEADLINE_S,
                           env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
     assert done.returncode == 0, done.stderr
     first, other, again, differ = json.loads(done.stdout)
@@ -370,13 +370,13 @@ def test_an_environment_is_reset_in_the_midst_of_a_session(godot):
 def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_engine(godot):
     wrong = '"text" if steps == 0 and get_node("../ConsacSync").steps > 0 else place'
     engine = godot.start(*world(godot, "stuck", ONE_NUMBER.replace("WHAT", wrong)), "--", "--consac-port=0", "--consac-loop=1")
-    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    port = engine.port()
 
     def client(*resets):
         lines = ["import consac", f"env = consac.make('tcp://127.0.0.1:{port}')"]
         for seed in resets:
             lines += [f"env.reset(seed={seed})", "env.step(env.action_space.low)"]
-        return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, timeout=20,
+        return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, timeout=DEADLINE_S,
                               env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
 
     ended = client(3, 4)
@@ -391,7 +391,7 @@ def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_e
 def test_a_trainer_that_leaves_in_the_handshake_was_no_session(godot):
     """As one does whose model does not fit: the next is served at once, and nothing is said of steps that it did not take."""
     engine = godot.start(*world(godot, "shy", ONE_NUMBER.replace("WHAT", "place")), "--", "--consac-port=0", "--consac-loop=1")
-    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    port = engine.port()
     client = f"""if True:
         import consac
         from consac.client import Connection
@@ -407,7 +407,7 @@ def test_a_trainer_that_leaves_in_the_handshake_was_no_session(godot):
                     raise SystemExit("it fits")
                 except consac.ConsacError as error:
                     assert "SPEC_MISMATCH" in str(error), error"""
-    done = subprocess.run([sys.executable, "-c", client], capture_output=True, text=True, timeout=60,
+    done = subprocess.run([sys.executable, "-c", client], capture_output=True, text=True, timeout=DEADLINE_S,
                           env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
     assert done.returncode == 0, done.stderr
     engine.wait_for("the session ended: 3 steps")
@@ -433,7 +433,7 @@ def test_the_native_trainer_hears_why_a_session_cannot_go_on(godot, tmp_path):
     wrong = '"text" if get_node("../ConsacSync").steps > 50 else place'
     engine = godot.start(*world(godot, "muddled", ONE_NUMBER.replace("WHAT", wrong)), "--", "--consac-port=0", "--consac-loop=1",
                          "--consac-steps=500")
-    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    port = engine.port()
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "muddled", cwd=tmp_path)
     assert "ends the session: Agent: observe() gave a String for entry 'place'" in trainer.finish()[1]
     engine.kill()
@@ -459,7 +459,7 @@ def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path, loop):
     source = ONE_NUMBER.replace("WHAT", "place") + PAUSES
     engine = godot.start(*world(godot, "pausing", source), "--", "--consac-port=0", "--consac-steps=200",
                          f"--consac-loop={loop}")
-    port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+    port = engine.port()
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "paused", "--no-table", "--no-progress", "--steps", "200",
                            "--deadline", "1", cwd=tmp_path)
     trainer.wait_for("is paused")
@@ -476,7 +476,7 @@ def test_agents_come_and_go(godot, tmp_path, who):
     engine = godot.start(*command, *(["--fixed-fps", "60", "--quit-after", "200"] if who == "by_hand" else []), "--", *arguments,
                          "--consac-port=0")
     if who == "serve":
-        port = engine.wait_for(r"waiting for a trainer on port (\d+)").group(1)
+        port = engine.port()
         assert summary(train(godot, [port], tmp_path, "crowd", settings={"n_steps": "64"}))["steps"] >= 3000
     code, output = engine.finish()
     assert code == 0 and "ERROR" not in output, output

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from engine import ROOT
+from engine import DEADLINE_S, ROOT
 
 
 def refresh(folder, tmp_path):
@@ -13,7 +13,7 @@ def refresh(folder, tmp_path):
     programs.mkdir(exist_ok=True)
     (programs / "apt-get").write_text("#!/bin/sh\nexit 0\n")
     (programs / "apt-get").chmod(0o755)
-    done = subprocess.run([ROOT / "tools/godot.sh", "refresh"], capture_output=True, text=True, timeout=60, cwd=tmp_path,
+    done = subprocess.run([ROOT / "tools/godot.sh", "refresh"], capture_output=True, text=True, timeout=DEADLINE_S, cwd=tmp_path,
                           env={**os.environ, "CONSAC_GODOT_CACHE": str(folder), "PATH": f"{programs}:{os.environ['PATH']}"})
     return done.returncode, done.stderr
 

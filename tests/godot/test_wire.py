@@ -180,7 +180,7 @@ def test_the_scripts_by_themselves(godot):
 def test_every_setting_that_a_session_changes_is_put_back(godot):
     engine = start_script(godot, "pace.gd", "--headless", arguments=["--consac-port=0", "--consac-protocol=text1"])
     before = engine.wait_for("^before: (.*)").group(1)
-    with Trainer(int(engine.wait_for(r"waiting for a trainer on port (\d+)").group(1))) as trainer:
+    with Trainer(engine.port()) as trainer:
         trainer.begin()
         trainer.step(1)
         during = engine.wait_for(r"^during: (\[.*\])").group(1)
@@ -220,7 +220,7 @@ def test_a_world_that_goes_wrong_ends_its_session_and_the_engine_goes_on(godot, 
     scene = scene_file(godot, "wrong", f"func observe(into: Dictionary) -> void:\n\t{fault}\n")
     engine = godot.start(godot.folder / "godot", "--headless", "--path", godot.project, scene, "--", "--consac-port=0",
                          "--consac-protocol=text1", "--consac-loop=1")
-    port = int(engine.wait_for(r"waiting for a trainer on port (\d+)").group(1))
+    port = engine.port()
     for _ in range(2):
         with Trainer(port) as trainer:
             trainer.begin()

@@ -44,7 +44,7 @@ func _initialize() -> void:
 	match arguments[1]:
 		"serve":
 			fault = _world.serve({port = 0, training_length = 1000000000})
-			print("crowd: waiting for a trainer on port ", _world.port())
+			print("consac: waiting for a trainer on port %d" % _world.port())
 		"train", "go_on":
 			fault = _world.train({
 				total_steps = 1000000000,

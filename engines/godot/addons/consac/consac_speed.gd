@@ -2,10 +2,10 @@ class_name ConsacSpeed
 extends RefCounted
 ## The engine's pace. Changes it for a session and puts everything back as it was.
 
-## Physics ticks in one second of the clock, at most, are this many times those of the project. A
-## power of two, so that a tick's length is the same number, bit for bit, at either pace.
-const TIMES := 1024
-const TIMES_FRAME_A_TICK := 65536  # where each tick has a frame: more than one tick is always due, and one is taken
+## Physics ticks in one second of the clock, at most, are this many times those of the project: so many that after any
+## frame as many are due as may precede the next one, and so few that the engine's count of them (an int) holds a frame
+## of half an hour. A power of two, so that a tick's length is the same number, bit for bit, at either pace.
+const TIMES := 16384
 const TICKS_A_FRAME := 64  # unless the world goes with frames; a window draws about once a second of the world
 const DRAWN_EVERY_USEC := 50000  # where each tick has a frame, so often one is drawn
 
@@ -35,9 +35,8 @@ func change(fast: bool, ticks_a_frame := TICKS_A_FRAME) -> void:
 	if fast:
 		OS.low_processor_usage_mode_sleep_usec = 1  # without a window the engine sleeps so long in every frame
 		DisplayServer.window_set_vsync_mode(DisplayServer.VSYNC_DISABLED)
-		var times := TIMES_FRAME_A_TICK if ticks_a_frame == 1 else TIMES
-		Engine.physics_ticks_per_second = _saved.ticks * times
-		Engine.time_scale = _saved.time_scale * times
+		Engine.physics_ticks_per_second = _saved.ticks * TIMES
+		Engine.time_scale = _saved.time_scale * TIMES
 		Engine.max_physics_steps_per_frame = ticks_a_frame
 		_frame_a_tick = ticks_a_frame == 1
 		Engine.physics_jitter_fix = 0.0
