@@ -33,6 +33,7 @@ struct BenchFlags {
   bool json = false;
   std::int64_t repeats = 3;
   std::string kernels;
+  bool processor_time = false;
 };
 
 // ---- kernels
@@ -134,9 +135,9 @@ Figure ThesisJob(const BenchContext& context) {
     ServedRoad engine(20000);
     run::RunConfig config = ConfigOf({"", "ppo2", 1, -1, worlds::SuggestedSettings(road, "ppo2")});
     config.world = fmt::format("tcp://127.0.0.1:{}", engine.port());
-    return TrainSeconds(config);
+    return TrainSeconds(context, config);
   });
-  return {seconds, "s", "20,000 steps over TCP, text protocol 1; the thesis took 20 s"};
+  return {seconds, "s", "20,000 steps over TCP, text protocol 1; the thesis took 20 s", seconds};
 }
 
 /// Round trips per second of `bytes` each way between two threads, nothing parsed.
@@ -198,37 +199,36 @@ Figure StepOverTcp(const BenchContext& context) {
           fmt::format("of a bare ping-pong of that size; about {:.0f} k steps/s", rate / 1e3)};
 }
 
-/// One row of the table.
-struct BenchRow {
-  const char* name;
-  const char* what;
-  Figure (*measure)(const BenchContext& context);
-};
-
-constexpr BenchRow kRows[] = {
+constexpr BenchRow kKernelRows[] = {
     {"update64", "PPO update, two 64x64 nets, minibatch 64", Update64},
     {"update2048", "PPO update, two 64x64 nets, minibatch 2048", Update2048},
     {"cores", "two cores against one, large batch", TwoCores},
     {"action", "one action", OneAction},
     {"worlds", "CartPole alone, 64 worlds, one core", CartPoleAlone},
-    {"cartpole", "CartPole PPO, 1 world, n_steps 2048, batch 64, 10 epochs", CartPoleDefaults},
-    {"cartpole8", "CartPole PPO, 8 worlds, n_steps 128, batch 256, 4 epochs", CartPoleEight},
-    {"a2c", "CartPole A2C, 1 world, n_steps 5", CartPoleA2c},
-    {"a2c8", "CartPole A2C, 8 worlds, n_steps 5", CartPoleA2cEight},
-    {"dqn", "CartPole DQN, 1 world, train_freq 4, batch 32, 64x64", CartPoleDqn},
-    {"dqn256", "CartPole DQN, train_freq 256, gradient_steps 128, batch 64, 256x256", CartPoleDqnWide},
-    {"pendulum", "Pendulum PPO, whole training", PendulumPpo},
-    {"sac", "Pendulum SAC, one update a step, batch 100, 64x64", PendulumSac},
-    {"td3", "Pendulum TD3, one update a step, batch 100, 64x64", PendulumTd3},
-    {"sac256", "Pendulum SAC, one update a step, batch 256, 256x256", PendulumSacWide},
+};
+
+constexpr BenchRow kConnectionRows[] = {
     {"thesis", "the thesis' job", ThesisJob},
     {"step", "one step over TCP", StepOverTcp},
 };
 
+/// The table.
+std::vector<BenchRow> Rows() {
+  std::vector<BenchRow> rows(std::begin(kKernelRows), std::end(kKernelRows));
+  rows.insert(rows.end(), TrainingRows().begin(), TrainingRows().end());
+  rows.insert(rows.end(), std::begin(kConnectionRows), std::end(kConnectionRows));
+  return rows;
+}
+
+std::vector<std::string_view> RowNames() {
+  std::vector<std::string_view> names;
+  for (const BenchRow& row : Rows()) names.emplace_back(row.name);
+  return names;
+}
+
 int Bench(const BenchFlags& flags) {
   EndAtSignals();
-  std::vector<std::string_view> names;
-  for (const BenchRow& row : kRows) names.emplace_back(row.name);
+  const std::vector<std::string_view> names = RowNames();
   if (!flags.only.empty() && std::find(names.begin(), names.end(), flags.only) == names.end()) {
     return Fail("bench",
                 {StatusCode::kInvalidArgument, "there is no row " + Quote(flags.only) + Suggestion(flags.only, names)});
@@ -240,6 +240,7 @@ int Bench(const BenchFlags& flags) {
   }
   BenchContext context;
   context.repeats = static_cast<int>(flags.repeats);
+  context.processor_time = flags.processor_time;
   context.peak = nn::MeasurePeakFlops(0.5);
   nlohmann::ordered_json json = {
       {"cpu", bench::CpuName()},         {"compiler", CompilerName()},        {"version", kVersion},
@@ -249,7 +250,7 @@ int Bench(const BenchFlags& flags) {
           kVersion, nn::InstructionSet(), context.peak / 1e9);
     Print("| what | figure | |\n|---|---|---|\n");
   }
-  for (const BenchRow& row : kRows) {
+  for (const BenchRow& row : Rows()) {
     if (!flags.only.empty() && flags.only != row.name) continue;
     const Figure figure = row.measure(context);
     json["rows"].push_back({{"name", row.name},
@@ -257,6 +258,7 @@ int Bench(const BenchFlags& flags) {
                             {"value", figure.value},
                             {"unit", figure.unit},
                             {"note", figure.note}});
+    if (figure.seconds > 0.0) json["rows"].back()["seconds"] = figure.seconds;
     if (!flags.json) Print("| {} | {:.3g} {} | {} |\n", row.what, figure.value, figure.unit, figure.note);
     FlushOutput();
   }
@@ -268,11 +270,11 @@ int Bench(const BenchFlags& flags) {
 
 Action AddBench(CLI::App& app) {
   const auto flags = std::make_shared<BenchFlags>();
-  std::vector<std::string_view> names;
-  for (const BenchRow& row : kRows) names.emplace_back(row.name);
-  app.add_option("--only", flags->only, "one row: " + Join(names));
+  app.add_option("--only", flags->only, "one row: " + Join(RowNames()));
   AddWhole(app, "--repeats", &flags->repeats, 1, 100, "repeats of a training; the median counts");
   app.add_option("--kernels", flags->kernels, "another instruction set than the best: " + Join(nn::InstructionSets()));
+  app.add_flag("--processor-time", flags->processor_time,
+               "trainings by the processor's seconds, so that other programs do not count");
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return Bench(*flags); };
 }

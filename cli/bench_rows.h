@@ -1,8 +1,10 @@
 #pragma once
-// What the rows of `consac bench` are made of; those that train are in bench_training.cpp.
+// What the rows of `consac bench` are made of, for the table in bench.cpp and those of its rows that train
+// (bench_training.cpp).
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,14 +17,26 @@ namespace consac::cli {
 struct Figure {
   double value = 0.0;
   std::string unit;
-  std::string note;  ///< what it means beside the limit
+  std::string note;      ///< what it means beside the limit
+  double seconds = 0.0;  ///< of a whole training; 0: the row is none
 };
 
 /// What rows share.
 struct BenchContext {
-  double peak = 0.0;  ///< FLOP/s of one core
-  int repeats = 3;    ///< of a training; the median counts
+  double peak = 0.0;            ///< FLOP/s of one core
+  int repeats = 3;              ///< of a training; the median counts
+  bool processor_time = false;  ///< trainings by this process's CPU seconds, so that other jobs do not count
 };
+
+/// One row of the table.
+struct BenchRow {
+  const char* name;
+  const char* what;
+  Figure (*measure)(const BenchContext& context);
+};
+
+/// The rows that train.
+std::span<const BenchRow> TrainingRows();
 
 /// The median of so many calls of `measure`.
 template <class Measure>
@@ -44,18 +58,7 @@ struct BenchJob {
 
 /// It as a run that says and keeps nothing.
 run::RunConfig ConfigOf(const BenchJob& job);
-/// Wall seconds of its steps and learning; NaN where it failed.
-double TrainSeconds(const run::RunConfig& config);
-
-Figure CartPoleDefaults(const BenchContext& context);
-Figure CartPoleEight(const BenchContext& context);
-Figure CartPoleA2c(const BenchContext& context);
-Figure CartPoleA2cEight(const BenchContext& context);
-Figure CartPoleDqn(const BenchContext& context);
-Figure CartPoleDqnWide(const BenchContext& context);
-Figure PendulumPpo(const BenchContext& context);
-Figure PendulumSac(const BenchContext& context);
-Figure PendulumTd3(const BenchContext& context);
-Figure PendulumSacWide(const BenchContext& context);
+/// Seconds of its steps and learning; NaN where it failed. In processor time its start and end count too: milliseconds.
+double TrainSeconds(const BenchContext& context, const run::RunConfig& config);
 
 }  // namespace consac::cli

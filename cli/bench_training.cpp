@@ -1,10 +1,11 @@
-// The rows of `consac bench` that train: wall time of whole trainings beside what their networks take at the peak.
+// The rows of `consac bench` that train: the time of whole trainings beside what their networks take at the peak.
 #include <fmt/format.h>
 
 #include <atomic>
 #include <cmath>
 #include <filesystem>
 
+#include "bench/peak.h"
 #include "cli/bench_rows.h"
 #include "consac/run/path.h"
 
@@ -20,17 +21,23 @@ double TrainingFlops(double inputs, double outputs, double epochs) {
   return forward + epochs * update;
 }
 
-Figure TrainingFigure(const BenchContext& context, const BenchJob& job, double inputs, double outputs, double epochs) {
-  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
-  const double rate = static_cast<double>(job.steps) / seconds;
-  return {rate / 1e3, "k steps/s",
-          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
-                      100.0 * rate * TrainingFlops(inputs, outputs, epochs) / context.peak, seconds)};
+/// How much of what is counted one training does.
+struct Work {
+  std::int64_t count;  ///< steps or updates
+  const char* unit;    ///< thousands of them a second
+  double flops = 0.0;  ///< multiply-adds of all its networks, in FLOP; 0: not counted
+};
+
+Figure TrainingFigure(const BenchContext& context, const BenchJob& job, const Work& work) {
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(context, ConfigOf(job)); });
+  const std::string share =
+      fmt::format("{:.0f}% of the peak in networks alone, ", 100.0 * work.flops / seconds / context.peak);
+  return {static_cast<double>(work.count) / seconds / 1e3, work.unit,
+          fmt::format("{}{:.2f} s", work.flops > 0.0 ? share : "", seconds), seconds};
 }
 
 Figure RateFigure(const BenchContext& context, const BenchJob& job) {
-  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
-  return {static_cast<double>(job.steps) / seconds / 1e3, "k steps/s", fmt::format("{:.2f} s", seconds)};
+  return TrainingFigure(context, job, {job.steps, "k steps/s"});
 }
 
 /// Multiply-adds of one row through hidden layers `width` and `width`; and of its first layer alone.
@@ -39,8 +46,9 @@ struct LayerSums {
   double all, first;
 };
 
-/// An actor and two critics on Pendulum, one update a step. Counted is what the algorithm asks for: a gradient is two
-/// products, of the first layer one; an actor is learned through critics that are held fast.
+/// An actor and two critics on Pendulum, one update a step, which are what is counted: the first steps only fill the
+/// replay. FLOP are those that the algorithm asks for: a gradient is two products, of the first layer one; an actor is
+/// learned through critics that are held fast.
 Figure PendulumReplay(const BenchContext& context, bool td3, double width, double batch, std::int64_t steps) {
   constexpr std::int64_t kStarts = 100;
   const LayerSums actor(3, width, td3 ? 1 : 2), critic(4, width, 1);
@@ -49,18 +57,15 @@ Figure PendulumReplay(const BenchContext& context, bool td3, double width, doubl
   const double policy = (3 * actor.all - actor.first + judged) / (td3 ? 2 : 1);  // every other time
   const double flops = 2 * batch * (targets + critics + policy);
   const std::string text = fmt::format("{}", static_cast<std::int64_t>(width));
-  const double seconds = Median(context.repeats, [&] {
-    return TrainSeconds(ConfigOf({"pendulum-v1",
-                                  td3 ? "td3" : "sac",
-                                  1,
-                                  steps,
-                                  {{"net_arch", "[" + text + ", " + text + "]"},
-                                   {"batch_size", fmt::format("{}", static_cast<std::int64_t>(batch))},
-                                   {"learning_starts", std::to_string(kStarts)}}}));
-  });
-  return {static_cast<double>(steps) / seconds / 1e3, "k steps/s",
-          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
-                      100.0 * flops * static_cast<double>(steps - kStarts) / seconds / context.peak, seconds)};
+  return TrainingFigure(context,
+                        {"pendulum-v1",
+                         td3 ? "td3" : "sac",
+                         1,
+                         steps,
+                         {{"net_arch", "[" + text + ", " + text + "]"},
+                          {"batch_size", fmt::format("{}", static_cast<std::int64_t>(batch))},
+                          {"learning_starts", std::to_string(kStarts)}}},
+                        {steps - kStarts, "k updates/s", flops * static_cast<double>(steps - kStarts)});
 }
 
 }  // namespace
@@ -82,19 +87,27 @@ run::RunConfig ConfigOf(const BenchJob& job) {
   return config;
 }
 
-double TrainSeconds(const run::RunConfig& config) {
+double TrainSeconds(const BenchContext& context, const run::RunConfig& config) {
+  const double begin = bench::ProcessSeconds();
   const Result<run::RunSummary> summary = run::Train(config, kNeverStop);
-  return summary.ok() ? summary->seconds : std::nan("");
+  if (!summary.ok()) return std::nan("");
+  return context.processor_time ? bench::ProcessSeconds() - begin : summary->seconds;
+}
+
+namespace {
+
+Figure CartPolePpo(const BenchContext& context, const BenchJob& job, double epochs) {
+  return TrainingFigure(context, job,
+                        {job.steps, "k steps/s", static_cast<double>(job.steps) * TrainingFlops(4, 2, epochs)});
 }
 
 Figure CartPoleDefaults(const BenchContext& context) {
-  return TrainingFigure(context, {"cartpole-v1", "ppo", 1, 51200, {}}, 4, 2, 10);
+  return CartPolePpo(context, {"cartpole-v1", "ppo", 1, 51200, {}}, 10);
 }
 
 Figure CartPoleEight(const BenchContext& context) {
-  return TrainingFigure(
-      context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4, 2,
-      4);
+  return CartPolePpo(
+      context, {"cartpole-v1", "ppo", 8, 409600, {{"n_steps", "128"}, {"batch_size", "256"}, {"n_epochs", "4"}}}, 4);
 }
 
 // Stable Baselines3's defaults: n_steps 5; learning every fourth step of one world, batch 32.
@@ -114,25 +127,22 @@ Figure CartPoleDqnWide(const BenchContext& context) {
   constexpr double kUpdates = (kSteps - 1000) / 256 * 128.0;
   constexpr double kMultiplyAdds = 4.0 * 256 + 256 * 256 + 256 * 2;
   constexpr double kFlopsPerRow = 2.0 * (4.0 * kMultiplyAdds - 4 * 256);  // no gradient of the observation
-  const double seconds = Median(context.repeats, [&] {
-    return TrainSeconds(ConfigOf({"cartpole-v1",
-                                  "dqn",
-                                  1,
-                                  kSteps,
-                                  {{"learning_rate", "2.3e-3"},
-                                   {"batch_size", "64"},
-                                   {"buffer_size", "100000"},
-                                   {"learning_starts", "1000"},
-                                   {"target_update_interval", "10"},
-                                   {"train_freq", "256"},
-                                   {"gradient_steps", "128"},
-                                   {"exploration_fraction", "0.16"},
-                                   {"exploration_final_eps", "0.04"},
-                                   {"net_arch", "[256, 256]"}}}));
-  });
-  return {kSteps / seconds / 1e3, "k steps/s",
-          fmt::format("{:.0f}% of the peak in networks alone, {:.2f} s",
-                      100.0 * kUpdates * 64 * kFlopsPerRow / seconds / context.peak, seconds)};
+  return TrainingFigure(context,
+                        {"cartpole-v1",
+                         "dqn",
+                         1,
+                         kSteps,
+                         {{"learning_rate", "2.3e-3"},
+                          {"batch_size", "64"},
+                          {"buffer_size", "100000"},
+                          {"learning_starts", "1000"},
+                          {"target_update_interval", "10"},
+                          {"train_freq", "256"},
+                          {"gradient_steps", "128"},
+                          {"exploration_fraction", "0.16"},
+                          {"exploration_final_eps", "0.04"},
+                          {"net_arch", "[256, 256]"}}},
+                        {kSteps, "k steps/s", kUpdates * 64 * kFlopsPerRow});
 }
 
 Figure PendulumSac(const BenchContext& context) {
@@ -158,7 +168,27 @@ Figure PendulumPpo(const BenchContext& context) {
                       {"learning_rate", "1e-3"},
                       {"activation_fn", "relu"},
                       {"norm_obs", "true"}}};
-  const double seconds = Median(context.repeats, [&] { return TrainSeconds(ConfigOf(job)); });
-  return {seconds, "s", "307,200 steps, 4 worlds x 1024, batch 256, 2 epochs, 64x64 ReLU"};
+  const double seconds = Median(context.repeats, [&] { return TrainSeconds(context, ConfigOf(job)); });
+  return {seconds, "s", "307,200 steps, 4 worlds x 1024, batch 256, 2 epochs, 64x64 ReLU", seconds};
 }
+
+constexpr BenchRow kTrainingRows[] = {
+    {"cartpole", "CartPole PPO, 1 world, n_steps 2048, batch 64, 10 epochs", CartPoleDefaults},
+    {"cartpole8", "CartPole PPO, 8 worlds, n_steps 128, batch 256, 4 epochs", CartPoleEight},
+    {"a2c", "CartPole A2C, 1 world, n_steps 5", CartPoleA2c},
+    {"a2c8", "CartPole A2C, 8 worlds, n_steps 5", CartPoleA2cEight},
+    {"dqn", "CartPole DQN, 1 world, train_freq 4, batch 32, 64x64", CartPoleDqn},
+    {"dqn256", "CartPole DQN, train_freq 256, gradient_steps 128, batch 64, 256x256", CartPoleDqnWide},
+    {"pendulum", "Pendulum PPO, whole training", PendulumPpo},
+    {"sac", "Pendulum SAC, one update a step, batch 100, 64x64", PendulumSac},
+    {"td3", "Pendulum TD3, one update a step, batch 100, 64x64", PendulumTd3},
+    {"sac256", "Pendulum SAC, one update a step, batch 256, 256x256", PendulumSacWide},
+};
+
+}  // namespace
+
+std::span<const BenchRow> TrainingRows() {
+  return kTrainingRows;
+}
+
 }  // namespace consac::cli

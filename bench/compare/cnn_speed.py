@@ -14,8 +14,9 @@ import time
 import torch
 from torch import nn
 
+from in_turn import PAIRS, in_turn
+
 torch.set_num_threads(1)
-PAIRS = 5
 
 
 def network():
@@ -61,7 +62,7 @@ def ours(program):
 
 
 if __name__ == "__main__":
-    pairs = [(ours(sys.argv[1]), {rows: theirs(rows) for rows in (32, 256)}) for _ in range(PAIRS)]
+    pairs = in_turn(lambda: ours(sys.argv[1]), lambda: {rows: theirs(rows) for rows in (32, 256)})
     print(f"{pairs[0][0][1]}; torch {torch.__version__}, one thread; CPU time, the median of {PAIRS} pairs\n")
     print("| nature CNN, 84 x 84 x 4 | images | consac ms | PyTorch ms | PyTorch / consac |\n|---|---|---|---|---|")
     for rows in (32, 256):

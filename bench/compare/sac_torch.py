@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
 """A hand-written SAC of PyTorch on Pendulum beside `consac bench`'s: 256x256 networks, batch 256, one update a step, one core, in
-turn. The loop has no library between it and torch: one replay of tensors, fused Adam, targets that follow by foreach.
+turn, processor time. The loop has no library between it and torch: one replay of tensors, fused Adam, targets that follow by foreach.
+Both count updates, each with the step before it; the steps that only fill the replay take no time that would show.
 
     .venv/bin/python bench/compare/sac_torch.py build/release/cli/consac
 """
-import json
-import statistics
-import subprocess
 import sys
 import time
 
 import torch
 from torch import nn
+
+from in_turn import PAIRS, bench_row, in_turn, medians
 
 torch.set_num_threads(1)
 STEPS, STARTS, WIDTH, BATCH, GAMMA, TAU = 600, 100, 256, 256, 0.99, 0.005
@@ -40,7 +40,7 @@ def pendulum(state, torque):
 
 
 def theirs():
-    """Steps/s of the updates of one training, CPU time."""
+    """Updates/s of one training."""
     torch.manual_seed(1)
     actor, critics, targets = mlp(3, 2), [mlp(4, 1), mlp(4, 1)], [mlp(4, 1), mlp(4, 1)]
     for critic, target in zip(critics, targets):
@@ -94,15 +94,9 @@ def theirs():
     return (STEPS - STARTS) / (time.process_time() - start)
 
 
-def ours(consac):
-    output = subprocess.run([consac, "bench", "--only", "sac256", "--repeats", "1", "--json"], capture_output=True, text=True, check=True).stdout
-    found = json.loads(output)
-    return found["rows"][0]["value"] * 1e3, f"{found['cpu']}, {found['kernels']}"
-
-
 if __name__ == "__main__":
-    pairs = [(ours(sys.argv[1]), theirs()) for _ in range(5)]
-    print(f"torch {torch.__version__}, {pairs[0][0][1]}, median of 5 pairs\n")
-    print("| SAC, 256x256, batch 256 | consac steps/s | PyTorch steps/s | ratio |\n|---|---|---|---|")
-    mine, other = (statistics.median(column) for column in ([p[0][0] for p in pairs], [p[1] for p in pairs]))
-    print(f"| one update a step | {mine:,.0f} | {other:,.0f} | {statistics.median(p[0][0] / p[1] for p in pairs):.2f}x |")
+    pairs = in_turn(lambda: bench_row(sys.argv[1], "sac256"), theirs)
+    mine, other, ratio = medians([(1e3 * row["value"], updates) for (row, _), updates in pairs])
+    print(f"torch {torch.__version__}, {pairs[0][0][1]}, processor time, the median of {PAIRS} pairs\n")
+    print("| SAC, 256x256, batch 256 | consac updates/s | PyTorch updates/s | ratio |\n|---|---|---|---|")
+    print(f"| one update a step | {mine:,.0f} | {other:,.0f} | {ratio:.2f}x |")

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cli/conformance_frames.h"
@@ -39,6 +40,15 @@ TEST_F(ProgramTest, UnknownNamesFindTheirNearest) {
   ExpectRefusal(RunProgram(folder(), {"list", "wrolds"}), 2, "'worlds'");
   ExpectRefusal(RunProgram(folder(), {"bench", "--only", "cartpol"}), 2, "'cartpole'");
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--frobnicate"}), 2, "--frobnicate");
+}
+
+/// The first hundred steps of the row only fill the replay.
+TEST_F(ProgramTest, BenchCountsUpdatesWhereOneIsInAStep) {
+  const Outcome run = RunProgram(folder(), {"bench", "--only", "sac", "--repeats", "1", "--processor-time", "--json"});
+  ASSERT_EQ(run.code, 0) << run.error;
+  const nlohmann::json row = nlohmann::json::parse(run.out)["rows"][0];
+  EXPECT_EQ(row["unit"], "k updates/s");
+  EXPECT_NEAR(1e3 * row["value"].get<double>() * row["seconds"].get<double>(), 10000 - 100, 1e-3);
 }
 
 TEST_F(ProgramTest, NumbersThatCannotBeMeantAreRefusedByEveryVerb) {
