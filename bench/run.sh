@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Every speed table, one after another on a quiet machine: CONSAC's own, beside LibTorch, beside Stable Baselines3.
-# Writes speed.md, unreal_tick.md, godot.md and untuned_worlds.md of bench/results. Needs `tools/setup.sh bench` first (make bench does that).
+# Writes unreal_tick.md, godot.md and untuned_worlds.md of bench/results, and build/speed.md: bench/results/speed.md holds several machines
+# and peers that are not here, so its tables are taken over by hand. Needs `tools/setup.sh bench` first (make bench does that).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cmake --preset release -DCONSAC_BENCH_LIBTORCH=ON --log-level=WARNING
 cmake --build --preset release -j "$(nproc)"
 consac=build/release/cli/consac
 python=.venv/bin/python
-out=bench/results/speed.md
+out=build/speed.md
 {
   echo "# Speed"
   echo
@@ -20,7 +21,7 @@ out=bench/results/speed.md
   printf '\n## Checkpoints of a replay\n\n'; build/release/bench/consac_checkpoint_bench
   printf '\n## Transports\n\n'; build/release/bench/consac_transport_bench; echo
   PYTHONPATH=python $python bench/compare/python_client_bench.py $consac
-  printf '\n## CartPole PPO beside Stable Baselines3, in turn\n\n'; $python bench/compare/sb3_speed.py $consac
+  printf '\n## Beside Stable Baselines3, in turn\n\n'; $python bench/compare/sb3_speed.py $consac
 } | tee "$out"
 {
   echo "# What the Unreal plugin costs a tick"

@@ -1,9 +1,10 @@
 // The learning proofs: trains every row of the table below on five seeds and writes what came of it as Markdown.
 // Run by `make test-slow`; exits 1 when a row misses what it claims. Minutes, not seconds: no part of `make test`.
 //   learning_proofs OUT.md SB3_CURVES.json [ROW-NAME-PART]
-// With a part of a name only such rows are run; the others keep their lines of OUT.md, and what was written below its
-// table by hand stays. The rows of SB3_CURVES.json (bench/compare/sb3_curves.py) are trained at the settings that stand
-// there and compared with what Stable Baselines3 reached; those in Gymnasium's worlds are ecosystem_proofs.py's.
+// With a part of a name only such rows are run; the others keep what OUT.md has of the same runs (proofs_page.h), and
+// what was written below its table by hand stays. The rows of SB3_CURVES.json (bench/compare/sb3_curves.py) are trained
+// at the settings that stand there and compared with what Stable Baselines3 reached; those in Gymnasium's worlds are
+// ecosystem_proofs.py's.
 
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -27,33 +28,29 @@
 #include "consac/policy/policy.h"
 #include "consac/run/training.h"
 #include "consac/server/env_server.h"
+#include "tests/slow/proofs_page.h"
 #include "worlds/registry.h"
 
 namespace {
 
-constexpr int kSeeds = 5;
+using consac::proofs::kSeeds;
+using consac::proofs::Outcome;
+using consac::proofs::Page;
+using consac::proofs::Proof;
+
 const std::atomic<bool> kNeverStop{false};
 
-/// One claim: this world, learned so, reaches that.
-struct Proof {
-  std::string name;                   ///< for the table
-  std::string world;                  ///< a built-in world
-  std::string algorithm;              ///< a row of learn::Algorithms()
-  std::int64_t steps;                 ///< agent steps
-  std::int32_t envs;                  ///< copies of the world
-  bool over_tcp;                      ///< served by an EnvServer, text protocol 1
-  bool suggested;                     ///< take the world's suggested hyperparameters
-  std::vector<std::string> settings;  ///< further "key=value"
-  double median_at_least;             ///< what the median seed must reach
-  double seeds_at_least;              ///< what the seeds must reach
-  int seeds = kSeeds;                 ///< so many of them
-};
+/// The hyperparameters that a built-in world suggests for an algorithm.
+std::vector<std::pair<std::string, std::string>> Suggested(const char* world, const char* algorithm) {
+  return consac::worlds::SuggestedSettings(**consac::worlds::FindWorld(world), algorithm);
+}
 
 // The three worlds that were not tuned for are proven beside Stable Baselines3: bench/compare/sb3_learn.py.
 const std::vector<Proof>& Proofs() {
   static const std::vector<Proof> proofs = {
-      {"road over TCP, share of states with a step nearer", "road-v0", "ppo2", 20000, 1, true, true, {}, 0.99, 0.97},
-      {"cartpole", "cartpole-v1", "ppo2", 100000, 8, false, true, {}, 475, 400},
+      {"road over TCP, share of states with a step nearer", "road-v0", "ppo2", 20000, 1, true, "",
+       Suggested("road-v0", "ppo2"), 0.99, 0.97},
+      {"cartpole", "cartpole-v1", "ppo2", 100000, 8, false, "", Suggested("cartpole-v1", "ppo2"), 475, 400},
       // Settings of Stable Baselines 2.10.2's Zoo: prioritised, duelling, double, one hidden layer that is normalised.
       {"cartpole by dqn of the first generation",
        "cartpole-v1",
@@ -61,12 +58,12 @@ const std::vector<Proof>& Proofs() {
        100000,
        1,
        false,
-       false,
-       {"preset=sb2", "learning_rate=1e-3", "prioritized_replay=true", "layers=[64]", "layer_norm=true"},
+       "sb2",
+       {{"learning_rate", "1e-3"}, {"prioritized_replay", "true"}, {"layers", "[64]"}, {"layer_norm", "true"}},
        475,
        475,
        kSeeds - 1},
-      {"pendulum", "pendulum-v1", "ppo", 300000, 4, false, true, {}, -250, -400},
+      {"pendulum", "pendulum-v1", "ppo", 300000, 4, false, "", Suggested("pendulum-v1", "ppo"), -250, -400},
   };
   return proofs;
 }
@@ -81,19 +78,11 @@ consac::Result<std::vector<Proof>> ProofsBesideSb3(const char* path) {
   std::vector<Proof> proofs;
   for (const nlohmann::json& row : *json) {
     if (row.contains("served")) continue;
-    Proof proof{row["name"],
-                row["world"],
-                row["algorithm"],
-                row["steps"],
-                row["envs"],
-                false,
-                false,
-                {fmt::format("policy={}", row["policy"].get<std::string>())},
-                0,
-                row["needs"],
-                kSeeds - 1};
+    Proof proof{
+        row["name"], row["world"], row["algorithm"], row["steps"], row["envs"], false, "", {{"policy", row["policy"]}},
+        0,           row["needs"], kSeeds - 1};
     for (const auto& [name, value] : row["settings"].items())
-      proof.settings.push_back(name + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
+      proof.settings.emplace_back(name, value.is_string() ? value.get<std::string>() : value.dump());
     const bool measured = row.contains("median");
     proof.median_at_least =
         measured ? row["median"].get<double>() - row["standard_error"].get<double>() : proof.seeds_at_least;
@@ -140,26 +129,15 @@ double Run(const Proof& proof, std::uint64_t seed, double* seconds) {
   config.force = true;
   config.table = config.progress = config.tensorboard = false;
   config.quiet = true;
-  const consac::worlds::World* world = *consac::worlds::FindWorld(proof.world);
-  if (proof.suggested) {
-    for (const auto& [name, value] : consac::worlds::SuggestedSettings(*world, proof.algorithm)) {
-      config.hyperparameters.emplace_back(name, value);
-    }
-  }
-  for (const std::string& setting : proof.settings) {
-    const std::size_t equals = setting.find('=');
-    if (setting.starts_with("preset=")) {
-      config.preset = setting.substr(equals + 1);
-      continue;
-    }
-    config.hyperparameters.emplace_back(setting.substr(0, equals), setting.substr(equals + 1));
-  }
+  config.preset = proof.preset;
+  config.hyperparameters = proof.settings;
 
   std::thread engine;
   if (proof.over_tcp) {
     auto listener = consac::ListenTcp({"127.0.0.1", 0});
     if (!listener.ok()) return std::nan("");
     config.world = fmt::format("tcp://127.0.0.1:{}", (*listener)->port());
+    const consac::worlds::World* world = *consac::worlds::FindWorld(proof.world);
     engine = std::thread([world, seed, length = proof.steps, port = std::move(*listener)]() mutable {
       const std::unique_ptr<consac::VectorEnv> env = world->create(1);
       consac::EnvServerOptions options;
@@ -185,88 +163,16 @@ double Run(const Proof& proof, std::uint64_t seed, double* seconds) {
   return verdict.ok() ? std::round(verdict->front().mean_reward * 1e3) / 1e3 : std::nan("");
 }
 
-/// One row of the table, and whether its claim holds.
-struct Line {
-  std::string text;
-  bool holds;
-};
-
-Line Prove(const Proof& proof) {
-  std::vector<double> results;
-  double total_seconds = 0;
-  std::string seeds;
+Outcome Prove(const Proof& proof) {
+  Outcome outcome;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     double seconds = 0;
-    results.push_back(Run(proof, seed, &seconds));
-    total_seconds += seconds;
-    seeds += fmt::format("{}{:.4g}", seed > 1 ? ", " : "", results.back());
-    fmt::print("{} seed {}: {:.4g} in {:.2f} s\n", proof.name, seed, results.back(), seconds);
+    outcome.results.push_back(Run(proof, seed, &seconds));
+    outcome.seconds += seconds / kSeeds;
+    fmt::print("{} seed {}: {:.4g} in {:.2f} s\n", proof.name, seed, outcome.results.back(), seconds);
     std::fflush(stdout);
   }
-  std::vector<double> sorted = results;
-  std::sort(sorted.begin(), sorted.end());
-  const bool holds = std::none_of(results.begin(), results.end(), [](double r) { return std::isnan(r); }) &&
-                     sorted[kSeeds / 2] >= proof.median_at_least &&
-                     sorted[static_cast<std::size_t>(kSeeds - proof.seeds)] >= proof.seeds_at_least;
-  return {fmt::format("| {} | {} | {} | {} x {} | {} | {:.4g} | {:.4g} / {:.4g} in {} of {} | {:.2f} | {} |\n",
-                      proof.name, proof.world, proof.algorithm, proof.steps, proof.envs, seeds, sorted[kSeeds / 2],
-                      proof.median_at_least, proof.seeds_at_least, proof.seeds, kSeeds, total_seconds / kSeeds,
-                      holds ? "yes" : "**no**"),
-          holds};
-}
-
-/// The page: lines by a row's name, and what stands below the table.
-struct Page {
-  std::map<std::string, std::string> lines;
-  std::string notes;
-};
-
-constexpr std::string_view kNotMeasured = "Not measured yet: ";
-
-/// The page as it lies there; nothing in it where there is none.
-Page ReadPage(const char* path) {
-  Page page;
-  std::ifstream in(path);
-  bool below = false;
-  for (std::string line; std::getline(in, line);) {
-    const bool row = line.starts_with("| ");
-    below = below || row;
-    if (row) {
-      page.lines[line.substr(2, line.find(" |") - 2)] = line + "\n";
-    } else if (below && !line.starts_with("|--") && !line.starts_with(kNotMeasured)) {
-      page.notes += line + "\n";
-    }
-  }
-  while (page.notes == "\n" || page.notes.ends_with("\n\n")) page.notes.pop_back();
-  return page;
-}
-
-void WritePage(const char* path, const std::vector<Proof>& proofs, const Page& page) {
-  std::ofstream out(path);
-  out << "# Learning proofs\n\nWritten by `make test-slow`. Five seeds (1 to 5) a row. Result: mean return over 100 "
-         "deterministic\n"
-         "evaluation episodes; for the road the share of its 1,640 states in which the model steps nearer to the "
-         "coin.\n"
-         "Settings: `tests/slow/learning_proofs.cpp` and the worlds' suggested ones; rows that Stable Baselines3 "
-         "learned "
-         "too\n"
-         "have those of [sb3_curves.md](sb3_curves.md) and need its median less one standard error. In Gymnasium's "
-         "worlds:\n"
-         "[ecosystem.md](ecosystem.md).\n\n"
-         "| claim | world | algorithm | steps x worlds | seeds | median | needs median / seeds | s per run | "
-         "holds |\n"
-         "|---|---|---|---|---|---|---|---|---|\n";
-  std::string missing;
-  for (const Proof& proof : proofs) {
-    const auto line = page.lines.find(proof.name);
-    if (line != page.lines.end()) {
-      out << line->second;
-    } else {
-      missing += fmt::format("{}`{}`", missing.empty() ? "" : ", ", proof.name);
-    }
-  }
-  out << page.notes;
-  if (!missing.empty()) out << "\n" << kNotMeasured << missing << ".\n";
+  return outcome;
 }
 
 }  // namespace
@@ -292,13 +198,20 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  Page page = ReadPage(argv[1]);
+  std::ifstream in(argv[1]);
+  Page page = consac::proofs::ReadPage(in);
+  in.close();
+  const auto write = [&] {
+    std::ofstream out(argv[1]);
+    consac::proofs::WritePage(out, proofs, page);
+  };
+  write();  // by what the rows ask for now
   bool all = true;
   for (const Proof& proof : chosen) {
-    const Line line = Prove(proof);
-    all = line.holds && all;
-    page.lines[proof.name] = line.text;
-    WritePage(argv[1], proofs, page);
+    const Outcome outcome = Prove(proof);
+    all = consac::proofs::Holds(proof, outcome) && all;
+    page.outcomes[consac::proofs::RunOf(proof)] = outcome;
+    write();
   }
   return all ? 0 : 1;
 }
