@@ -17,7 +17,7 @@ class CartPole {
   /// One Euler step of 0.02 s.
   StepResult Step(const Action* action, Rng& rng, float* observation);
   static constexpr std::size_t kTogether = 8;  ///< carts of one call: whole vectors of doubles
-  /// The same for so many carts, about twice as fast.
+  /// The same for so many carts: a world makes 1.45 times the steps/s by it.
   static void StepTogether(const Together<CartPole>& carts);
   /// Exact state.
   void Visit(Archive& archive);

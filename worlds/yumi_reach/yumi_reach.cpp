@@ -17,15 +17,21 @@ constexpr robot::InverseOptions kFreeOrientation = {.task = robot::Task::kPositi
 
 }  // namespace
 
-YumiArmState::YumiArmState()
-    : inverse_(YumiRightArm(), YumiTool(), kFreeOrientation), kinematics_(YumiRightArm()), joints_(YumiReadyPose()) {
+YumiArmState::YumiArmState() : inverse_(YumiRightArm(), YumiTool(), kFreeOrientation), joints_(YumiReadyPose()) {
+  inverse_.Forward(joints_);
   Arrive(joints_);
+}
+
+// Turns the joints by `moves`, within their limits.
+void YumiArmState::Turn(std::span<const double> moves) {
+  for (std::size_t j = 0; j < kYumiJoints; ++j) joints_[j] += moves[j];
+  ClampToLimits(inverse_.limits(), joints_);
+  inverse_.Forward(joints_);
 }
 
 // Speeds and the tool after joints have moved from `from` within a tick.
 void YumiArmState::Arrive(const std::array<double, kYumiJoints>& from) {
-  kinematics_.Forward(joints_);
-  const Vector3 at = kinematics_.Pose(YumiTool()).position;
+  const Vector3 at = inverse_.tool().position;
   for (std::size_t j = 0; j < kYumiJoints; ++j) speeds_[j] = (joints_[j] - from[j]) / kYumiTick;
   const std::array<double, kGoal> now = {at.x, at.y, at.z};
   for (std::size_t i = 0; i < kGoal; ++i) tool_speed_[i] = (now[i] - tool_[i]) / kYumiTick;
@@ -34,6 +40,7 @@ void YumiArmState::Arrive(const std::array<double, kYumiJoints>& from) {
 
 void YumiArmState::Reset(Rng& rng) {
   joints_ = YumiReadyPose();
+  inverse_.Forward(joints_);
   Arrive(joints_);
   tool_speed_ = {};
   for (std::size_t i = 0; i < kGoal; ++i) goal_[i] = rng.Between(kGoalLow[i], kGoalHigh[i]);
@@ -47,22 +54,19 @@ void YumiArmState::MoveTool(const float* action) {
   for (std::size_t j = 0; j < kYumiJoints; ++j) furthest[j] = inverse_.limits().velocity[j] * kYumiTick / kParts;
   Vector3 at{tool_[0], tool_[1], tool_[2]};
   for (int part = 0; part < kParts; ++part) {
-    inverse_.Step(joints_, (1.0 / (kParts - part)) * (target - at), {}, furthest, moves);
-    for (std::size_t j = 0; j < kYumiJoints; ++j)
-      joints_[j] = std::clamp(joints_[j] + moves[j], inverse_.limits().lower[j], inverse_.limits().upper[j]);
-    if (part + 1 == kParts) break;
-    kinematics_.Forward(joints_);
-    at = kinematics_.Pose(YumiTool()).position;
+    inverse_.Step((1.0 / (kParts - part)) * (target - at), {}, furthest, moves);
+    Turn(moves);
+    at = inverse_.tool().position;
   }
   Arrive(from);
 }
 
 void YumiArmState::MoveJoints(const float* action) {
   const std::array<double, kYumiJoints> from = joints_;
-  for (std::size_t j = 0; j < kYumiJoints; ++j) {
-    const double turn = kJointReach * std::clamp(static_cast<double>(action[j]), -1.0, 1.0);
-    joints_[j] = std::clamp(joints_[j] + turn, inverse_.limits().lower[j], inverse_.limits().upper[j]);
-  }
+  std::array<double, kYumiJoints> moves;
+  for (std::size_t j = 0; j < kYumiJoints; ++j)
+    moves[j] = kJointReach * std::clamp(static_cast<double>(action[j]), -1.0, 1.0);
+  Turn(moves);
   Arrive(from);
 }
 
@@ -79,6 +83,7 @@ void YumiArmState::Visit(Archive& archive) {
   archive("tool", std::span<double>(tool_));
   archive("tool_speed", std::span<double>(tool_speed_));
   archive("goal", std::span<double>(goal_));
+  inverse_.Forward(joints_);  // they may have been read
 }
 
 }  // namespace consac::worlds

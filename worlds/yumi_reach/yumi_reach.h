@@ -44,10 +44,10 @@ class YumiArmState {
   void Visit(Archive& archive);
 
  private:
+  void Turn(std::span<const double> moves);
   void Arrive(const std::array<double, kYumiJoints>& from);
 
-  robot::InverseKinematics inverse_;
-  robot::Kinematics kinematics_;
+  robot::InverseKinematics inverse_;                          // stands at joints_
   std::array<double, kYumiJoints> joints_, speeds_{};         // rad, rad/s
   std::array<double, kGoal> tool_{}, tool_speed_{}, goal_{};  // m, m/s
 };

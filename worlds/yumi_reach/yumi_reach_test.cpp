@@ -95,7 +95,8 @@ TEST(YumiReach, JointsArriveByDampedLeastSquares) {
     for (std::size_t j = 0; j < 7; ++j) joints[j] = static_cast<double>(row[6 + j]);
     const robot::Vector3 way{double{row[3]} - double{row[0]}, double{row[4]} - double{row[1]},
                              double{row[5]} - double{row[2]}};
-    inverse.Step(joints, way, {}, {}, moves);
+    inverse.Forward(joints);
+    inverse.Step(way, {}, {}, moves);
     for (std::size_t j = 0; j < 7; ++j) action[j] = static_cast<float>(std::clamp(moves[j] / 0.05, -1.0, 1.0));
   });
   EXPECT_GT(score.success, 0.99);

@@ -57,8 +57,4 @@ double ShiftIn(Convention convention, double shift) {
   return convention == Convention::kUnreal ? shift * kCentimetres : shift;
 }
 
-bool Mirrors(Convention convention) {
-  return convention == Convention::kUnreal;
-}
-
 }  // namespace consac::robot

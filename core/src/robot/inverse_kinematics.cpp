@@ -36,6 +36,7 @@ InverseKinematics::InverseKinematics(const Robot& robot, const Frame& tool, cons
     : kinematics_(robot), tool_(tool), options_(options), limits_(LimitsOf(robot)) {
   CONSAC_ASSERT(options.damping_squared > 0.0);
   const std::size_t count = robot.position_joints.size();
+  positions_.resize(count);
   jacobian_.resize(6 * count);
   moves_.resize(count);
   best_.resize(count);
@@ -63,11 +64,14 @@ void InverseKinematics::Damped(std::span<const double> error, std::span<double> 
   }
 }
 
-void InverseKinematics::Step(std::span<const double> positions, Vector3 shift, Vector3 turn,
-                             std::span<const double> furthest, std::span<double> moves) {
-  const std::size_t count = limits_.lower.size();
-  CONSAC_ASSERT(positions.size() == count && moves.size() == count && (furthest.empty() || furthest.size() == count));
+void InverseKinematics::Forward(std::span<const double> positions) {
   kinematics_.Forward(positions);
+  std::copy(positions.begin(), positions.end(), positions_.begin());
+}
+
+void InverseKinematics::Step(Vector3 shift, Vector3 turn, std::span<const double> furthest, std::span<double> moves) {
+  const std::size_t count = limits_.lower.size();
+  CONSAC_ASSERT(moves.size() == count && (furthest.empty() || furthest.size() == count));
   kinematics_.Jacobian(tool_, jacobian_);
   const double wanted[6] = {shift.x, shift.y, shift.z, turn.x, turn.y, turn.z};
   const std::size_t rows = options_.task == Task::kPose ? 6 : 3;
@@ -86,7 +90,7 @@ void InverseKinematics::Step(std::span<const double> positions, Vector3 shift, V
     again = false;
     for (std::size_t k = 0; k < count; ++k) {
       if (held_[k] != 0) continue;
-      double lower = limits_.lower[k] - positions[k], upper = limits_.upper[k] - positions[k];
+      double lower = limits_.lower[k] - positions_[k], upper = limits_.upper[k] - positions_[k];
       if (!furthest.empty()) lower = std::max(lower, -furthest[k]), upper = std::min(upper, furthest[k]);
       const double within = std::clamp(moves[k], std::min(lower, 0.0), std::max(upper, 0.0));
       if (within == moves[k]) continue;
@@ -98,13 +102,12 @@ void InverseKinematics::Step(std::span<const double> positions, Vector3 shift, V
 }
 
 InverseResult InverseKinematics::Solve(const Transform& target, std::span<double> positions) {
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    positions[i] = std::clamp(positions[i], limits_.lower[i], limits_.upper[i]);
+  ClampToLimits(limits_, positions);
   InverseResult best;
   double least = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
-    kinematics_.Forward(positions);
-    const Transform at = kinematics_.Pose(tool_);
+    Forward(positions);
+    const Transform at = tool();
     const Vector3 shift = target.position - at.position;
     const Vector3 turn = options_.task == Task::kPose
                              ? Rotate(at.rotation, RotationVector(Inverse(at.rotation) * target.rotation))
@@ -117,12 +120,12 @@ InverseResult InverseKinematics::Solve(const Transform& target, std::span<double
       std::copy(positions.begin(), positions.end(), best_.begin());
     }
     if (now.reached || iteration >= options_.most_iterations) break;
-    Step(positions, Shortened(shift, options_.longest_step), Shortened(turn, options_.longest_step), {}, moves_);
-    for (std::size_t i = 0; i < positions.size(); ++i)
-      positions[i] = std::clamp(positions[i] + moves_[i], limits_.lower[i], limits_.upper[i]);
+    Step(Shortened(shift, options_.longest_step), Shortened(turn, options_.longest_step), {}, moves_);
+    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += moves_[i];
+    ClampToLimits(limits_, positions);
   }
   std::copy(best_.begin(), best_.end(), positions.begin());
-  kinematics_.Forward(positions);
+  Forward(positions);
   if (!best.reached) best.iterations = options_.most_iterations;
   return best;
 }

@@ -71,8 +71,7 @@ PositionLimits LimitsOf(const Robot& robot) {
   return limits;
 }
 
-void ClampToLimits(const Robot& robot, std::span<double> positions) {
-  const PositionLimits limits = LimitsOf(robot);
+void ClampToLimits(const PositionLimits& limits, std::span<double> positions) {
   for (std::size_t i = 0; i < positions.size(); ++i)
     positions[i] = std::clamp(positions[i], limits.lower[i], limits.upper[i]);
 }

@@ -212,6 +212,10 @@ Status Follow(const RobotDescription& description, const std::vector<std::int32_
       joint.position_index = next.position_index;
       leader = next.mimics;
     }
+    if (!IsSmall({joint.multiplier, joint.offset}))
+      return Wrong("joint " + Quote(joint.name) + " follows through others by a multiplier of " +
+                   NumberText(joint.multiplier) + " and an offset of " + NumberText(joint.offset) +
+                   ", which are no usable numbers");
   }
   return {};
 }
@@ -253,6 +257,10 @@ std::int32_t Robot::FindJoint(std::string_view joint) const {
 std::int32_t Robot::FindLink(std::string_view link) const {
   const auto found = std::find_if(links.begin(), links.end(), [&](const Link& each) { return each.name == link; });
   return found == links.end() ? -1 : static_cast<std::int32_t>(found - links.begin());
+}
+
+const Joint& Robot::LeaderOf(const Joint& joint) const {
+  return joints[static_cast<std::size_t>(position_joints[static_cast<std::size_t>(joint.position_index)])];
 }
 
 std::vector<std::int32_t> Robot::EndLinks() const {

@@ -13,7 +13,6 @@ namespace {
 
 using TableJson = nlohmann::ordered_json;
 
-constexpr std::string_view kTableFormat = "consac-twin";
 constexpr int kTableVersion = 1;
 
 TableJson Numbers3(Vector3 v) {
@@ -67,9 +66,7 @@ TableJson JointRow(const Robot& robot, const NodeNames& nodes, std::size_t j) {
   row["damping"] = joint.drive.damping;
   row["friction"] = joint.drive.friction;
   if (joint.mimics >= 0) {
-    const Joint& leader =
-        robot.joints[static_cast<std::size_t>(robot.position_joints[static_cast<std::size_t>(joint.position_index)])];
-    row["mimic"] = {{"joint", leader.name}, {"multiplier", joint.multiplier}, {"offset", joint.offset}};
+    row["mimic"] = {{"joint", robot.LeaderOf(joint).name}, {"multiplier", joint.multiplier}, {"offset", joint.offset}};
   }
   row["source"] = joint.source;
   return row;

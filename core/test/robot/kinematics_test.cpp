@@ -116,16 +116,19 @@ TEST(InverseKinematics, AStepKeepsSpeedsAndLimitsAndTheOtherJointsTakeOver) {
   InverseKinematics inverse(robot, tool, {.task = Task::kPosition});
   std::vector<double> positions = {0.3, 0.9, -0.2, 2.2, 0.4, 0.5, 0.0}, moves(7);
   const std::vector<double> furthest(7, 0.02);
-  inverse.Step(positions, {0.002, 0.001, -0.003}, {}, {}, moves);
+  inverse.Forward(positions);
+  inverse.Step({0.002, 0.001, -0.003}, {}, {}, moves);
   Kinematics kinematics(robot);
   kinematics.Forward(positions);
   const Vector3 before = kinematics.Pose(tool).position;
+  EXPECT_EQ(inverse.tool().position, before);
   for (std::size_t k = 0; k < 7; ++k) positions[k] += moves[k];
   kinematics.Forward(positions);
   const Vector3 moved = kinematics.Pose(tool).position - before;
   EXPECT_LE(positions[3], 2.2);
   EXPECT_LT(Norm(moved - Vector3{0.002, 0.001, -0.003}), 2e-4) << "though the elbow stands at its limit";
-  inverse.Step(positions, {0.05, 0.05, 0.05}, {}, furthest, moves);
+  inverse.Forward(positions);
+  inverse.Step({0.05, 0.05, 0.05}, {}, furthest, moves);
   for (const double move : moves) EXPECT_LE(std::abs(move), 0.02);
 }
 

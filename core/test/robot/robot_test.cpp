@@ -125,6 +125,23 @@ TEST(RobotTable, RefusesJointsThatMakeNoSense) {
   refused([](RobotDescription& d) { d.joints[5].mimic->joint = "grab"; }, "mimics 'grab', which is not there");
   refused([](RobotDescription& d) { d.joints[5].mimic->joint = "mount"; }, "mimics 'mount', which is fixed");
   refused([](RobotDescription& d) { d.joints[4].mimic = Mimic{"grip mimic"}; }, "mimics itself");
+  refused(
+      [](RobotDescription& d) {  // each is a number, their product none
+        std::string above = "grip";
+        for (int i = 0; i < 60; ++i) {
+          d.links.push_back({"l" + std::to_string(i), std::nullopt});
+          JointDescription joint = d.joints[5];
+          joint.name = "m" + std::to_string(i), joint.child = d.links.back().name, joint.mimic = Mimic{above, 1e6};
+          above = joint.name;
+          d.joints.push_back(joint);
+        }
+      },
+      "follows through others by a multiplier of");
+  refused(
+      [](RobotDescription& d) {
+        for (int i = 0; i < 2000; ++i) d.links.push_back({"l" + std::to_string(i), std::nullopt});
+      },
+      "has 2007 links; at most 2000 are taken");
   refused([](RobotDescription& d) { d.links[1].inertial = Inertial{-1.0, {}, {}}; }, "its mass is -1");
 }
 

@@ -6,8 +6,10 @@
 //   kRobot    z  right  m       rad      x, y, z                      URDF, MJCF, this library
 //   kGltf     y  right  m       rad      x, z, -y                     glTF; Godot
 //   kUnreal   z  left   cm      degree   100 x, -100 y, 100 z         Unreal Engine
-// The X axis stays the X axis in each, so a joint that turns about its local X does so everywhere, and by the same
-// sign: what is +q here is a rotation about X by +q in glTF and Godot, and a roll of +q degrees in Unreal.
+// TransformFrom, AngleIn and ShiftIn are what an engine's component of a robot needs, which is to come; until then
+// tests of the written files use them. The X axis stays the X axis in each, so a joint that turns about its local X
+// does so everywhere, and by the same sign: what is +q here is a rotation about X by +q in glTF and Godot, and a roll
+// of +q degrees in Unreal.
 
 #include <cstdint>
 
@@ -30,7 +32,4 @@ Transform TransformFrom(Convention convention, const Transform& written);
 double AngleIn(Convention convention, double angle);
 /// The shift along its local X (m; in Unreal cm) of one that slides.
 double ShiftIn(Convention convention, double shift);
-/// Whether it mirrors, so that a triangle's corners are told in reverse order.
-bool Mirrors(Convention convention);
-
 }  // namespace consac::robot

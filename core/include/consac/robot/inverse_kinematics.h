@@ -1,7 +1,8 @@
 #pragma once
 // Inverse kinematics by damped least squares, within joint limits: which positions bring a tool where it should be.
 // Source: Wampler 1986; Nakamura and Hanafusa 1986. dq = J^T (J J^T + lambda^2 I)^-1 e. A joint that would leave its
-// limits is held there, and the others take over its part.
+// limits is held there, and the others take over its part. The world yumi_reach steps by it; Solve is for the engines'
+// components of robots, which are to come.
 
 #include <cstdint>
 #include <span>
@@ -45,13 +46,15 @@ class InverseKinematics {
   /// tool stands at `target`, in the base's frame. Joints that do not carry the tool stay. Where nothing is reachable
   /// `reached` is false.
   InverseResult Solve(const Transform& target, std::span<double> positions);
-  /// One step: how far each position should move ([positions], out) from `positions` for the tool to shift by `shift`
-  /// (m) and turn by `turn` (rotation vector, rad; not looked at where it is free), both along the base's axes. The
-  /// result keeps limits, and no position moves further than `furthest` ([positions]) where that is not empty.
-  void Step(std::span<const double> positions, Vector3 shift, Vector3 turn, std::span<const double> furthest,
-            std::span<double> moves);
-  /// Where the links are, at the latest Step or Solve.
-  const Kinematics& kinematics() const { return kinematics_; }
+  /// Where Step begins: computes all links for `positions` ([positions], not clamped). All 0 at creation.
+  void Forward(std::span<const double> positions);
+  /// Where the tool is at the latest Forward or Solve, in the base's frame.
+  Transform tool() const { return kinematics_.Pose(tool_); }
+  /// One step: how far each position should move ([positions], out) from those of the latest Forward or Solve for the
+  /// tool to shift by `shift` (m) and turn by `turn` (rotation vector, rad; not looked at where it is free), both along
+  /// the base's axes. The result keeps limits, and no position moves further than `furthest` ([positions]) where that
+  /// is not empty. The tool stays where it is.
+  void Step(Vector3 shift, Vector3 turn, std::span<const double> furthest, std::span<double> moves);
   /// The limits it keeps.
   const PositionLimits& limits() const { return limits_; }
 
@@ -62,6 +65,7 @@ class InverseKinematics {
   Frame tool_;
   InverseOptions options_;
   PositionLimits limits_;
+  std::vector<double> positions_;   // [positions] where the links are
   std::vector<double> jacobian_;    // [6, positions]
   std::vector<double> moves_;       // [positions]
   std::vector<double> best_;        // [positions]

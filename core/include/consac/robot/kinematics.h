@@ -44,14 +44,13 @@ class Kinematics {
   std::vector<Transform> links_;
 };
 
-/// `positions` within the limits of the robot's joints, those of joints that follow included; a joint whose followers
-/// allow nothing keeps its own limits.
-void ClampToLimits(const Robot& robot, std::span<double> positions);
 /// Limits of each position, [positions] each.
 struct PositionLimits {
   std::vector<double> lower, upper, velocity;
 };
-/// As ClampToLimits takes them.
+/// Those of the robot's joints, joints that follow included; a joint whose followers allow nothing keeps its own.
 PositionLimits LimitsOf(const Robot& robot);
+/// Brings `positions` within `limits`.
+void ClampToLimits(const PositionLimits& limits, std::span<double> positions);
 
 }  // namespace consac::robot

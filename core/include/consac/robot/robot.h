@@ -133,11 +133,14 @@ struct Robot {
   std::int32_t FindJoint(std::string_view joint) const;
   /// Which link has that name; -1 none.
   std::int32_t FindLink(std::string_view link) const;
+  /// The joint that moves by itself and that `joint` of this robot, which is not fixed, follows; of one that follows
+  /// none, itself.
+  const Joint& LeaderOf(const Joint& joint) const;
   /// Links that carry no others: where tools are.
   std::vector<std::int32_t> EndLinks() const;
 };
 
-inline constexpr std::size_t kMostLinks = 20000;  ///< of one robot
+inline constexpr std::size_t kMostLinks = 2000;  ///< of one robot
 
 /// Checks that it is a tree with one base, that names are names and differ, that axes have a length, that limits and
 /// masses make sense; orders it (depth first, children as the file lists them) and re-bases it. kInvalidArgument names

@@ -1,6 +1,6 @@
 #pragma once
 // twin.json: the joint table as a file, for engines and for people. What `consac twin import` writes and an engine's
-// component reads. Format 1: docs/twin.md.
+// component reads. Its members: docs/twin.md, format 1.
 
 #include <string>
 #include <string_view>
@@ -9,6 +9,8 @@
 #include "consac/robot/robot.h"
 
 namespace consac::robot {
+
+inline constexpr std::string_view kTableFormat = "consac-twin";  ///< its member "format"
 
 /// Where a robot came from, for the table.
 struct TableOrigin {
