@@ -49,7 +49,7 @@ int ImportTwin(const TwinFlags& flags) {
     const auto now = std::chrono::steady_clock::now();
     if (!flags.json && now - told > std::chrono::seconds(1)) {
       told = now;
-      PrintError("consac twin: mesh {} of {}\n", done + 1, of);
+      PrintError("consac twin: part {} of at most {}\n", done + 1, of);
     }
     return !Stopped();
   };
@@ -73,7 +73,11 @@ int ImportTwin(const TwinFlags& flags) {
   Print("{} meshes, {} triangles, in {:.2f} s; about {:.0f} MiB for the largest, one at a time\n", report->meshes,
         report->triangles, took.count(), static_cast<double>(report->most_triangles * kBytesPerTriangle) / 1048576.0);
   for (const std::string& warning : report->warnings) Print("warning: {}\n", warning);
-  Print("written to {}: twin.glb, twin.json, twin.urdf, twin.xml, report.json, meshes\n", flags.output);
+  std::vector<std::string_view> files;
+  for (const std::string& file : report->files) {
+    if (file.find('/') == std::string::npos) files.emplace_back(file);
+  }
+  Print("written to {}: {} and the meshes\n", flags.output, Join(files));
   return 0;
 }
 

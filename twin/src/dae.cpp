@@ -7,6 +7,7 @@
 
 #include "consac/base/text.h"
 #include "consac/twin/mesh.h"
+#include "pieces.h"
 #include "triangles.h"
 #include "xml.h"
 
@@ -16,8 +17,8 @@ namespace {
 using Matrix = std::array<double, 12>;  // three rows of four
 
 constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-constexpr int kMostNesting = 32;            // of library nodes in each other
-constexpr std::size_t kMostNodes = 100000;  // of the scene, instances counted
+constexpr int kMostNesting = 32;               // of library nodes in each other
+constexpr std::size_t kMostLooks = 2'000'000;  // at elements of the scene, each time they are shown
 
 Matrix operator*(const Matrix& a, const Matrix& b) {
   Matrix c{};
@@ -30,20 +31,30 @@ Matrix operator*(const Matrix& a, const Matrix& b) {
   return c;
 }
 
-// Numbers between blanks; an empty list and false where one is none.
-bool ReadNumbers(const char* text, std::vector<double>* numbers) {
-  std::string_view rest = text;
-  while (true) {
-    const std::size_t begin = rest.find_first_not_of(" \t\r\n");
-    if (begin == std::string_view::npos) return true;
-    rest.remove_prefix(begin);
-    const std::size_t end = std::min(rest.find_first_of(" \t\r\n"), rest.size());
+// Numbers between blanks; false where one is none.
+bool ReadNumbers(std::string_view text, std::vector<double>* numbers) {
+  for (std::string_view piece = NextPiece(&text); !piece.empty(); piece = NextPiece(&text)) {
     double number = 0.0;
-    if (!ParseNumber(rest.substr(0, end), &number) || std::abs(number) > 1e9) return false;
+    if (!ParseNumber(piece, &number) || std::abs(number) > 1e9) return false;
     numbers->push_back(number);
-    rest.remove_prefix(end);
   }
+  return true;
 }
+
+// Whether it turns what is seen from outside into what is seen from inside.
+bool IsMirror(const Matrix& m) {
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+             m[2] * (m[4] * m[9] - m[5] * m[8]) <
+         0.0;
+}
+
+// The faces of a primitive: read once, however often it is shown.
+struct Faces {
+  const std::vector<double>* points = nullptr;  // [P, 3]
+  std::vector<std::uint32_t> corners;           // of all faces, numbers of points
+  std::vector<std::uint32_t> sizes;             // [F] how many of them
+  std::size_t triangles = 0;                    // at most
+};
 
 class DaeReader {
  public:
@@ -101,13 +112,19 @@ class DaeReader {
     return motion;
   }
 
+  // False once something is wrong, or elements of the file are shown so often that it takes its time.
+  bool MayLook(pugi::xml_node node) {
+    if (++looks_ > kMostLooks) xml_.Refuse(node, "its scene has nodes that hold each other, or shows too much");
+    return xml_.status().ok();
+  }
+
   void ReadNode(pugi::xml_node node, Matrix at, int nesting) {
     if (!xml_.status().ok()) return;
-    if (nesting > kMostNesting || ++nodes_ > kMostNodes)
-      return xml_.Refuse(node, "its scene has nodes that hold each other, or too many");
+    if (nesting > kMostNesting) return xml_.Refuse(node, "its scene has nodes that hold each other");
     for (const pugi::xml_node child : node.children()) {
       const std::string_view name = child.name();
       at = at * Motion(child);
+      if (!MayLook(child)) return;
       if (name == "instance_geometry") ReadGeometry(child, at);
       if (name == "node") ReadNode(child, at, nesting + 1);
       if (name == "instance_node") ReadNode(Find(child.attribute("url").value()), at, nesting + 1);
@@ -117,6 +134,7 @@ class DaeReader {
   std::optional<Colour> ColourOf(pugi::xml_node instance, std::string_view symbol) {
     for (const pugi::xml_node bound :
          instance.child("bind_material").child("technique_common").children("instance_material")) {
+      if (!MayLook(bound)) return std::nullopt;
       if (symbol != bound.attribute("symbol").value()) continue;
       const pugi::xml_node material = Find(bound.attribute("target").value());
       const pugi::xml_node effect = Find(material.child("instance_effect").attribute("url").value());
@@ -132,13 +150,13 @@ class DaeReader {
     return std::nullopt;
   }
 
-  // The points that a primitive's vertices are of, and where in its <p> they are.
-  bool PointsOf(pugi::xml_node primitive, std::vector<double>* points, std::size_t* offset, std::size_t* stride) {
+  // The points that a primitive's vertices are of, and where in its <p> they are; none where it names no usable ones.
+  const std::vector<double>* PointsOf(pugi::xml_node primitive, std::size_t* offset, std::size_t* stride) {
     const char* source = "";
     *stride = 1;
     for (const pugi::xml_node input : primitive.children("input")) {
       const double at = xml_.Number(input, "offset", 0.0);
-      if (!(at >= 0.0) || at > 64.0) return false;
+      if (!(at >= 0.0) || at > 64.0) return nullptr;
       *stride = std::max(*stride, static_cast<std::size_t>(at) + 1);
       if (std::strcmp(input.attribute("semantic").value(), "VERTEX") != 0) continue;
       *offset = static_cast<std::size_t>(at);
@@ -148,46 +166,75 @@ class DaeReader {
       }
     }
     const pugi::xml_node list = Find(source).child("float_array");
-    return list && ReadNumbers(list.child_value(), points) && points->size() % 3 == 0;
+    if (!list) return nullptr;
+    const auto [known, is_new] = points_.emplace(list, std::vector<double>());
+    if (!is_new) return &known->second;
+    return ReadNumbers(list.child_value(), &known->second) && known->second.size() % 3 == 0 ? &known->second : nullptr;
+  }
+
+  // Refuses what does not fit.
+  Faces ReadFaces(pugi::xml_node primitive) {
+    const std::string_view name = primitive.name();
+    Faces faces;
+    std::vector<double> sizes;
+    std::size_t offset = 0, stride = 1;
+    faces.points = PointsOf(primitive, &offset, &stride);
+    if (faces.points == nullptr || !ReadNumbers(primitive.child("vcount").child_value(), &sizes)) {
+      xml_.Refuse(primitive, "<" + std::string(name) + "> names no usable positions");
+      return faces;
+    }
+    for (const pugi::xml_node list : primitive.children("p")) {
+      std::vector<double> numbers;
+      bool fits = ReadNumbers(list.child_value(), &numbers);
+      const std::size_t corners = numbers.size() / stride;
+      for (std::size_t corner = 0; fits && corner < corners; ++corner) {
+        const double number = numbers[corner * stride + offset];
+        fits = number >= 0.0 && number < static_cast<double>(faces.points->size() / 3);
+        if (fits) faces.corners.push_back(static_cast<std::uint32_t>(number));
+      }
+      for (std::size_t first = 0; fits && first < corners;) {
+        double size = name == "triangles" ? 3.0 : static_cast<double>(corners);
+        if (name == "polylist") size = faces.sizes.size() < sizes.size() ? sizes[faces.sizes.size()] : 0.0;
+        fits = size >= 1.0 && size <= static_cast<double>(corners - first);
+        if (!fits) break;
+        faces.sizes.push_back(static_cast<std::uint32_t>(size));
+        faces.triangles += std::max(faces.sizes.back(), 3u) - 2;
+        first += faces.sizes.back();
+      }
+      if (!fits) {
+        xml_.Refuse(list, "<p> does not fit its <" + std::string(name) + ">");
+        return faces;
+      }
+    }
+    return faces;
   }
 
   void ReadGeometry(pugi::xml_node instance, const Matrix& at) {
     const pugi::xml_node mesh = Find(instance.attribute("url").value()).child("mesh");
     for (const pugi::xml_node primitive : mesh.children()) {
+      if (!MayLook(primitive)) return;
       const std::string_view name = primitive.name();
       if (name != "triangles" && name != "polylist" && name != "polygons") continue;
-      std::vector<double> points, sizes;
-      std::size_t offset = 0, stride = 1;
-      if (!PointsOf(primitive, &points, &offset, &stride) ||
-          !ReadNumbers(primitive.child("vcount").child_value(), &sizes))
-        return xml_.Refuse(primitive, "<" + std::string(name) + "> names no usable positions");
+      auto known = faces_.find(primitive);
+      if (known == faces_.end()) known = faces_.emplace(primitive, ReadFaces(primitive)).first;
+      if (!xml_.status().ok()) return;
       MeshPart part{triangles_.count(), 0, ColourOf(instance, primitive.attribute("material").value())};
-      std::size_t face = 0;
-      for (const pugi::xml_node list : primitive.children("p")) {
-        std::vector<double> numbers;
-        bool fits = ReadNumbers(list.child_value(), &numbers);
-        const std::size_t corners = numbers.size() / stride;
-        for (std::size_t first = 0; fits && first < corners; ++face) {
-          double size = name == "triangles" ? 3.0 : static_cast<double>(corners);
-          if (name == "polylist") size = face < sizes.size() ? sizes[face] : 0.0;
-          fits = size >= 1.0 && size <= static_cast<double>(corners - first);
-          if (fits) fits = AddFace(numbers, points, offset, stride, first, static_cast<std::size_t>(size), at);
-          first += fits ? static_cast<std::size_t>(size) : 0;
-        }
-        if (!fits) return xml_.Refuse(list, "<p> does not fit its <" + std::string(name) + ">");
-      }
+      if (!AddFaces(known->second, at))
+        return xml_.Refuse(instance, "what it shows has more than " + std::to_string(kMostTriangles) +
+                                         " triangles, or is further than 1e9 m away");
       part.count = triangles_.count() - part.first;
       if (part.count > 0) triangles_.parts.push_back(part);
     }
   }
 
-  bool AddFace(const std::vector<double>& numbers, const std::vector<double>& points, std::size_t offset,
-               std::size_t stride, std::size_t first, std::size_t size, const Matrix& at) {
-    if (triangles_.count() + size > kMostTriangles) return false;
-    const auto corner = [&](std::size_t i, float* out) {
-      const double number = numbers[(first + i) * stride + offset];
-      if (!(number >= 0.0) || number >= static_cast<double>(points.size() / 3)) return false;
-      const double* p = &points[3 * static_cast<std::size_t>(number)];
+  // Adds them where `at` brings them; false where that is too far or too many.
+  bool AddFaces(const Faces& faces, const Matrix& at) {
+    // Triangles without an area count too: they leave nothing, but take their time.
+    shown_ += faces.triangles;
+    if (shown_ > kMostTriangles) return false;
+    const bool mirrored = IsMirror(at);
+    const auto corner = [&](std::uint32_t number, float* out) {
+      const double* p = &(*faces.points)[3 * std::size_t{number}];
       for (std::size_t row = 0; row < 3; ++row) {
         const double value = at[4 * row] * p[0] + at[4 * row + 1] * p[1] + at[4 * row + 2] * p[2] + at[4 * row + 3];
         if (!(std::abs(value) < 1e9)) return false;
@@ -195,17 +242,25 @@ class DaeReader {
       }
       return true;
     };
-    for (std::size_t i = 2; i < size; ++i) {
-      float corners[9];
-      if (!corner(0, corners) || !corner(i - 1, corners + 3) || !corner(i, corners + 6)) return false;
-      AddTriangle(corners, &triangles_.corners);
+    const std::uint32_t* face = faces.corners.data();
+    for (const std::uint32_t size : faces.sizes) {
+      for (std::uint32_t i = 2; i < size; ++i) {
+        float corners[9];
+        if (!corner(face[0], corners) || !corner(face[mirrored ? i : i - 1], corners + 3) ||
+            !corner(face[mirrored ? i - 1 : i], corners + 6))
+          return false;
+        AddTriangle(corners, &triangles_.corners);
+      }
+      face += size;
     }
     return true;
   }
 
   XmlReader xml_;
   std::map<std::string, pugi::xml_node, std::less<>> ids_;
-  std::size_t nodes_ = 0;
+  std::map<pugi::xml_node, std::vector<double>> points_;  // of <float_array>
+  std::map<pugi::xml_node, Faces> faces_;                 // of primitives
+  std::size_t looks_ = 0, shown_ = 0;                     // at elements; triangles
   Triangles triangles_;
 };
 

@@ -1,18 +1,22 @@
 #include "files.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <system_error>
 
 #include "consac/base/file.h"
+#include "consac/base/json.h"
 #include "consac/base/text.h"
+#include "consac/robot/table.h"
 
 namespace consac::twin {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kOurs[] = {"twin.glb", "twin.json", "twin.urdf", "twin.xml", "report.json", "meshes"};
-constexpr int kMostLevels = 4;  // above the description, where its package may begin
+constexpr const char *kNew = "new", *kOld = "old";  // in the folder beside the place: to be put there, taken from there
+constexpr int kMostLevels = 4;                      // above the description, where its package may begin
 
 bool IsThere(const fs::path& path) {
   std::error_code error;
@@ -48,17 +52,59 @@ std::string Decoded(std::string_view text) {
   return out;
 }
 
-// What somebody else put into an import's folder; "" nothing.
-std::string Foreign(const fs::path& folder) {
+using FolderJson = nlohmann::json;
+
+// A JSON object that stands in a folder; null where there is none.
+FolderJson ObjectIn(const fs::path& folder, std::string_view name) {
+  const Result<std::vector<std::byte>> bytes = ReadRegularFile(FromPath(folder / name), JsonLimits{}.bytes);
+  if (!bytes.ok()) return nullptr;
+  Result<FolderJson> json =
+      ReadJson<FolderJson>(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
+  return json.ok() && json->is_object() ? std::move(*json) : FolderJson(nullptr);
+}
+
+// What is below `folder`, at `at` and deeper, and was not made by the import whose files are `ours`; "" nothing. Links
+// are not followed: an import makes none.
+std::string ForeignBelow(const fs::path& folder, const fs::path& at, const std::set<std::string>& ours) {
   std::error_code error;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string name = FromPath(at->path().filename());
-    if (std::find(std::begin(kOurs), std::end(kOurs), name) == std::end(kOurs)) return name;
+  for (fs::directory_iterator each(folder / at, error), end; !error && each != end; each.increment(error)) {
+    const fs::path below = at / each->path().filename();
+    const fs::file_status status = each->symlink_status(error);
+    if (error) break;
+    if (fs::is_regular_file(status) && ours.contains(FromPath(below))) continue;
+    if (!fs::is_directory(status) || FromPath(below) != kMeshFolder) return FromPath(below);
+    if (std::string foreign = ForeignBelow(folder, below, ours); !foreign.empty()) return foreign;
   }
-  return error ? std::string("?") : std::string();
+  return error ? error.message() : std::string();
+}
+
+// Why the folder is no import's, which says of itself what it is and which files it made; "" it is one.
+std::string ForeignIn(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(fs::symlink_status(folder, error))) return "no folder";
+  if (fs::is_empty(folder, error) && !error) return "";
+  const FolderJson table = ObjectIn(folder, kTableName), report = ObjectIn(folder, kReportName);
+  const auto format = table.find("format");
+  if (format == table.end() || *format != robot::kTableFormat) return "no twin.json that an import wrote";
+  std::set<std::string> ours = {std::string(kTableName), std::string(kReportName)};
+  const auto files = report.find("files");
+  if (files == report.end() || !files->is_array()) return "no report.json that an import wrote";
+  for (const FolderJson& file : *files) {
+    if (file.is_string()) ours.insert(file.get<std::string>());
+  }
+  return ForeignBelow(folder, {}, ours);
 }
 
 }  // namespace
+
+std::string LowerCase(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
+std::string EndingOf(const std::string& path) {
+  return LowerCase(FromPath(ToPath(path).extension()));
+}
 
 fs::path ToPath(const std::string& utf8) {
 #if defined(_WIN32)
@@ -144,60 +190,72 @@ Result<std::string> MeshFinder::Find(const std::string& name) const {
   return FromPath(found);
 }
 
+Status OutputFolder::Check(const fs::path& folder) const {
+  if (!IsThere(folder)) return {};
+  const std::string foreign = ForeignIn(folder), name = "'" + FromPath(path_) + "' holds ";
+  std::error_code error;
+  if (!foreign.empty())
+    return {StatusCode::kAlreadyExists, name + "what is no import's (" + Quote(foreign) + "); give another folder"};
+  if (!replace_ && !fs::is_empty(folder, error))
+    return {StatusCode::kAlreadyExists, name + "an import already; give another folder, or --force to replace it"};
+  return {};
+}
+
 Status OutputFolder::Open(const std::string& path, bool replace) {
   std::error_code error;
-  path_ = fs::absolute(ToPath(path), error).lexically_normal();
+  path_ = Canonical(fs::absolute(ToPath(path), error));  // a link to a folder means that folder
   if (!path_.has_filename()) path_ = path_.parent_path();
   replace_ = replace;
-  const std::string name = FromPath(path_);
-  const bool empty = fs::is_directory(path_, error) && fs::is_empty(path_, error);
-  if (IsThere(path_) && !empty) {
-    const std::string foreign = fs::is_directory(path_, error) ? Foreign(path_) : std::string("?");
-    if (!foreign.empty())
-      return {StatusCode::kAlreadyExists,
-              "'" + name + "' holds what is no import's (" + Quote(foreign) + "); give another folder"};
-    if (!replace)
-      return {StatusCode::kAlreadyExists,
-              "'" + name + "' holds an import already; give another folder, or --force to replace it"};
+  CONSAC_RETURN_IF_ERROR(Check(path_));
+  fs::create_directories(path_.parent_path(), error);
+  // Only a folder that was made here is written and removed: another import may be under way, another may have been
+  // killed.
+  constexpr int kMostBeside = 1000;
+  bool made = false;
+  for (int n = 1; n <= kMostBeside && !made && !error; ++n) {
+    beside_ = path_;
+    beside_ += ".importing" + (n == 1 ? std::string() : "-" + std::to_string(n));
+    made = fs::create_directory(beside_, error);
+    if (error == std::errc::file_exists) error.clear();  // what is there is no folder
   }
-  temporary_ = path_;
-  temporary_ += ".importing";
-  if (IsThere(temporary_) && !Foreign(temporary_).empty())
-    return {StatusCode::kAlreadyExists, "'" + FromPath(temporary_) + "' is in the way; remove it"};
-  fs::remove_all(temporary_, error);
-  if (!fs::create_directories(temporary_ / "meshes", error) || error) {
-    const std::string why = error.message();
-    temporary_.clear();
-    return {StatusCode::kDataLoss, "cannot make the folder '" + name + "': " + why};
-  }
-  return {};
+  if (made) fs::create_directories(beside_ / kNew / kMeshFolder, error);
+  if (made && !error) return {};
+  const std::string why =
+      error ? error.message() : "too many '" + FromPath(path_) + ".importing' are left; remove them";
+  if (!made) beside_.clear();
+  return {StatusCode::kDataLoss, "cannot make the folder '" + FromPath(path_) + "': " + why};
 }
 
 std::string OutputFolder::file(const std::string& name) const {
-  return FromPath(temporary_ / ToPath(name));
+  return FromPath(beside_ / kNew / ToPath(name));
 }
 
 Status OutputFolder::Commit() {
+  const fs::path old = beside_ / kOld;
   std::error_code error;
-  fs::path old = path_;
-  old += ".replaced";
-  fs::remove_all(old, error);
-  const bool there = IsThere(path_);
-  if (there) fs::rename(path_, old, error);
-  if (!error) fs::rename(temporary_, path_, error);
-  if (error) {
-    const std::string why = error.message();
-    if (there && !IsThere(path_)) fs::rename(old, path_, error);
-    return {StatusCode::kDataLoss, "cannot put '" + FromPath(path_) + "' in its place: " + why};
+  // Something may stand there by now that did not at Open. It is looked at again once nobody finds it under its name.
+  CONSAC_RETURN_IF_ERROR(Check(path_));
+  Status status;
+  if (IsThere(path_)) {
+    fs::rename(path_, old, error);
+    if (!error) status = Check(old);
   }
-  temporary_.clear();
-  fs::remove_all(old, error);
-  return {};
+  if (status.ok() && !error) fs::rename(beside_ / kNew, path_, error);
+  if (status.ok() && !error) {
+    fs::remove_all(old, error);
+    return {};
+  }
+  if (error) status = {StatusCode::kDataLoss, "cannot put '" + FromPath(path_) + "' in its place: " + error.message()};
+  if (IsThere(old) && !IsThere(path_)) fs::rename(old, path_, error);
+  if (IsThere(old)) return {status.code(), status.message() + "; what was there is '" + FromPath(old) + "'"};
+  return status;
 }
 
 OutputFolder::~OutputFolder() {
+  if (beside_.empty()) return;
   std::error_code error;
-  if (!temporary_.empty()) fs::remove_all(temporary_, error);
+  fs::remove_all(beside_ / kNew, error);
+  fs::remove(beside_, error);  // not where it still holds what stood in the place
 }
 
 }  // namespace consac::twin

@@ -12,6 +12,14 @@
 
 namespace consac::twin {
 
+/// Names in an output folder: of the joint table, of what was read and made, and of the folder of meshes.
+inline constexpr const char *kTableName = "twin.json", *kReportName = "report.json", *kMeshFolder = "meshes";
+
+/// ASCII capitals made small: names of files that differ by them alone are one on some systems.
+std::string LowerCase(std::string text);
+/// The ending of a file's name in small letters, ".stl"; "" none.
+std::string EndingOf(const std::string& path);
+
 /// A path for the standard library, of UTF-8.
 std::filesystem::path ToPath(const std::string& utf8);
 /// And back, with slashes.
@@ -43,15 +51,18 @@ class OutputFolder {
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
-  /// Begins a folder for `path`. What is there is refused (kAlreadyExists), unless `replace` and it is an import's.
+  /// Begins a folder for `path`. What is there is refused (kAlreadyExists), unless it is empty, or `replace` and an
+  /// import's with nothing else in it.
   Status Open(const std::string& path, bool replace);
   /// Where to write until then.
   std::string file(const std::string& name) const;
-  /// Puts it in its place.
+  /// Puts it in its place, once, if what is there by now may still be replaced.
   Status Commit();
 
  private:
-  std::filesystem::path path_, temporary_;
+  Status Check(const std::filesystem::path& folder) const;
+
+  std::filesystem::path path_, beside_;  // beside_ is a folder that was made here
   bool replace_ = false;
 };
 

@@ -36,11 +36,21 @@ Result<std::string> ReadText(const std::string& path) {
   return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
 }
 
-std::string EndingOf(const std::string& path) {
-  const std::string ending = FromPath(ToPath(path).extension());
-  std::string lower;
-  for (const char c : ending) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
+// The model of a file, and the bytes it was read from.
+Result<Model> ReadModelAndText(const std::string& path, std::string* text) {
+  const std::string ending = EndingOf(path);
+  if (ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs")
+    return Status{StatusCode::kInvalidArgument, "'" + path + "': CAD files are not read yet; export a URDF"};
+  if (ending == ".xacro")
+    return Status{StatusCode::kInvalidArgument,
+                  "'" + path + "' is xacro; make a URDF of it first: xacro FILE > robot.urdf"};
+  Result<std::string> read = ReadText(path);
+  if (!read.ok()) return read.status();
+  *text = std::move(*read);
+  XmlReader xml(*text);
+  Result<Model> model = xml.root().name() == std::string_view("mujoco") ? ReadMjcf(xml) : ReadUrdf(xml);
+  if (!model.ok()) return Of(path, model.status());
+  return model;
 }
 
 // What the package says of its licence; "" nothing.
@@ -70,20 +80,29 @@ class Importer {
  private:
   void Warn(std::string line) { report_.warnings.push_back(std::move(line)); }
 
+  // Before a step's next part: tells how far it is; an error where nobody waits any longer.
+  Status Next() {
+    if (options_.progress && !options_.progress(done_++, parts_))
+      return {StatusCode::kCancelled, "interrupted; nothing was written"};
+    return {};
+  }
+
   Status Read() {
-    Result<Model> model = ReadModel(path_);
+    std::string text;
+    Result<Model> model = ReadModelAndText(path_, &text);
     if (!model.ok()) return model.status();
+    const std::span<const std::byte> pieces[] = {std::as_bytes(std::span<const char>(text))};
+    origin_ = {FromPath(ToPath(path_).filename()), model->format, Sha256Hex(pieces), LicenceOf(finder_.root())};
     if (!options_.srdf.empty()) {
-      const Result<std::string> text = ReadText(options_.srdf);
-      if (!text.ok()) return text.status();
-      const Status read = ReadSrdf(*text, &*model);
+      const Result<std::string> pairs = ReadText(options_.srdf);
+      if (!pairs.ok()) return pairs.status();
+      const Status read = ReadSrdf(*pairs, &*model);
       if (!read.ok()) return Of(options_.srdf, read);
     }
     Result<robot::Robot> robot = MakeRobot(model->robot);
     if (!robot.ok()) return Of(path_, robot.status());
     scene_.robot = std::move(*robot);
     report_.warnings = model->warnings;
-    format_ = model->format;
     Place(model->visuals, &scene_.visuals);
     Place(model->collisions, &scene_.collisions);
     for (const auto& [first, second] : model->allowed_collisions) {
@@ -91,8 +110,10 @@ class Importer {
       if (a >= 0 && b >= 0 && a != b)
         scene_.robot.allowed_collisions.emplace_back(std::min(a, b), std::max(a, b));
       else
-        Warn("the links " + Quote(first) + " and " + Quote(second) + " of the SRDF are not both there");
+        Warn("links that may touch: " + Quote(first) + " and " + Quote(second) + " are not two links of the robot");
     }
+    // Copies, measures and writes meshes, and looks at links.
+    parts_ = 3 * scene_.visuals.size() + scene_.collisions.size() + scene_.robot.links.size();
     return {};
   }
 
@@ -101,7 +122,7 @@ class Importer {
       const std::int32_t link = scene_.robot.FindLink(shape.link);
       const robot::Quaternion turn =
           link > 0 ? scene_.robot.joints[static_cast<std::size_t>(link) - 1].axis_turn : robot::Quaternion{};
-      placed->push_back({shape, link, Transform{Inverse(turn), {}} * shape.origin, ""});
+      placed->push_back({shape, link, Transform{Inverse(turn), {}} * shape.origin, "", 0});
       placed->back().origin.rotation = Normalised(placed->back().origin.rotation);
       if (placed->back().shape.has_colour && shape.material.empty())
         placed->back().shape.material = shape.link + "_colour_" + std::to_string(placed->size());
@@ -116,10 +137,10 @@ class Importer {
     const std::string stem = AsFolderName(FromPath(file.stem()), 100);
     const std::string folder = AsFolderName(FromPath(file.parent_path().filename()), 20);
     std::string name = stem;
-    if (!used_.insert(name).second) name = folder + "_" + stem;
-    for (int n = 2; name != stem && !used_.insert(name).second; ++n)
+    if (!used_.insert(LowerCase(name)).second) name = folder + "_" + stem;
+    for (int n = 2; name != stem && !used_.insert(LowerCase(name)).second; ++n)
       name = folder + "_" + stem + "_" + std::to_string(n);
-    return "meshes/" + FileNameOf(name, ".stl");
+    return std::string(kMeshFolder) + "/" + FileNameOf(name, ".stl");
   }
 
   Status CopyMeshes() {
@@ -131,8 +152,7 @@ class Importer {
     }
     std::map<std::string, std::size_t> by_path;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-      if (options_.progress && !options_.progress(i, shapes.size()))
-        return {StatusCode::kCancelled, "interrupted; nothing was written"};
+      CONSAC_RETURN_IF_ERROR(Next());
       const Result<std::string> path = finder_.Find(shapes[i]->shape.mesh);
       if (!path.ok())
         return Of(path_, Status(path.status().code(),
@@ -140,7 +160,7 @@ class Importer {
       const auto [known, is_new] = by_path.emplace(*path, scene_.files.size());
       if (is_new) CONSAC_RETURN_IF_ERROR(CopyMesh(shapes[i]->shape.mesh, *path));
       shapes[i]->file = scene_.files[known->second].output;
-      file_of_[shapes[i]] = known->second;
+      shapes[i]->mesh = known->second;
     }
     return {};
   }
@@ -148,7 +168,7 @@ class Importer {
   Status CopyMesh(const std::string& name, const std::string& path) {
     const Result<Triangles> triangles = ReadMesh(path);
     if (!triangles.ok()) return triangles.status();
-    scene_.files.push_back({name, path, OutputName(path), triangles->count(), triangles->parts});
+    scene_.files.push_back({name, OutputName(path), triangles->count(), triangles->parts});
     report_.meshes += 1;
     report_.triangles += triangles->count();
     report_.most_triangles = std::max(report_.most_triangles, triangles->count());
@@ -173,8 +193,8 @@ class Importer {
 
   Status Measure() {
     for (const PlacedShape& visual : scene_.visuals) {
-      Geometry geometry{visual.shape.kind, 0, visual.shape.size, {}, 0, {}, {}};
-      if (geometry.kind == ShapeKind::kMesh) geometry.file = file_of_.find(&visual)->second;
+      CONSAC_RETURN_IF_ERROR(Next());
+      Geometry geometry{visual.shape.kind, visual.mesh, visual.shape.size, {}, 0, {}, {}};
       const auto known = std::find_if(scene_.geometries.begin(), scene_.geometries.end(),
                                       [&](const Geometry& each) { return SameGeometry(each, geometry); });
       scene_.visual_geometry.push_back(static_cast<std::size_t>(known - scene_.geometries.begin()));
@@ -208,41 +228,64 @@ class Importer {
     }
   }
 
-  // A capsule for every link that has a shape, and masses where a density was given.
+  // A capsule for every link that has a shape, and masses where a density was given. What a link collides by counts,
+  // or where it has nothing of the kind, what it looks like.
   Status AddBodies() {
-    const bool collisions = !scene_.collisions.empty();
-    const std::vector<PlacedShape>& shapes = collisions ? scene_.collisions : scene_.visuals;
-    for (std::size_t link = 0; link < scene_.robot.links.size(); ++link) {
-      std::vector<Vector3> points;
-      robot::Inertial sum;
-      bool closed = true, any = false;
-      for (const PlacedShape& shape : shapes) {
-        if (shape.link != static_cast<std::int32_t>(link)) continue;
-        const std::size_t file = shape.shape.kind == ShapeKind::kMesh ? file_of_.find(&shape)->second : 0;
-        const Result<Triangles> triangles = Load(shape.shape.kind, file, shape.shape.size);
-        if (!triangles.ok()) return triangles.status();
-        const std::vector<float>& corners = triangles->corners;
-        for (std::size_t i = 0; i < corners.size(); i += 3)
-          points.push_back(shape.origin * Vector3{static_cast<double>(corners[i]), static_cast<double>(corners[i + 1]),
-                                                  static_cast<double>(corners[i + 2])});
-        any = true;
-        const std::optional<robot::Inertial> solid = options_.density > 0.0 ? SolidOf(*triangles) : std::nullopt;
-        closed = closed && solid.has_value();
-        if (solid.has_value()) AddSolid(*solid, shape.origin, &sum);
-      }
-      if (!any) continue;
-      // A corner counts once, however many triangles share it: else a capsule leans to where they are many.
-      const auto before = [](const Vector3& a, const Vector3& b) {
-        return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-      };
-      std::sort(points.begin(), points.end(), before);
-      points.erase(std::unique(points.begin(), points.end()), points.end());
-      robot::Capsule capsule = robot::CapsuleAround(points);
-      capsule.link = static_cast<std::int32_t>(link);
-      scene_.robot.capsules.push_back(capsule);
-      SetMass(&scene_.robot.links[link], closed, sum);
+    std::vector<std::vector<const PlacedShape*>> shapes(scene_.robot.links.size());
+    for (const PlacedShape& shape : scene_.collisions) shapes[static_cast<std::size_t>(shape.link)].push_back(&shape);
+    std::vector<bool> collides;
+    for (const auto& each : shapes) collides.push_back(!each.empty());
+    for (const PlacedShape& shape : scene_.visuals) {
+      const auto link = static_cast<std::size_t>(shape.link);
+      if (!collides[link]) shapes[link].push_back(&shape);
+    }
+    for (std::size_t link = 0; link < shapes.size(); ++link) {
+      CONSAC_RETURN_IF_ERROR(Next());
+      if (!shapes[link].empty()) CONSAC_RETURN_IF_ERROR(AddBody(link, shapes[link]));
     }
     return {};
+  }
+
+  // A corner counts once, however many triangles share it: else a capsule leans to where they are many.
+  static void MakeUnique(std::vector<Vector3>* points) {
+    const auto before = [](const Vector3& a, const Vector3& b) {
+      return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+    };
+    std::sort(points->begin(), points->end(), before);
+    points->erase(std::unique(points->begin(), points->end()), points->end());
+  }
+
+  Status AddBody(std::size_t link, const std::vector<const PlacedShape*>& shapes) {
+    std::vector<Vector3> points;
+    robot::Inertial sum;
+    bool solid = true;
+    for (const PlacedShape* shape : shapes) {
+      const Result<Triangles> triangles = Load(shape->shape.kind, shape->mesh, shape->shape.size);
+      if (!triangles.ok()) return triangles.status();
+      const std::vector<float>& corners = triangles->corners;
+      std::vector<Vector3> own;
+      own.reserve(corners.size() / 3);
+      for (std::size_t i = 0; i < corners.size(); i += 3)
+        own.push_back(shape->origin * Vector3{static_cast<double>(corners[i]), static_cast<double>(corners[i + 1]),
+                                              static_cast<double>(corners[i + 2])});
+      MakeUnique(&own);
+      points.insert(points.end(), own.begin(), own.end());
+      const std::optional<robot::Inertial> body = options_.density > 0.0 ? SolidOf(*triangles) : std::nullopt;
+      solid = solid && body.has_value();
+      if (body.has_value()) AddSolid(*body, shape->origin, &sum);
+    }
+    MakeUnique(&points);
+    robot::Capsule capsule = robot::CapsuleAround(points);
+    capsule.link = static_cast<std::int32_t>(link);
+    scene_.robot.capsules.push_back(capsule);
+    SetMass(&scene_.robot.links[link], solid, sum);
+    return {};
+  }
+
+  // What a mass of 1 at `at` adds to the inertia about the origin. Source: the parallel axis theorem of Steiner.
+  static std::array<double, 6> InertiaOfPoint(Vector3 at) {
+    return {at.y * at.y + at.z * at.z, -at.x * at.y, -at.x * at.z,
+            at.x * at.x + at.z * at.z, -at.y * at.z, at.x * at.x + at.y * at.y};
   }
 
   // Adds a body that has density 1 where it stands. Moments about the link's origin until SetMass.
@@ -250,24 +293,21 @@ class Importer {
     const Vector3 c = at * solid.centre;
     const std::array<double, 6> turned = robot::TurnedInertia(solid.inertia, Inverse(at.rotation));
     const double m = solid.mass;
-    const double shift[6] = {c.y * c.y + c.z * c.z, -c.x * c.y, -c.x * c.z,
-                             c.x * c.x + c.z * c.z, -c.y * c.z, c.x * c.x + c.y * c.y};
+    const std::array<double, 6> shift = InertiaOfPoint(c);
     for (std::size_t i = 0; i < 6; ++i) sum->inertia[i] += turned[i] + m * shift[i];
     sum->centre = sum->centre + m * c;
     sum->mass += m;
   }
 
-  void SetMass(robot::Link* link, bool closed, const robot::Inertial& sum) {
+  void SetMass(robot::Link* link, bool solid, const robot::Inertial& sum) {
     if (link->inertial.has_value() || options_.density <= 0.0) return;
-    if (!closed || !(sum.mass > 0.0)) {
+    if (!solid || !(sum.mass > 0.0)) {
       Warn("link " + Quote(link->name) +
-           ": its meshes are not closed, so it has no mass; close them, or write <inertial>");
+           ": its meshes are not closed, or are inside out, so it has no mass; mend them, or write <inertial>");
       return;
     }
     robot::Inertial body{options_.density * sum.mass, (1.0 / sum.mass) * sum.centre, {}};
-    const Vector3 c = body.centre;
-    const double shift[6] = {c.y * c.y + c.z * c.z, -c.x * c.y, -c.x * c.z,
-                             c.x * c.x + c.z * c.z, -c.y * c.z, c.x * c.x + c.y * c.y};
+    const std::array<double, 6> shift = InertiaOfPoint(body.centre);
     for (std::size_t i = 0; i < 6; ++i) body.inertia[i] = options_.density * (sum.inertia[i] - sum.mass * shift[i]);
     link->inertial = body;
   }
@@ -277,39 +317,44 @@ class Importer {
     return WriteFileAtomically(folder_.file(name), std::as_bytes(std::span<const char>(text)));
   }
 
-  void WarnOfMasses() {
-    std::string names;
-    std::size_t many = 0;
+  // A warning about links, if there are any; the first few are named.
+  void WarnOf(const std::string& what, const std::vector<std::string>& links, const std::string& advice) {
     constexpr std::size_t kNamed = 5;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(links.size(), kNamed); ++i) names += (i > 0 ? ", " : "") + Quote(links[i]);
+    if (links.size() > kNamed) names += " and " + std::to_string(links.size() - kNamed) + " more";
+    if (!links.empty()) Warn(what + ": " + names + "; " + advice);
+  }
+
+  void WarnOfMasses() {
+    std::vector<std::string> without;
     for (std::size_t link = 1; link < scene_.robot.links.size(); ++link) {
-      if (scene_.robot.links[link].inertial.has_value()) continue;
-      if (++many <= kNamed) names += (many > 1 ? ", " : "") + Quote(scene_.robot.links[link].name);
+      if (!scene_.robot.links[link].inertial.has_value()) without.push_back(scene_.robot.links[link].name);
     }
-    if (many > kNamed) names += " and " + std::to_string(many - kNamed) + " more";
-    if (many > 0)
-      Warn("without a mass, since the file says none: " + names + "; --density computes it from closed meshes");
+    WarnOf("without a mass, since the file says none", without, "--density computes it from closed meshes");
   }
 
   Status WriteAll() {
-    const LoadGeometry load = [this](const Geometry& each) { return Load(each.kind, each.file, each.size); };
+    const LoadGeometry load = [this](const Geometry& each) -> Result<Triangles> {
+      CONSAC_RETURN_IF_ERROR(Next());
+      return Load(each.kind, each.file, each.size);
+    };
     WarnOfMasses();
-    const Result<std::vector<std::byte>> bytes = ReadRegularFile(path_, kMostXmlBytes);
-    if (!bytes.ok()) return bytes.status();
-    const std::span<const std::byte> pieces[] = {*bytes};
-    const robot::TableOrigin origin{FromPath(ToPath(path_).filename()), format_, Sha256Hex(pieces),
-                                    LicenceOf(finder_.root())};
     CONSAC_RETURN_IF_ERROR(WriteGlb(scene_, load, folder_.file("twin.glb")));
     report_.files.push_back("twin.glb");
     CONSAC_RETURN_IF_ERROR(Put("twin.urdf", WriteUrdf(scene_.robot, scene_.visuals, scene_.collisions)));
-    CONSAC_RETURN_IF_ERROR(Put("twin.xml", WriteMjcf(scene_)));
-    CONSAC_RETURN_IF_ERROR(Put("twin.json", robot::WriteTable(scene_.robot, origin)));
-    CONSAC_RETURN_IF_ERROR(Put("report.json", Report(origin)));
+    const MjcfText mjcf = WriteMjcf(scene_);
+    WarnOf("MuJoCo refuses twin.xml, for these links move and weigh nothing", mjcf.massless,
+           "write their <inertial>, or something they collide by");
+    CONSAC_RETURN_IF_ERROR(Put("twin.xml", mjcf.text));
+    CONSAC_RETURN_IF_ERROR(Put(kTableName, robot::WriteTable(scene_.robot, origin_)));
+    CONSAC_RETURN_IF_ERROR(Put(kReportName, Report()));
     return folder_.Commit();
   }
 
-  std::string Report(const robot::TableOrigin& origin) const {
+  std::string Report() const {
     nlohmann::ordered_json json;
-    json["source"] = {{"file", origin.file}, {"sha256", origin.sha256}};
+    json["source"] = {{"file", origin_.file}, {"sha256", origin_.sha256}};
     json["links"] = scene_.robot.links.size();
     json["joints"] = scene_.robot.joints.size();
     json["positions"] = scene_.robot.positions();
@@ -318,34 +363,26 @@ class Importer {
     for (const MeshFile& file : scene_.files)
       json["meshes"].push_back({{"name", file.name}, {"file", file.output}, {"triangles", file.triangles}});
     json["warnings"] = report_.warnings;
+    json["files"] = report_.files;  // what a later import may replace
     return JsonText(json, 1) + "\n";
   }
 
-  std::string path_, format_;
+  std::string path_;
   const ImportOptions& options_;
   MeshFinder finder_;
   OutputFolder folder_;
   Scene scene_;
   ImportReport report_;
-  std::set<std::string> used_;
-  std::map<const PlacedShape*, std::size_t> file_of_;
+  std::set<std::string> used_;  // names of mesh files in small letters
+  robot::TableOrigin origin_;
+  std::size_t done_ = 0, parts_ = 0;  // of the import, for whoever waits
 };
 
 }  // namespace
 
 Result<Model> ReadModel(const std::string& path) {
-  const std::string ending = EndingOf(path);
-  if (ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs")
-    return Status{StatusCode::kInvalidArgument, "'" + path + "': CAD files are not read yet; export a URDF"};
-  if (ending == ".xacro")
-    return Status{StatusCode::kInvalidArgument,
-                  "'" + path + "' is xacro; make a URDF of it first: xacro FILE > robot.urdf"};
-  const Result<std::string> text = ReadText(path);
-  if (!text.ok()) return text.status();
-  const std::size_t mujoco = text->find("<mujoco"), robot = text->find("<robot");
-  Result<Model> model = mujoco < robot ? ReadMjcf(*text) : ReadUrdf(*text);
-  if (!model.ok()) return Of(path, model.status());
-  return model;
+  std::string text;
+  return ReadModelAndText(path, &text);
 }
 
 Result<ImportReport> Import(const std::string& path, const ImportOptions& options) {
@@ -354,7 +391,7 @@ Result<ImportReport> Import(const std::string& path, const ImportOptions& option
 
 Result<robot::Robot> LoadRobot(const std::string& path) {
   std::error_code error;
-  const std::string file = std::filesystem::is_directory(ToPath(path), error) ? path + "/twin.json" : path;
+  const std::string file = std::filesystem::is_directory(ToPath(path), error) ? path + "/" + kTableName : path;
   if (EndingOf(file) != ".json") {
     const Result<Model> model = ReadModel(file);
     if (!model.ok()) return model.status();

@@ -7,6 +7,7 @@
 
 #include "consac/base/file.h"
 #include "consac/base/text.h"
+#include "files.h"
 #include "triangles.h"
 
 namespace consac::twin {
@@ -80,16 +81,14 @@ void AddTriangle(const float (&corners)[9], std::vector<float>* out) {
 }
 
 Result<Triangles> ReadMesh(const std::string& path) {
-  const std::size_t dot = path.rfind('.');
-  std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (ending != "stl" && ending != "obj" && ending != "dae")
+  const std::string ending = EndingOf(path);
+  if (ending != ".stl" && ending != ".obj" && ending != ".dae")
     return Status{StatusCode::kInvalidArgument, "mesh " + Quote(path, 300) + ": its ending is " + Quote(ending) +
-                                                    "; stl, obj and dae are read, convert it to one of them"};
+                                                    "; .stl, .obj and .dae are read, convert it to one of them"};
   const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostMeshBytes);
   if (!bytes.ok()) return bytes.status();
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-  Result<Triangles> triangles = ending == "stl" ? ReadStl(*bytes) : ending == "obj" ? ReadObj(text) : ReadDae(text);
+  Result<Triangles> triangles = ending == ".stl" ? ReadStl(*bytes) : ending == ".obj" ? ReadObj(text) : ReadDae(text);
   if (!triangles.ok())
     return Status{triangles.status().code(), "mesh " + Quote(path, 300) + ": " + triangles.status().message()};
   if (triangles->count() == 0)

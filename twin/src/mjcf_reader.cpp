@@ -15,11 +15,11 @@ using robot::Quaternion;
 using robot::Transform;
 using robot::Vector3;
 
-using Attributes = std::map<std::string, std::string, std::less<>>;
-using Defaults = std::map<std::string, Attributes, std::less<>>;  // by element
+using Attributes = std::map<std::string_view, std::string_view>;  // of the document
+using Defaults = std::map<std::string_view, Attributes>;          // by element
 
 const std::string kWorld = "world";
-constexpr std::size_t kMostClasses = 500, kMostDefaults = 2000;  // each class holds what it inherits
+constexpr std::size_t kMostClasses = 500, kMostDefaults = 2000;  // attributes of each; some 100 MB together
 constexpr int kLastShownGroup = 2;                               // of geoms; MuJoCo hides the others
 
 struct MjcfMesh {
@@ -29,7 +29,7 @@ struct MjcfMesh {
 
 class MjcfReader {
  public:
-  explicit MjcfReader(std::string_view text) : xml_(text) {}
+  explicit MjcfReader(XmlReader& xml) : xml_(xml) {}
 
   Result<Model> Read() {
     if (!xml_.status().ok()) return xml_.status();
@@ -42,7 +42,14 @@ class MjcfReader {
     if (model_.robot.name.empty()) model_.robot.name = "robot";
     for (const pugi::xml_node node : root.children("compiler")) ReadCompiler(node);
     classes_["main"];
-    for (const pugi::xml_node node : root.children("default")) ReadDefaults(node, "main", {});
+    for (const pugi::xml_node node : root.children("default")) {  // which may be several, and have another name
+      ReadDefaults(node, "main", classes_["main"]);
+      if (node.attribute("class")) classes_[node.attribute("class").value()] = classes_["main"];
+    }
+    for (const char* part : {"asset", "worldbody", "equality"}) {
+      for (const pugi::xml_node node : root.children(part)) CheckClasses(node);
+    }
+    if (!xml_.status().ok()) return xml_.status();
     for (const pugi::xml_node node : root.children("asset")) ReadAssets(node);
     model_.robot.links.push_back({kWorld, std::nullopt});
     for (const pugi::xml_node node : root.children("worldbody")) ReadContent(node, kWorld, {}, "main");
@@ -65,6 +72,18 @@ class MjcfReader {
         return xml_.Refuse(child, "<" + std::string(name) +
                                       "> is not read; let MuJoCo save the model as one file first (mj_saveLastXML)");
       RefuseParts(child);
+    }
+  }
+
+  void CheckClasses(pugi::xml_node node) {
+    for (const pugi::xml_node child : node.children()) {
+      for (const char* name : {"class", "childclass"}) {
+        const pugi::xml_attribute attribute = child.attribute(name);
+        if (attribute && !classes_.contains(std::string_view(attribute.value())))
+          return xml_.Refuse(child, "<" + std::string(child.name()) + " " + name + "=" + Quote(attribute.value()) +
+                                        ">: no <default> has that class");
+      }
+      CheckClasses(child);
     }
   }
 
@@ -210,29 +229,51 @@ class MjcfReader {
     return name.empty() ? otherwise + "_" + std::to_string(++unnamed_) : name;
   }
 
+  void AddLink(pugi::xml_node node, const std::string& name) {
+    model_.robot.links.push_back({name, std::nullopt});
+    if (model_.robot.links.size() > robot::kMostLinks)
+      xml_.Refuse(node, "there are more than " + std::to_string(robot::kMostLinks) + " bodies and joints");
+  }
+
+  // A joint as a body or a frame in it holds it: how the frame stands in the body, and what class is meant.
+  struct PlacedJoint {
+    pugi::xml_node node;
+    Transform at;
+    std::string enclosing;
+  };
+
+  void GatherJoints(pugi::xml_node node, const std::string& body, const Transform& at, const std::string& enclosing,
+                    std::vector<PlacedJoint>* joints) {
+    for (const pugi::xml_node child : node.children()) {
+      const std::string_view kind = child.name();
+      if (kind == "frame") {
+        const std::string inside = child.attribute("childclass") ? child.attribute("childclass").value() : enclosing;
+        GatherJoints(child, body, at * Place(child, inside), inside, joints);
+      }
+      if (kind != "joint" && kind != "freejoint") continue;
+      const std::string_view type = Say(child, "type", enclosing);
+      if (type == "ball")
+        return xml_.Refuse(child, "body " + Quote(body) + " has a ball joint, which is not read; use three hinges");
+      if (kind == "freejoint" || type == "free")
+        Warn("body " + Quote(body) + " is free; it is fixed here");
+      else
+        joints->push_back({child, at, enclosing});
+    }
+  }
+
   void ReadBody(pugi::xml_node node, const std::string& parent, const Transform& at, const std::string& enclosing) {
     const std::string name = Unnamed(node, "body");
-    std::vector<pugi::xml_node> joints;
-    for (const pugi::xml_node joint : node.children()) {
-      const std::string_view kind = joint.name(), type = Say(joint, "type", enclosing);
-      if (kind != "joint" && kind != "freejoint") continue;
-      if (type == "ball")
-        return xml_.Refuse(joint, "body " + Quote(name) + " has a ball joint, which is not read; use three hinges");
-      if (kind == "freejoint" || type == "free")
-        Warn("body " + Quote(name) + " is free; it is fixed here");
-      else
-        joints.push_back(joint);
-    }
+    std::vector<PlacedJoint> joints;
+    GatherJoints(node, name, {}, enclosing, &joints);
     Transform origin = at * Place(node, enclosing);
     std::string above = parent;
     Vector3 pivot;  // where the link's frame is, in the body's
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      const Vector3 position = Vector(joints[i], "pos", enclosing, {});
+      const Vector3 position = joints[i].at * Vector(joints[i].node, "pos", joints[i].enclosing, {});
       const bool last = i + 1 == joints.size();
       const std::string link = last ? name : name + "_before_" + std::to_string(joints.size() - 1 - i);
-      model_.robot.joints.push_back(
-          ReadJoint(joints[i], above, link, origin * Transform{{}, position - pivot}, enclosing));
-      model_.robot.links.push_back({link, std::nullopt});
+      model_.robot.joints.push_back(ReadJoint(joints[i], above, link, origin * Transform{{}, position - pivot}));
+      AddLink(node, link);
       origin = {};
       above = link;
       pivot = position;
@@ -242,19 +283,20 @@ class MjcfReader {
       fixed.name = name + "_fixed", fixed.parent = parent, fixed.child = name, fixed.origin = origin,
       fixed.source = "mjcf";
       model_.robot.joints.push_back(std::move(fixed));
-      model_.robot.links.push_back({name, std::nullopt});
+      AddLink(node, name);
     }
     const Transform body{{}, -1.0 * pivot};  // the body's frame in the link's
     if (const pugi::xml_node inertial = node.child("inertial")) ReadInertial(inertial, body, enclosing);
     ReadContent(node, name, body, enclosing);
   }
 
-  robot::JointDescription ReadJoint(pugi::xml_node node, const std::string& parent, const std::string& child,
-                                    const Transform& origin, const std::string& enclosing) {
+  robot::JointDescription ReadJoint(const PlacedJoint& placed, const std::string& parent, const std::string& child,
+                                    const Transform& origin) {
+    const auto& [node, at, enclosing] = placed;
     robot::JointDescription joint;
     joint.name = Unnamed(node, "joint");
     joint.parent = parent, joint.child = child, joint.origin = origin, joint.source = "mjcf";
-    joint.axis = Vector(node, "axis", enclosing, {0, 0, 1});
+    joint.axis = Rotate(at.rotation, Vector(node, "axis", enclosing, {0, 0, 1}));
     const bool slides = Say(node, "type", enclosing) == "slide";
     const auto range = List(node, "range", enclosing, 2);
     const bool limited = Say(node, "limited", enclosing) != "false" && !range.empty();
@@ -288,8 +330,7 @@ class MjcfReader {
     Shape shape;
     shape.link = link;
     shape.name = node.attribute("name").value();
-    shape.origin = at * Place(node, enclosing);
-    if (!ReadForm(node, enclosing, &shape)) return;
+    if (!ReadForm(node, at, enclosing, &shape)) return;
     const auto rgba = List(node, "rgba", enclosing, 4);
     shape.material = std::string(Say(node, "material", enclosing));
     const auto material = materials_.find(shape.material);
@@ -302,10 +343,13 @@ class MjcfReader {
         Number(node, "contype", enclosing, 1.0) != 0.0 || Number(node, "conaffinity", enclosing, 1.0) != 0.0;
     if (shown) model_.visuals.push_back(shape);
     if (touches) model_.collisions.push_back(std::move(shape));
+    if (model_.visuals.size() > kMostShapes || model_.collisions.size() > kMostShapes)
+      xml_.Refuse(node, "there are more than " + std::to_string(kMostShapes) + " geoms");
   }
 
-  // Its kind and size; false where it is left out.
-  bool ReadForm(pugi::xml_node node, const std::string& enclosing, Shape* shape) {
+  // Its kind, size and place in the link, with `at` the place of what holds it; false where it is left out.
+  bool ReadForm(pugi::xml_node node, const Transform& at, const std::string& enclosing, Shape* shape) {
+    shape->origin = at * Place(node, enclosing);
     std::string_view type = Say(node, "type", enclosing);
     if (type.empty()) type = Say(node, "mesh", enclosing).empty() ? "sphere" : "mesh";
     if (type == "mesh") {
@@ -317,11 +361,7 @@ class MjcfReader {
       shape->kind = ShapeKind::kMesh;
       shape->mesh = mesh->second.file;
       shape->size = mesh->second.scale;
-      const Vector3& s = shape->size;
-      for (const double value : {s.x, s.y, s.z}) {
-        if (!(std::abs(value) > 1e-9) || !(std::abs(value) < 1e9))
-          xml_.Refuse(node, "its mesh's scale makes nothing of it");
-      }
+      xml_.CheckScale(node, shape->size);
       return true;
     }
     constexpr std::pair<std::string_view, ShapeKind> kForms[] = {{"box", ShapeKind::kBox},
@@ -340,7 +380,7 @@ class MjcfReader {
     if (!ends.empty() && !size.empty()) {
       const Vector3 from{ends[0], ends[1], ends[2]}, to{ends[3], ends[4], ends[5]};
       const Transform along{ZInto(Unit(to - from)), 0.5 * (from + to)};
-      shape->origin = shape->origin * Inverse(Place(node, enclosing)) * along;
+      shape->origin = at * along;
       size = {size[0], 0.5 * Norm(to - from)};
     }
     const std::size_t needed = shape->kind == ShapeKind::kBox ? 3 : shape->kind == ShapeKind::kSphere ? 1 : 2;
@@ -371,11 +411,11 @@ class MjcfReader {
     }
   }
 
-  XmlReader xml_;
+  XmlReader& xml_;
   Model model_;
   bool in_degrees_ = true;
   std::string euler_ = "xyz", mesh_folder_;
-  std::map<std::string, Defaults, std::less<>> classes_;
+  std::map<std::string, Defaults, std::less<>> classes_;  // each with what it inherits
   std::map<std::string, MjcfMesh, std::less<>> meshes_;
   std::map<std::string, Colour, std::less<>> materials_;
   int unnamed_ = 0;
@@ -384,7 +424,12 @@ class MjcfReader {
 }  // namespace
 
 Result<Model> ReadMjcf(std::string_view text) {
-  return MjcfReader(text).Read();
+  XmlReader xml(text);
+  return ReadMjcf(xml);
+}
+
+Result<Model> ReadMjcf(XmlReader& xml) {
+  return MjcfReader(xml).Read();
 }
 
 }  // namespace consac::twin

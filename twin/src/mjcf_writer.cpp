@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
+#include "consac/robot/kinematics.h"
 #include "scene.h"
 #include "xml.h"
 
@@ -18,9 +20,9 @@ constexpr double kArmature = 0.01;    // kg m^2: what the rotor of a small geare
 
 class MjcfWriter {
  public:
-  explicit MjcfWriter(const Scene& scene) : scene_(scene), robot_(scene.robot) {}
+  explicit MjcfWriter(const Scene& scene) : scene_(scene), robot_(scene.robot) { FindEmpty(); }
 
-  std::string Write() {
+  MjcfText Write() {
     pugi::xml_node root = document_.append_child("mujoco");
     Set(root, "model", robot_.name);
     pugi::xml_node compiler = root.append_child("compiler");
@@ -35,19 +37,71 @@ class MjcfWriter {
     AddContacts(root.append_child("contact"));
     pugi::xml_node equality = root.append_child("equality"), actuator = root.append_child("actuator");
     for (const robot::Joint& joint : robot_.joints) {
+      if (!Moves(joint)) continue;
       if (joint.mimics >= 0) AddMimic(equality, joint);
-      if (joint.mimics < 0 && joint.type != JointType::kFixed) AddActuator(actuator, joint);
+      if (joint.mimics < 0) AddActuator(actuator, joint);
     }
-    return XmlText(document_);
+    return {XmlText(document_), Massless()};
   }
 
  private:
-  static void Set(pugi::xml_node node, const char* name, const std::string& text) {
-    node.append_attribute(name).set_value(text.c_str());
+  // Where a joint is held by limits that are equal, its own or those of the joint it follows. MuJoCo takes no range
+  // without a length, so such a joint is none there.
+  std::optional<double> HeldAt(const robot::Joint& joint) const {
+    if (joint.type == JointType::kFixed) return std::nullopt;
+    const robot::JointDrive& leader = robot_.LeaderOf(joint).drive;
+    if (leader.lower == leader.upper) return joint.multiplier * leader.lower + joint.offset;
+    return joint.drive.lower == joint.drive.upper ? std::optional(joint.drive.lower) : std::nullopt;
   }
-  static void Set(pugi::xml_node node, const char* name, double number) {
-    Set(node, name, NumbersText(std::span<const double>(&number, 1)));
+  bool Moves(const robot::Joint& joint) const { return joint.type != JointType::kFixed && !HeldAt(joint).has_value(); }
+  Transform RestOf(const robot::Joint& joint) const {
+    const std::optional<double> held = HeldAt(joint);
+    return held.has_value() ? joint.rest * JointMotion(joint, *held) : joint.rest;
   }
+  bool HasInertial(std::size_t link) const {
+    const auto& inertial = robot_.links[link].inertial;
+    return inertial.has_value() && inertial->mass > 0.0;
+  }
+
+  // Links without mass and shape between two joints that move: what readers make of several joints in a body. MuJoCo
+  // refuses them as bodies; the joint is written into the body below.
+  void FindEmpty() {
+    std::vector<int> below(robot_.links.size(), 0), moving(robot_.links.size(), 0);
+    for (const robot::Joint& joint : robot_.joints) {
+      ++below[static_cast<std::size_t>(joint.parent)];
+      if (Moves(joint)) ++moving[static_cast<std::size_t>(joint.parent)];
+    }
+    empty_.assign(robot_.links.size(), false);
+    for (std::size_t link = 1; link < robot_.links.size(); ++link)
+      empty_[link] = below[link] == 1 && moving[link] == 1 && Moves(robot_.joints[link - 1]) && !HasInertial(link);
+    for (const auto* shapes : {&scene_.visuals, &scene_.collisions})
+      for (const PlacedShape& shape : *shapes) empty_[static_cast<std::size_t>(shape.link)] = false;
+  }
+
+  // Links that move and have no mass, neither their own nor of what is fixed to them. A shape that collides has one, as
+  // MuJoCo takes it.
+  std::vector<std::string> Massless() const {
+    std::vector<bool> heavy(robot_.links.size(), false);
+    for (const PlacedShape& shape : scene_.collisions) {
+      if (!HasInertial(static_cast<std::size_t>(shape.link))) heavy[static_cast<std::size_t>(shape.link)] = true;
+    }
+    std::vector<std::string> names;
+    for (std::size_t link = robot_.links.size(); link-- > 1;) {
+      if (HasInertial(link)) {
+        const std::array<double, 6>& inertia = robot_.links[link].inertial->inertia;
+        heavy[link] = inertia[0] > 0.0 && inertia[3] > 0.0 && inertia[5] > 0.0;
+      }
+      const robot::Joint& joint = robot_.joints[link - 1];
+      if (!Moves(joint)) {
+        const auto parent = static_cast<std::size_t>(joint.parent);
+        heavy[parent] = heavy[parent] || heavy[link];
+      }
+      if (Moves(joint) && !heavy[link] && !empty_[link]) names.push_back(robot_.links[link].name);
+    }
+    std::reverse(names.begin(), names.end());
+    return names;
+  }
+
   static void Place(pugi::xml_node node, const Transform& at) {
     const double wxyz[] = {at.rotation.w, at.rotation.x, at.rotation.y, at.rotation.z};
     Set(node, "pos", NumbersText(at.position));
@@ -108,12 +162,23 @@ class MjcfWriter {
   }
 
   void AddBody(pugi::xml_node world, std::size_t j) {
-    const robot::Joint& joint = robot_.joints[j];
-    pugi::xml_node parent = joint.parent == 0 ? world : bodies_[static_cast<std::size_t>(joint.parent) - 1];
+    if (empty_[j + 1]) return;
+    std::vector<std::pair<const robot::Joint*, Transform>> joints;  // of this body, with their places in it
+    Transform rest;
+    std::int32_t above = static_cast<std::int32_t>(j) + 1;
+    do {
+      const robot::Joint& joint = robot_.joints[static_cast<std::size_t>(above) - 1];
+      if (Moves(joint)) joints.emplace_back(&joint, Inverse(rest));
+      rest = above == static_cast<std::int32_t>(j) + 1 ? RestOf(joint) : RestOf(joint) * rest;
+      above = joint.parent;
+    } while (empty_[static_cast<std::size_t>(above)]);
+    pugi::xml_node parent = above == 0 ? world : bodies_[static_cast<std::size_t>(above) - 1];
     pugi::xml_node body = bodies_[j] = parent.append_child("body");
+    neighbours_.emplace(above, static_cast<std::int32_t>(j) + 1);
     Set(body, "name", robot_.links[j + 1].name);
-    Place(body, joint.rest);
-    if (const auto& inertial = robot_.links[j + 1].inertial; inertial.has_value() && inertial->mass > 0.0) {
+    Place(body, rest);
+    if (HasInertial(j + 1)) {
+      const auto& inertial = robot_.links[j + 1].inertial;
       const auto& [xx, xy, xz, yy, yz, zz] = inertial->inertia;
       const double full[] = {xx, yy, zz, xy, xz, yz};
       pugi::xml_node node = body.append_child("inertial");
@@ -121,19 +186,24 @@ class MjcfWriter {
       Set(node, "mass", inertial->mass);
       Set(node, "fullinertia", NumbersText(full));
     }
-    if (joint.type != JointType::kFixed) AddHinge(body, joint);
+    for (auto each = joints.rbegin(); each != joints.rend(); ++each) AddHinge(body, *each->first, each->second);
     AddShapes(body, static_cast<std::int32_t>(j) + 1);
   }
 
-  static void AddHinge(pugi::xml_node body, const robot::Joint& joint) {
+  static void AddRange(pugi::xml_node node, const robot::Joint& joint, const char* limited, const char* range) {
+    const double ends[] = {joint.drive.lower, joint.drive.upper};
+    const bool both = std::isfinite(ends[0]) && std::isfinite(ends[1]);
+    Set(node, limited, both ? "true" : "false");
+    if (both) Set(node, range, NumbersText(ends));
+  }
+
+  static void AddHinge(pugi::xml_node body, const robot::Joint& joint, const Transform& at) {
     pugi::xml_node node = body.append_child("joint");
     Set(node, "name", joint.name);
     Set(node, "type", joint.type == JointType::kPrismatic ? "slide" : "hinge");
-    Set(node, "axis", "1 0 0");
-    const double range[] = {joint.drive.lower, joint.drive.upper};
-    const bool limited = std::isfinite(range[0]) && std::isfinite(range[1]) && range[0] < range[1];
-    Set(node, "limited", limited ? "true" : "false");
-    if (limited) Set(node, "range", NumbersText(range));
+    Set(node, "axis", NumbersText(Rotate(at.rotation, {1, 0, 0})));
+    if (!(at.position == robot::Vector3{})) Set(node, "pos", NumbersText(at.position));
+    AddRange(node, joint, "limited", "range");
     Set(node, "damping", joint.drive.damping);
     Set(node, "frictionloss", joint.drive.friction);
     Set(node, "armature", kArmature);
@@ -141,10 +211,9 @@ class MjcfWriter {
 
   void AddMimic(pugi::xml_node equality, const robot::Joint& joint) {
     pugi::xml_node node = equality.append_child("joint");
-    const std::int32_t leader = robot_.position_joints[static_cast<std::size_t>(joint.position_index)];
     const double polynomial[] = {joint.offset, joint.multiplier, 0, 0, 0};
     Set(node, "joint1", joint.name);
-    Set(node, "joint2", robot_.joints[static_cast<std::size_t>(leader)].name);
+    Set(node, "joint2", robot_.LeaderOf(joint).name);
     Set(node, "polycoef", NumbersText(polynomial));
   }
 
@@ -153,10 +222,7 @@ class MjcfWriter {
     Set(node, "name", joint.name);
     Set(node, "joint", joint.name);
     Set(node, "kp", kStiffness);
-    const double range[] = {joint.drive.lower, joint.drive.upper};
-    const bool limited = std::isfinite(range[0]) && std::isfinite(range[1]) && range[0] < range[1];
-    Set(node, "ctrllimited", limited ? "true" : "false");
-    if (limited) Set(node, "ctrlrange", NumbersText(range));
+    AddRange(node, joint, "ctrllimited", "ctrlrange");
     const double force[] = {-joint.drive.effort, joint.drive.effort};
     const bool forced = std::isfinite(joint.drive.effort) && joint.drive.effort > 0.0;
     Set(node, "forcelimited", forced ? "true" : "false");
@@ -164,11 +230,10 @@ class MjcfWriter {
   }
 
   void AddContacts(pugi::xml_node contact) {
-    std::set<std::pair<std::int32_t, std::int32_t>> pairs(robot_.allowed_collisions.begin(),
-                                                          robot_.allowed_collisions.end());
-    for (std::size_t j = 0; j < robot_.joints.size(); ++j)
-      pairs.emplace(robot_.joints[j].parent, static_cast<std::int32_t>(j) + 1);
+    std::set<std::pair<std::int32_t, std::int32_t>> pairs = neighbours_;
+    pairs.insert(robot_.allowed_collisions.begin(), robot_.allowed_collisions.end());
     for (const auto& [first, second] : pairs) {
+      if (empty_[static_cast<std::size_t>(first)] || empty_[static_cast<std::size_t>(second)]) continue;
       const auto name = [&](std::int32_t link) {
         return link == 0 ? std::string("world") : robot_.links[static_cast<std::size_t>(link)].name;
       };
@@ -182,13 +247,15 @@ class MjcfWriter {
   const robot::Robot& robot_;
   pugi::xml_document document_;
   pugi::xml_node asset_;
-  std::vector<pugi::xml_node> bodies_;  // [J] of link j + 1
+  std::vector<bool> empty_;                                     // [L] has no body
+  std::vector<pugi::xml_node> bodies_;                          // [J] of link j + 1
+  std::set<std::pair<std::int32_t, std::int32_t>> neighbours_;  // links whose bodies hang on each other
   std::map<std::pair<std::string, std::string>, std::string> meshes_;
 };
 
 }  // namespace
 
-std::string WriteMjcf(const Scene& scene) {
+MjcfText WriteMjcf(const Scene& scene) {
   return MjcfWriter(scene).Write();
 }
 

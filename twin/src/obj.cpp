@@ -1,21 +1,15 @@
-// Wavefront OBJ in: vertices and faces, groups by material.
+// Wavefront OBJ in: vertices and faces. Materials are in other files, which are not read.
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "consac/base/text.h"
 #include "consac/twin/mesh.h"
+#include "pieces.h"
 #include "triangles.h"
 
 namespace consac::twin {
 namespace {
-
-std::string_view Word(std::string_view* row) {
-  while (!row->empty() && ((*row)[0] == ' ' || (*row)[0] == '\t' || (*row)[0] == '\r')) row->remove_prefix(1);
-  const std::string_view word = row->substr(0, std::min(row->find_first_of(" \t\r"), row->size()));
-  row->remove_prefix(word.size());
-  return word;
-}
 
 Status WrongLine(std::size_t line, const std::string& what) {
   return {StatusCode::kDataLoss, "line " + std::to_string(line) + ": " + what};
@@ -26,24 +20,14 @@ Status WrongLine(std::size_t line, const std::string& what) {
 Result<Triangles> ReadObj(std::string_view text) {
   std::vector<std::array<float, 3>> points;
   Triangles triangles;
-  triangles.parts.push_back({});
-  const auto close_part = [&] {
-    MeshPart& part = triangles.parts.back();
-    part.count = triangles.count() - part.first;
-    if (part.count > 0) triangles.parts.push_back({triangles.count(), 0, std::nullopt});
-  };
   for (std::size_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view row = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    const std::string_view word = Word(&row);
-    if (word == "usemtl") close_part();
+    std::string_view row = NextLine(&text);
+    const std::string_view word = NextPiece(&row);
     if (word == "v") {
       std::array<float, 3> point{};
       for (float& coordinate : point) {
         double value = 0.0;
-        const std::string_view number = Word(&row);
-        if (!ParseNumber(number.substr(number.starts_with('+') ? 1 : 0), &value) || std::abs(value) > 1e9)
+        if (!ParseNumber(NextPiece(&row), &value) || std::abs(value) > 1e9)
           return WrongLine(line, "a vertex of three numbers is expected");
         coordinate = static_cast<float>(value);
       }
@@ -51,7 +35,7 @@ Result<Triangles> ReadObj(std::string_view text) {
     }
     if (word != "f") continue;
     std::vector<std::size_t> corners;
-    for (std::string_view corner = Word(&row); !corner.empty(); corner = Word(&row)) {
+    for (std::string_view corner = NextPiece(&row); !corner.empty(); corner = NextPiece(&row)) {
       std::int64_t number = 0;
       const auto count = static_cast<std::int64_t>(points.size());
       if (!ParseNumber(corner.substr(0, std::min(corner.find('/'), corner.size())), &number) || number == 0 ||
@@ -68,8 +52,7 @@ Result<Triangles> ReadObj(std::string_view text) {
       AddTriangle({a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]}, &triangles.corners);
     }
   }
-  close_part();
-  if (triangles.parts.back().count == 0) triangles.parts.pop_back();
+  triangles.parts = {{0, triangles.count(), std::nullopt}};
   return triangles;
 }
 

@@ -24,10 +24,9 @@ struct Geometry {
   }
 };
 
-/// A mesh file: where it was and what it is called in the output.
+/// A mesh file: what it was called and is called in the output.
 struct MeshFile {
   std::string name;    ///< as the description says it
-  std::string path;    ///< where it is read
   std::string output;  ///< "meshes/base.stl", below the output folder
   std::size_t triangles = 0;
   std::vector<MeshPart> parts;
@@ -39,7 +38,7 @@ struct Scene {
   std::vector<PlacedShape> visuals, collisions;
   std::vector<std::size_t> visual_geometry;  ///< [visuals] which of the geometries each shows
   std::vector<Geometry> geometries;          ///< of visuals
-  std::vector<MeshFile> files;
+  std::vector<MeshFile> files;               ///< PlacedShape::mesh
 };
 
 /// Reads a geometry's triangles again.
@@ -50,9 +49,15 @@ using LoadGeometry = std::function<Result<Triangles>(const Geometry&)>;
 /// written once and shared. The same bytes for the same scene. Errors of `load` and of the file.
 Status WriteGlb(const Scene& scene, const LoadGeometry& load, const std::string& path);
 
+/// A robot as MJCF.
+struct MjcfText {
+  std::string text;
+  std::vector<std::string> massless;  ///< links that move and have no mass: MuJoCo refuses the file for them
+};
 /// The robot as MJCF for MuJoCo 2.2 and later: bodies in the re-based frames, hinges and slides about X with explicit
 /// limits, a position actuator for each joint that moves by itself, mimics as equalities, neighbours and allowed pairs
-/// excluded from contact.
-std::string WriteMjcf(const Scene& scene);
+/// excluded from contact. A joint whose limits are equal is none there; a link without mass and shape between two
+/// joints is none either, its joint stands in the body below.
+MjcfText WriteMjcf(const Scene& scene);
 
 }  // namespace consac::twin

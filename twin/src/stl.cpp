@@ -4,6 +4,7 @@
 
 #include "consac/base/text.h"
 #include "consac/twin/mesh.h"
+#include "pieces.h"
 #include "triangles.h"
 
 namespace consac::twin {
@@ -19,6 +20,11 @@ std::uint32_t ReadU32(const std::byte* at) {
 
 void PutU32(std::uint32_t value, std::byte* at) {
   for (int i = 0; i < 4; ++i) at[i] = static_cast<std::byte>(value >> (8 * i));
+}
+
+Status TooMany(const std::string& triangles) {
+  return {StatusCode::kResourceExhausted,
+          "it has " + triangles + " triangles; at most " + std::to_string(kMostTriangles) + " are read"};
 }
 
 Result<Triangles> ReadBinaryStl(std::span<const std::byte> bytes) {
@@ -43,23 +49,16 @@ Result<Triangles> ReadTextStl(std::string_view text) {
   Triangles triangles;
   float corners[9];
   std::size_t have = 0, line = 1;
+  bool ended = false;
   while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view row = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    const auto piece = [&] {
-      while (!row.empty() && (row[0] == ' ' || row[0] == '\t' || row[0] == '\r')) row.remove_prefix(1);
-      const std::string_view next = row.substr(0, std::min(row.find_first_of(" \t\r"), row.size()));
-      row.remove_prefix(next.size());
-      return next;
-    };
-    const std::string_view word = piece();
+    std::string_view row = NextLine(&text);
+    const std::string_view word = NextPiece(&row);
+    if (!word.empty()) ended = word == "endsolid";
     if (word == "outer") have = 0;
     if (word == "vertex") {
       for (int i = 0; i < 3; ++i) {
-        const std::string_view number = piece();
         double value = 0.0;
-        if (have >= 9 || !ParseNumber(number.substr(number.starts_with('+') ? 1 : 0), &value) || std::abs(value) > 1e9)
+        if (have >= 9 || !ParseNumber(NextPiece(&row), &value) || std::abs(value) > 1e9)
           return Status{StatusCode::kDataLoss,
                         "line " + std::to_string(line) + ": a vertex of three numbers is expected"};
         corners[have++] = static_cast<float>(value);
@@ -69,12 +68,14 @@ Result<Triangles> ReadTextStl(std::string_view text) {
       if (have != 9)
         return Status{StatusCode::kDataLoss,
                       "line " + std::to_string(line) + ": a facet of three vertices is expected"};
+      if (triangles.count() >= kMostTriangles) return TooMany("more than " + std::to_string(kMostTriangles));
       AddTriangle(corners, &triangles.corners);
       have = 0;
     }
     ++line;
   }
   if (have != 0) return Status{StatusCode::kDataLoss, "it ends in the middle of a facet"};
+  if (!ended) return Status{StatusCode::kDataLoss, "it is cut: its last line is not 'endsolid'"};
   return triangles;
 }
 
@@ -88,9 +89,7 @@ Result<Triangles> ReadStl(std::span<const std::byte> bytes) {
     return Status{StatusCode::kDataLoss, "it is no STL, or is cut: " + std::to_string(count) + " triangles would be " +
                                              std::to_string(kStlHeader + kStlTriangle * count) + " bytes, there are " +
                                              std::to_string(bytes.size())};
-  if (whole && count > kMostTriangles)
-    return Status{StatusCode::kResourceExhausted, "it has " + std::to_string(count) + " triangles; at most " +
-                                                      std::to_string(kMostTriangles) + " are read"};
+  if (whole && count > kMostTriangles) return TooMany(std::to_string(count));
   Result<Triangles> triangles = whole ? ReadBinaryStl(bytes) : ReadTextStl(text);
   if (triangles.ok()) triangles->parts = {{0, triangles->count(), std::nullopt}};
   return triangles;

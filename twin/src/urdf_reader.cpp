@@ -17,7 +17,7 @@ using robot::Vector3;
 // Reads one file; what is wrong goes to the XmlReader, what is odd to the model's warnings.
 class UrdfReader {
  public:
-  explicit UrdfReader(std::string_view text) : xml_(text) {}
+  explicit UrdfReader(XmlReader& xml) : xml_(xml) {}
 
   Result<Model> Read() {
     if (!xml_.status().ok()) return xml_.status();
@@ -80,11 +80,8 @@ class UrdfReader {
     if (const pugi::xml_node mesh = geometry.child("mesh")) {
       shape->kind = ShapeKind::kMesh;
       shape->mesh = xml_.Text(mesh, "filename");
-      const Vector3 s = shape->size = xml_.Vector(mesh, "scale", {1, 1, 1});
-      for (const double value : {s.x, s.y, s.z}) {
-        if (!(std::abs(value) > 1e-9) || !(std::abs(value) < 1e9))
-          xml_.Refuse(mesh, "the mesh's scale is " + NumbersText(s) + "; it makes nothing of it");
-      }
+      shape->size = xml_.Vector(mesh, "scale", {1, 1, 1});
+      xml_.CheckScale(mesh, shape->size);
     } else if (const pugi::xml_node box = geometry.child("box")) {
       shape->kind = ShapeKind::kBox;
       const Vector3 s = shape->size = xml_.Vector(box, "size", {});
@@ -122,6 +119,8 @@ class UrdfReader {
       materials_.emplace(shape.material, shape.colour);  // named in one link, used in others
     }
     shapes->push_back(std::move(shape));
+    if (shapes->size() > kMostShapes)
+      xml_.Refuse(node, "there are more than " + std::to_string(kMostShapes) + " <" + std::string(node.name()) + ">");
   }
 
   void ReadInertial(pugi::xml_node node, robot::LinkDescription* link) {
@@ -193,7 +192,7 @@ class UrdfReader {
     model_.robot.joints.push_back(std::move(joint));
   }
 
-  XmlReader xml_;
+  XmlReader& xml_;
   Model model_;
   std::map<std::string, Colour> materials_;
 };
@@ -201,7 +200,12 @@ class UrdfReader {
 }  // namespace
 
 Result<Model> ReadUrdf(std::string_view text) {
-  return UrdfReader(text).Read();
+  XmlReader xml(text);
+  return ReadUrdf(xml);
+}
+
+Result<Model> ReadUrdf(XmlReader& xml) {
+  return UrdfReader(xml).Read();
 }
 
 Status ReadSrdf(std::string_view text, Model* model) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "consac/twin/urdf.h"
@@ -9,12 +10,22 @@ namespace {
 using robot::JointType;
 using robot::Transform;
 
-void Set(pugi::xml_node node, const char* name, const std::string& text) {
-  node.append_attribute(name).set_value(text.c_str());
+// URDF has no word for no limit, and readers take a missing one for 0 or for an error (urdfdom).
+constexpr double kLargest = 1e6;  // rad, m, rad/s, m/s, N m, N
+
+double Finite(double value, double otherwise) {
+  return std::isfinite(value) ? value : otherwise;
 }
 
-void Set(pugi::xml_node node, const char* name, double number) {
-  Set(node, name, NumbersText(std::span<const double>(&number, 1)));
+void AddLimit(pugi::xml_node joint, JointType type, const robot::JointDrive& drive) {
+  if (type == JointType::kContinuous && !std::isfinite(drive.effort) && !std::isfinite(drive.velocity)) return;
+  pugi::xml_node limit = joint.append_child("limit");
+  if (type != JointType::kContinuous) {
+    Set(limit, "lower", Finite(drive.lower, std::min(-kLargest, Finite(drive.upper, 0.0))));
+    Set(limit, "upper", Finite(drive.upper, std::max(kLargest, Finite(drive.lower, 0.0))));
+  }
+  Set(limit, "effort", Finite(drive.effort, kLargest));
+  Set(limit, "velocity", Finite(drive.velocity, kLargest));
 }
 
 void AddOrigin(pugi::xml_node parent, const Transform& at) {
@@ -75,14 +86,7 @@ void AddJoint(pugi::xml_node root, const robot::Robot& robot, std::size_t j) {
   if (joint.type == JointType::kFixed) return;
   Set(node.append_child("axis"), "xyz", "1 0 0");
   const robot::JointDrive& drive = joint.drive;
-  if (std::isfinite(drive.lower) || std::isfinite(drive.upper) || std::isfinite(drive.velocity) ||
-      std::isfinite(drive.effort)) {
-    pugi::xml_node limit = node.append_child("limit");
-    if (std::isfinite(drive.lower)) Set(limit, "lower", drive.lower);
-    if (std::isfinite(drive.upper)) Set(limit, "upper", drive.upper);
-    if (std::isfinite(drive.effort)) Set(limit, "effort", drive.effort);
-    if (std::isfinite(drive.velocity)) Set(limit, "velocity", drive.velocity);
-  }
+  AddLimit(node, joint.type, drive);
   if (drive.damping > 0.0 || drive.friction > 0.0) {
     pugi::xml_node dynamics = node.append_child("dynamics");
     Set(dynamics, "damping", drive.damping);
@@ -90,8 +94,7 @@ void AddJoint(pugi::xml_node root, const robot::Robot& robot, std::size_t j) {
   }
   if (joint.mimics < 0) return;
   pugi::xml_node mimic = node.append_child("mimic");
-  const std::int32_t leader = robot.position_joints[static_cast<std::size_t>(joint.position_index)];
-  Set(mimic, "joint", robot.joints[static_cast<std::size_t>(leader)].name);
+  Set(mimic, "joint", robot.LeaderOf(joint).name);
   Set(mimic, "multiplier", joint.multiplier);
   Set(mimic, "offset", joint.offset);
 }

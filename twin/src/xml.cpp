@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "consac/base/text.h"
 #include "consac/twin/urdf.h"
+#include "pieces.h"
 
 namespace consac::twin {
 namespace {
@@ -36,25 +38,6 @@ class TextWriter final : public pugi::xml_writer {
   void write(const void* data, std::size_t size) override { text.append(static_cast<const char*>(data), size); }
   std::string text;
 };
-
-bool IsBlank(char c) {
-  return c == ' ' || c == '\t' || c == '\n' || c == '\r';
-}
-
-// The next piece between blanks; "" at the end.
-std::string_view NextPiece(std::string_view* text) {
-  while (!text->empty() && IsBlank(text->front())) text->remove_prefix(1);
-  std::size_t end = 0;
-  while (end < text->size() && !IsBlank((*text)[end])) ++end;
-  const std::string_view piece = text->substr(0, end);
-  text->remove_prefix(end);
-  return piece;
-}
-
-bool ReadPiece(std::string_view piece, double* number) {
-  if (piece.size() > 1 && piece[0] == '+') piece.remove_prefix(1);
-  return ParseNumber(piece, number);
-}
 
 }  // namespace
 
@@ -122,13 +105,14 @@ std::vector<double> XmlReader::List(pugi::xml_node node, const char* name, std::
 }
 
 std::vector<double> XmlReader::ListOf(pugi::xml_node node, const char* name, std::string_view text, std::size_t most) {
-  const std::string what = "<" + std::string(node.name()) + " " + name + "=" + Quote(text) + ">: ";
   std::vector<double> list;
-  for (std::string_view piece = NextPiece(&text); !piece.empty(); piece = NextPiece(&text)) {
+  std::string_view rest = text;
+  for (std::string_view piece = NextPiece(&rest); !piece.empty(); piece = NextPiece(&rest)) {
     double number = 0.0;
-    if (list.size() >= most || !ReadPiece(piece, &number)) {
-      Refuse(node, what + (list.size() >= most ? "more numbers than " + std::to_string(most)
-                                               : Quote(piece) + " is no number"));
+    if (list.size() >= most || !ParseNumber(piece, &number)) {
+      Refuse(node,
+             "<" + std::string(node.name()) + " " + name + "=" + Quote(text) + ">: " +
+                 (list.size() >= most ? "more numbers than " + std::to_string(most) : Quote(piece) + " is no number"));
       return list;
     }
     list.push_back(number);
@@ -140,6 +124,21 @@ robot::Vector3 XmlReader::Vector(pugi::xml_node node, const char* name, robot::V
   std::array<double, 3> numbers = {otherwise.x, otherwise.y, otherwise.z};
   (void)Numbers(node, name, numbers);
   return {numbers[0], numbers[1], numbers[2]};
+}
+
+void XmlReader::CheckScale(pugi::xml_node at, robot::Vector3 scale) {
+  for (const double factor : {scale.x, scale.y, scale.z}) {
+    if (!(std::abs(factor) > 1e-9) || !(std::abs(factor) < 1e9))
+      Refuse(at, "the mesh's scale is " + NumbersText(scale) + "; it makes nothing of it");
+  }
+}
+
+void Set(pugi::xml_node node, const char* name, const std::string& text) {
+  node.append_attribute(name).set_value(text.c_str());
+}
+
+void Set(pugi::xml_node node, const char* name, double number) {
+  Set(node, name, NumbersText(std::span<const double>(&number, 1)));
 }
 
 std::string XmlText(const pugi::xml_document& document) {

@@ -10,6 +10,7 @@
 
 #include "consac/base/status.h"
 #include "consac/robot/transform.h"
+#include "consac/twin/model.h"
 
 namespace consac::twin {
 
@@ -39,6 +40,8 @@ class XmlReader {
   std::vector<double> ListOf(pugi::xml_node node, const char* name, std::string_view text, std::size_t most);
   /// Three numbers.
   robot::Vector3 Vector(pugi::xml_node node, const char* name, robot::Vector3 otherwise);
+  /// Refuses a mesh's scale that makes nothing of it.
+  void CheckScale(pugi::xml_node at, robot::Vector3 scale);
 
  private:
   pugi::xml_document document_;
@@ -46,6 +49,14 @@ class XmlReader {
   Status status_;
 };
 
+/// ReadUrdf and ReadMjcf of what is parsed already.
+Result<Model> ReadUrdf(XmlReader& xml);
+Result<Model> ReadMjcf(XmlReader& xml);
+
+/// Writes an attribute.
+void Set(pugi::xml_node node, const char* name, const std::string& text);
+/// The same of a number, shortest and exact.
+void Set(pugi::xml_node node, const char* name, double number);
 /// A written document as text.
 std::string XmlText(const pugi::xml_document& document);
 /// "1 0 0", shortest and exact.

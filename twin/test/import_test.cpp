@@ -105,14 +105,97 @@ TEST_F(ImportTest, WhatIsThereIsReplacedOnlyIfItIsAnImport) {
   EXPECT_EQ(FileText(At("out/notes.txt")), "mine");
 }
 
+// What the user has put there, by every way that looks like an import's folder.
+TEST_F(ImportTest, AFolderThatIsNoImportsIsNeverReplaced) {
+  const std::string mine = At("out/meshes/mine.stl"), urdf = Urdf("../meshes/box.stl");
+  options_.replace = true;
+  const auto expect_kept = [&](const std::string& part) {
+    const Result<ImportReport> report = Run(urdf);
+    ASSERT_FALSE(report.ok()) << part;
+    EXPECT_NE(report.status().message().find(part), std::string::npos) << report.status().message();
+    EXPECT_EQ(FileText(mine), "mine");
+  };
+  fs::create_directories(At("out/meshes"));
+  PutFile(mine, "mine");
+  expect_kept("no twin.json that an import wrote");
+  PutFile(At("out/twin.json"), "{\"format\": \"another\"}");
+  expect_kept("no twin.json that an import wrote");
+  PutFile(At("out/twin.json"), "{\"format\": \"consac-twin\"}");
+  expect_kept("no report.json that an import wrote");
+  fs::remove_all(At("out"));
+  ASSERT_TRUE(Run(urdf).ok());
+  PutFile(mine, "mine");
+  expect_kept("'meshes/mine.stl'");
+  fs::remove(mine);
+  EXPECT_TRUE(Run(urdf).ok());
+}
+
+TEST_F(ImportTest, WhatStandsBesideThePlaceIsLeftAlone) {
+  for (const char* beside : {"out.replaced", "out.importing", "out.importing-2"}) {
+    fs::create_directories(At(beside));
+    PutFile(At(beside) + std::string("/twin.glb"), "mine");
+  }
+  for (int time = 0; time < 2; ++time) {
+    const Result<ImportReport> report = Run(Urdf("../meshes/box.stl"));
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    options_.replace = true;
+  }
+  for (const char* beside : {"out.replaced", "out.importing", "out.importing-2"})
+    EXPECT_EQ(FileText(At(beside) + std::string("/twin.glb")), "mine");
+  EXPECT_FALSE(fs::exists(At("out.importing-3")));
+}
+
+// Two imports to one place, and other things that come while one is under way.
+TEST_F(ImportTest, WhatAppearsWhileAnImportRunsIsKept) {
+  const std::string urdf = Urdf("../meshes/box.stl");
+  options_.progress = [&](std::size_t done, std::size_t) {
+    if (done == 0) fs::create_directories(At("out"));
+    PutFile(At("out/notes.txt"), "mine");
+    return true;
+  };
+  for (const bool replace : {false, true}) {
+    fs::remove_all(At("out"));
+    options_.replace = replace;
+    EXPECT_NE(Run(urdf).status().message().find("holds what is no import's"), std::string::npos);
+    EXPECT_EQ(FileText(At("out/notes.txt")), "mine");
+  }
+  fs::remove_all(At("out"));
+  options_.replace = false;
+  options_.progress = [&](std::size_t done, std::size_t) {
+    ImportOptions other;
+    other.output = At("out");
+    return done > 0 || Import(At("robot/urdf/arm.urdf"), other).ok();
+  };
+  EXPECT_NE(Run(urdf).status().message().find("holds an import already"), std::string::npos);
+  EXPECT_TRUE(LoadRobot(At("out")).ok());
+  EXPECT_FALSE(fs::exists(At("out.importing")));
+}
+
+TEST_F(ImportTest, ALinkMeansTheFolderItLeadsTo) {
+  fs::create_directories(At("real"));
+  fs::create_directory_symlink(At("real"), At("out"));
+  options_.replace = true;
+  for (int time = 0; time < 2; ++time) {
+    const Result<ImportReport> report = Run(Urdf("../meshes/box.stl"));
+    ASSERT_TRUE(report.ok()) << report.status().message();
+  }
+  EXPECT_TRUE(fs::is_symlink(At("out")));
+  EXPECT_TRUE(fs::is_regular_file(At("real/twin.glb")));
+}
+
 TEST_F(ImportTest, EqualNamesStayApart) {
-  const std::string more =
-      "<link name='l'><visual><geometry><mesh filename='../meshes/coarse/box.stl'/></geometry></visual></link>"
-      "<joint name='k' type='fixed'><parent link='tip'/><child link='l'/></joint>";
-  const Result<ImportReport> report = Run(Urdf("../meshes/box.stl", more));
+  const auto also = [](const std::string& mesh, const std::string& link) {
+    return "<link name='" + link + "'><visual><geometry><mesh filename='" + mesh +
+           "'/></geometry></visual></link><joint name='to_" + link +
+           "' type='fixed'><parent link='tip'/><child link='" + link + "'/></joint>";
+  };
+  PutFile(At("robot/meshes/coarse/BOX.stl"), FileText(At("robot/meshes/box.stl")));
+  const Result<ImportReport> report =
+      Run(Urdf("../meshes/box.stl", also("../meshes/coarse/box.stl", "l") + also("../meshes/coarse/BOX.stl", "m")));
   ASSERT_TRUE(report.ok()) << report.status().message();
-  EXPECT_EQ(report->meshes, 2u);
+  EXPECT_EQ(report->meshes, 3u);
   EXPECT_TRUE(fs::exists(At("out/meshes/coarse_box.stl")));
+  EXPECT_TRUE(fs::exists(At("out/meshes/coarse_BOX_2.stl"))) << "where capitals do not count it is another file too";
 }
 
 TEST_F(ImportTest, MassesComeFromClosedMeshesAndOnlyWhenAsked) {
@@ -132,7 +215,8 @@ TEST_F(ImportTest, MassesComeFromClosedMeshesAndOnlyWhenAsked) {
   PutFile(At("robot/meshes/open.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const Result<ImportReport> open = Run(Urdf("../meshes/open.obj"));
   ASSERT_TRUE(open.ok());
-  EXPECT_NE(open->warnings[0].find("its meshes are not closed, so it has no mass"), std::string::npos)
+  EXPECT_NE(open->warnings[0].find("its meshes are not closed, or are inside out, so it has no mass"),
+            std::string::npos)
       << open->warnings[0];
 }
 
@@ -155,14 +239,81 @@ TEST_F(ImportTest, ARobotWithoutLooksIsAGlbToo) {
 TEST_F(ImportTest, ACapsuleHoldsEachLink) {
   const Result<ImportReport> report = Run(Urdf("../meshes/box.stl"));
   ASSERT_TRUE(report.ok());
-  ASSERT_EQ(report->robot.capsules.size(), 1u) << "collisions are there, so they count";
-  const robot::Capsule& capsule = report->robot.capsules[0];
+  ASSERT_EQ(report->robot.capsules.size(), 2u) << "the base has looks alone, and they count";
+  EXPECT_EQ(report->robot.capsules[0].link, 0);
+  const robot::Capsule& capsule = report->robot.capsules[1];
   EXPECT_NEAR(capsule.radius, 0.05 * std::sqrt(2.0), 1e-6);
   EXPECT_NEAR(Norm(capsule.to - capsule.from), 0.2, 1e-6) << "the corners are at its balls' equators";
 }
 
+TEST_F(ImportTest, EachLinkIsMeasuredByWhatItHas) {
+  const std::string wide =
+      "<link name='l'><visual><geometry><box size='1 1 1'/></geometry></visual><collision><geometry><box size='2 2 2'/>"
+      "</geometry></collision></link><link name='m'><visual><geometry><box size='1 1 1'/></geometry></visual></link>"
+      "<joint name='k' type='fixed'><parent link='tip'/><child link='l'/></joint>"
+      "<joint name='n' type='fixed'><parent link='l'/><child link='m'/></joint>";
+  options_.density = 1000.0;
+  const Result<ImportReport> report = Run(Urdf("../meshes/box.stl", wide));
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  ASSERT_EQ(report->robot.capsules.size(), 4u);
+  EXPECT_NEAR(report->robot.links[2].inertial->mass, 8000.0, 1e-3) << "by what it collides by";
+  ASSERT_TRUE(report->robot.links[3].inertial.has_value()) << "it collides by nothing, other links do";
+  EXPECT_NEAR(report->robot.links[3].inertial->mass, 1000.0, 1e-3);
+}
+
+TEST_F(ImportTest, TheTableNamesTheBytesThatWereRead) {
+  ASSERT_TRUE(Run(Urdf("../meshes/box.stl")).ok());
+  const auto sum = [&] { return nlohmann::json::parse(FileText(At("out/twin.json")))["source"]["sha256"]; };
+  const nlohmann::json before = sum();
+  options_.replace = true;
+  options_.progress = [&](std::size_t, std::size_t) {
+    PutFile(At("robot/urdf/arm.urdf"), "another");
+    return true;
+  };
+  ASSERT_TRUE(Run(Urdf("../meshes/box.stl")).ok());
+  EXPECT_EQ(sum(), before);
+}
+
+TEST_F(ImportTest, EveryStepCanBeInterrupted) {
+  std::size_t calls = 0, most = 0;
+  options_.progress = [&](std::size_t done, std::size_t of) {
+    EXPECT_EQ(done, calls++);
+    most = of;
+    return true;
+  };
+  ASSERT_TRUE(Run(Urdf("../meshes/box.stl")).ok());
+  EXPECT_EQ(calls, 3u + 2u + 2u + 1u)
+      << "meshes that are named, looks that are measured, links, meshes that are written";
+  EXPECT_LE(calls, most);
+  fs::remove_all(At("out"));
+  for (std::size_t stop = 0; stop < calls; ++stop) {
+    options_.progress = [&](std::size_t done, std::size_t) { return done < stop; };
+    ExpectRefused(Urdf("../meshes/box.stl"), "interrupted");
+  }
+}
+
+TEST_F(ImportTest, PairsThatAreNoneAreSaidWithoutNamingAFormat) {
+  PutFile(At("robot/urdf/arm.urdf"),
+          "<mujoco model='m'><worldbody><body name='a'/></worldbody><contact><exclude body1='a' body2='b'/></contact>"
+          "</mujoco>");
+  options_.output = At("out");
+  const Result<ImportReport> report = Import(At("robot/urdf/arm.urdf"), options_);
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  EXPECT_EQ(report->warnings[0], "links that may touch: 'a' and 'b' are not two links of the robot");
+}
+
+TEST_F(ImportTest, WhatAFileIsItsFirstElementSays) {
+  PutFile(At("a.urdf"), "<!-- was <mujoco> once --><robot name='r'><link name='l'/></robot>");
+  const Result<Model> model = ReadModel(At("a.urdf"));
+  ASSERT_TRUE(model.ok()) << model.status().message();
+  EXPECT_EQ(model->format, "urdf");
+}
+
 TEST_F(ImportTest, OtherFormatsSayWhatToDo) {
-  for (const char* name : {"/a.step", "/a.igs", "/a.xacro"}) EXPECT_FALSE(ReadModel(At(name)).ok());
+  for (const char* name : {"a.step", "a.STP", "a.igs", "a.iges"})
+    EXPECT_NE(ReadModel(At(name)).status().message().find("CAD files are not read yet; export a URDF"),
+              std::string::npos)
+        << name;
   EXPECT_NE(ReadModel(At("a.xacro")).status().message().find("xacro FILE > robot.urdf"), std::string::npos);
 }
 

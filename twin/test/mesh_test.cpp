@@ -43,16 +43,23 @@ TEST(Meshes, DamagedStlIsRefused) {
   for (std::size_t i = 80; i < 84; ++i) bytes[i] = std::byte{0xff};
   EXPECT_NE(ReadStl(bytes).status().message().find("4294967295 triangles would be"), std::string::npos);
   EXPECT_FALSE(ReadStl(Bytes("solid a\nouter loop\nvertex 0 0\n")).ok());
+  const std::string facet = "facet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  EXPECT_TRUE(ReadStl(Bytes("solid a\n" + facet + "endsolid a\n \n")).ok());
+  EXPECT_TRUE(ReadStl(Bytes("solid a\n" + facet + "endsolid a\nsolid b\n" + facet + "endsolid")).ok());
+  EXPECT_NE(ReadStl(Bytes("solid a\n" + facet)).status().message().find("its last line is not 'endsolid'"),
+            std::string::npos);
   EXPECT_FALSE(ReadStl(Bytes("solid a\nouter loop\nvertex 0 0 0\nendloop\n")).ok());
   EXPECT_FALSE(ReadStl(Bytes("solid a\nouter loop\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\n")).ok());
 }
 
 TEST(Meshes, ObjFacesAreCutIntoTriangles) {
-  const Result<Triangles> square =
-      ReadObj("# a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl a\nf 1/2/3 2 3//1 -1\n");
+  const Result<Triangles> square = ReadObj(
+      "# a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl a\nf 1/2/3 2 3//1 -1\nusemtl b\nf 1 "
+      "2 3\n");
   ASSERT_TRUE(square.ok()) << square.status().message();
-  EXPECT_EQ(square->count(), 2u);
-  ASSERT_EQ(square->parts.size(), 1u);
+  EXPECT_EQ(square->count(), 3u);
+  ASSERT_EQ(square->parts.size(), 1u) << "materials without colours are no parts";
+  EXPECT_EQ(square->parts[0].count, 3u);
   EXPECT_FALSE(ReadObj("v 0 0 0\nf 1 2 3\n").ok());
   EXPECT_FALSE(ReadObj("v 0 0 0\nf 1 1\n").ok());
   EXPECT_FALSE(ReadObj("v 0 0 0\nf 0 1 1\n").ok());
@@ -102,6 +109,55 @@ TEST(Meshes, ColladaThatDoesNotFitIsRefused) {
   refused("<translate>0 0 100", "<translate>0 0");
 }
 
+TEST(Meshes, ColladaThatMirrorsIsStillSeenFromOutside) {
+  const std::string whole = kDae;
+  const std::string turned = "<translate>0 0 100</translate>";
+  for (const char* motion : {"<scale>-1 1 1</scale>", "<scale>-1 1 1</scale><scale>1 -1 1</scale>",
+                             "<matrix>1 0 0 0 0 1 0 0 0 0 -1 0 0 0 0 1</matrix>"}) {
+    std::string text = whole;
+    const Result<Triangles> square = ReadDae(text.replace(text.find(turned), turned.size(), motion));
+    ASSERT_TRUE(square.ok()) << square.status().message();
+    const float* c = square->corners.data();
+    const float normal = (c[3] - c[0]) * (c[7] - c[1]) - (c[4] - c[1]) * (c[6] - c[0]);
+    const bool below = std::string(motion).find("matrix") != std::string::npos;  // its upper side is the lower one
+    EXPECT_NEAR(normal, below ? -1.0f : 1.0f, 1e-5f) << motion;
+  }
+}
+
+TEST(Meshes, ColladaIsReadOnceHoweverOftenItIsShown) {
+  std::string text = kDae;
+  const std::string instance = "<instance_geometry url='#g'/>", end = "</node></visual_scene>";
+  std::string many;
+  for (int i = 0; i < 50; ++i) many += instance;
+  const Result<Triangles> squares = ReadDae(std::string(text).insert(text.find(end), many));
+  ASSERT_TRUE(squares.ok()) << squares.status().message();
+  EXPECT_EQ(squares->count(), 2u * 51u);
+  // Triangles without an area leave nothing behind, and are counted all the same.
+  std::string flat = "4";
+  for (int i = 1; i < 100'000; ++i) flat += " 3";
+  const std::string p = "<p>0 0 1 0 2 0 3 0</p>";
+  text.replace(text.find(p), p.size(), "");
+  std::string zeros = "<p>";
+  for (int i = 0; i < 300'001; ++i) zeros += "0 0 ";
+  text.replace(text.find("<vcount>4</vcount>"), 18, "<vcount>" + flat + "</vcount>" + zeros + "</p>");
+  for (int i = 0; i < 250; ++i) many += instance;
+  const Result<Triangles> nothing = ReadDae(std::string(text).insert(text.find(end), many));
+  ASSERT_FALSE(nothing.ok());
+  EXPECT_NE(nothing.status().message().find("more than 20000000 triangles"), std::string::npos)
+      << nothing.status().message();
+  // So are instances of what has no faces, and materials.
+  many.clear();
+  for (int i = 0; i < 2000; ++i) many += "<instance_node url='#many'/>";
+  std::string library = "<library_nodes><node id='many'>";
+  for (int i = 0; i < 2000; ++i) library += "<instance_geometry url='#none'/>";
+  text = kDae;
+  text.insert(text.find(end), many);
+  const Result<Triangles> much =
+      ReadDae(text.insert(text.find("<library_geometries>"), library + "</node></library_nodes>"));
+  ASSERT_FALSE(much.ok());
+  EXPECT_NE(much.status().message().find("shows too much"), std::string::npos) << much.status().message();
+}
+
 TEST(Meshes, ColladaNodesThatHoldEachOtherEnd) {
   const Result<Triangles> loop = ReadDae(
       "<COLLADA><library_nodes><node id='a'><instance_node url='#a'/><instance_node url='#a'/></node></library_nodes>"
@@ -145,7 +201,7 @@ TEST(Meshes, SolidsHaveTheMassOfTheirFormulas) {
 
 TEST(Meshes, AnUnknownEndingAndAnEmptyFileAreNamed) {
   const testing::ScratchFolder scratch("meshes");
-  EXPECT_NE(ReadMesh(scratch.path() + "/a.fbx").status().message().find("its ending is 'fbx'"), std::string::npos);
+  EXPECT_NE(ReadMesh(scratch.path() + "/a.fbx").status().message().find("its ending is '.fbx'"), std::string::npos);
   PutFile(scratch.path() + "/a.obj", "v 0 0 0\n");
   EXPECT_NE(ReadMesh(scratch.path() + "/a.obj").status().message().find("holds no triangle"), std::string::npos);
   EXPECT_EQ(ReadMesh(scratch.path() + "/b.STL").status().code(), StatusCode::kNotFound);

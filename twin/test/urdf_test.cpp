@@ -140,6 +140,9 @@ TEST(Urdf, RefusesTooMuch) {
   std::string many = "<robot name='r'>";
   for (int i = 0; i < 1'000'000; ++i) many += "<a/>";
   ExpectRefused(many + "</robot>", "more than 1000000 tags");
+  std::string shapes = "<robot name='r'><link name='a'>";
+  for (int i = 0; i < 10'001; ++i) shapes += "<visual><geometry><sphere radius='1'/></geometry></visual>";
+  ExpectRefused(shapes + "</link></robot>", "more than 10000 <visual>");
 }
 
 TEST(Urdf, CutAnywhereItIsRefusedOrRead) {

@@ -21,7 +21,8 @@ struct ImportOptions {
   std::map<std::string, std::string> packages;  ///< folders of "package://NAME/..."
   std::string srdf;                             ///< file with links that may touch; "" none
   double density = 0.0;                         ///< kg/m^3 of links whose mass the file does not say; 0: left out
-  /// Called between meshes: how many of how many are done. False stops with kCancelled. May be empty.
+  /// Called before each mesh is read, and before each link: how many parts of at most how many are done. False stops
+  /// with kCancelled. May be empty.
   std::function<bool(std::size_t done, std::size_t of)> progress;
 };
 

@@ -37,7 +37,7 @@ struct Triangles {
 Result<Triangles> ReadMesh(const std::string& path);
 /// An STL. Triangles without an area are left out.
 Result<Triangles> ReadStl(std::span<const std::byte> bytes);
-/// A Wavefront OBJ; each material is a part, colours are in files that are not read.
+/// A Wavefront OBJ: one part without a colour; colours are in files that are not read.
 Result<Triangles> ReadObj(std::string_view text);
 /// A Collada file in its own unit, axes as they are (as ROS does it); each material's diffuse colour is its part's.
 Result<Triangles> ReadDae(std::string_view text);

@@ -34,6 +34,8 @@ struct Shape {
   std::string material;  ///< its name; "" none
 };
 
+inline constexpr std::size_t kMostShapes = 10'000;  ///< of one robot's looks, and of what it collides by
+
 /// A robot and its looks.
 struct Model {
   std::string format;  ///< of its file: "urdf", "mjcf"

@@ -25,7 +25,8 @@ struct PlacedShape {
   Shape shape;
   std::int32_t link = 0;
   robot::Transform origin;
-  std::string file;  ///< of a mesh, relative to the written file: "meshes/base.stl"
+  std::string file;      ///< of a mesh, relative to the written file: "meshes/base.stl"
+  std::size_t mesh = 0;  ///< of a mesh: its number among the files of an import
 };
 
 /// The robot in its re-based frames as URDF: every joint's axis is "1 0 0". The same text for the same robot.
