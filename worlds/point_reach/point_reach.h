@@ -13,7 +13,7 @@ namespace consac::worlds {
 /// How it is paid: the world's id, and what a step pays that led to so many metres from the goal.
 struct PaysWhenThere {
   static constexpr const char* kId = "point-reach-v0";
-  static float Of(float distance, float threshold) { return distance < threshold ? 0.0f : -1.0f; }
+  static float Of(float distance, float threshold) { return distance <= threshold ? 0.0f : -1.0f; }
 };
 struct PaysByDistance {
   static constexpr const char* kId = "point-reach-dense-v0";

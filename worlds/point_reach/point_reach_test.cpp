@@ -62,6 +62,8 @@ TEST(PointReach, PricesWhatItPays) {
   Batched<PointReachDense>(1).PriceGoals(0, reinterpret_cast<const std::byte*>(rows), 2, rewards);
   EXPECT_NEAR(rewards[0], -0.04f, 1e-6f);
   EXPECT_FLOAT_EQ(rewards[1], -0.3f);
+  const float edge[6] = {0.0f, 0.0f, PointReachSparse::kThreshold, 0.0f, 0.0f, 0.0f};
+  EXPECT_EQ(PointReachSparse::Price(edge), 0.0f) << "at the threshold it is there, as Fetch's";
 }
 
 }  // namespace
