@@ -78,13 +78,19 @@ Status EngineScript::Do(const Case& step) {
   if (step.contains("resume")) return AwaitResume(step["resume"]);
   if (step.contains("anew")) return AwaitAnew();
   if (step.contains("deserted")) return Desert();
+  if (step.contains("relabels")) return AwaitRelabel(step["relabels"] == "or moves");
   return DoExpect(step["expect"]);
 }
 
 Status EngineScript::Begin(const Case& how) {
   may_resume_ = how.contains("may_resume");
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
-  CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", how.value("welcome", Case::object())}}));
+  const Case welcome = how.value("welcome", Case::object());
+  for (const Case& capability : welcome.value("capabilities", Case::array())) {
+    if (std::ranges::find(capabilities_, capability.get<std::string>()) == capabilities_.end())
+      return {StatusCode::kCancelled, "its HELLO does not name the capability " + capability.get<std::string>()};
+  }
+  CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", welcome}}));
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "CONFIGURE"}}));
   Case spec = how.value("spec", Case::object());
   if (how.contains("behaviour")) {
@@ -142,10 +148,11 @@ Status EngineScript::DoSend(const Case& what) {
   std::string payload = what.value("text", "");
   if (what.contains("json")) payload = JsonText(what["json"]);
   if (what.contains("result")) result_ = payload = Fitted(what["result"]);
+  if (what.contains("rewards")) payload = RewardsOf(relabelled_, what["rewards"]);
   if (what.contains("spec")) {
     Case spec = spec_;
     spec.update(what["spec"]);
-    payload = JsonText(spec);
+    offered_ = payload = JsonText(spec);
   }
   if (what.contains("welcome")) {
     Case welcome = {{"protocol", 2},
@@ -241,6 +248,7 @@ Result<bool> EngineScript::TakeHello(const Frame& frame) {
   if (hello->lowest > protocol2::kVersion || hello->highest < protocol2::kVersion)
     return Failed("HELLO's versions do not hold 2");
   max_frame_ = hello->max_frame;
+  capabilities_ = hello->capabilities;
   if (hello->resume.empty() || resuming_) return true;
   const protocol2::ErrorMessage over{"AUTH_FAILED", true, "that session is over", {}, 0.0};
   CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, 0, protocol2::EncodeError(over)));
@@ -315,6 +323,35 @@ Status EngineScript::Desert() {
       return {StatusCode::kCancelled, "it waits for longer than --timeout"};
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+}
+
+Status EngineScript::AwaitRelabel(bool or_moves) {
+  constexpr int kMostMoves = 1000;  // whoever learns from goals has begun to by then
+  const std::size_t environments = spec_["environments"].get<std::size_t>();
+  int steps = 0;  // every third ends an episode: goals are of those that are over
+  for (int moves = 0; moves < kMostMoves;) {
+    const Result<Frame> frame = Next();
+    if (!frame.ok()) return Failed("expected RESET, STEP or RELABEL, but " + frame.status().message());
+    if (frame->header.type == FrameType::kBye) break;
+    const bool relabels = frame->header.type == FrameType::kRelabel;
+    const Result<bool> taken = Take(relabels ? Case{{"type", "RELABEL"}} : Case{{"moves", true}}, *frame);
+    if (!taken.ok()) return taken.status();
+    if (!*taken) continue;
+    if (relabels) {
+      const Result<std::int64_t> rows = RelabelledRows(offered_, last_, max_frame_);
+      if (!rows.ok()) return Failed("its RELABEL is wrong: " + rows.status().message());
+      relabelled_ = *rows;
+      if (relabelled_ > 0) return Status::Ok();
+      CONSAC_RETURN_IF_ERROR(Send(FrameType::kRewards, request_, ""));
+      continue;
+    }
+    if (or_moves) return Status::Ok();
+    ++moves;
+    const bool all = last_.substr(protocol2::kActiveOffset, environments) == std::string(environments, '\1');
+    const bool over = last_type_ == FrameType::kStep && all && ++steps % 3 == 0;
+    CONSAC_RETURN_IF_ERROR(Answer(Fitted(over ? "over" : "on")));
+  }
+  return {StatusCode::kCancelled, "it has not asked what other goals would have paid"};
 }
 
 Status EngineScript::Silent(double seconds, bool answers) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "cli/conformance_frames.h"
 #include "consac/protocol/protocol2.h"
@@ -75,6 +76,9 @@ class EngineScript {
   /// RESULT after RESULT nobody takes part; the trainer goes on for a while, then leaves with BYE (R77). How long an
   /// answer may take is the trainer's own affair: one that waits for longer than we do is not judged, up to 60 s.
   Status Desert();
+  /// RESETs and STEPs are answered until a RELABEL of one row or more comes, which must be right; kCancelled where none
+  /// does. `or_moves`: a RESET or STEP will do.
+  Status AwaitRelabel(bool or_moves);
   /// PING is answered all the while, or nothing is.
   Status Silent(double seconds, bool answers);
   /// The connection breaks; the trainer comes back and repeats its request. `how`: true, or members that are wrong in
@@ -87,6 +91,9 @@ class EngineScript {
   const Case results_;
   const std::string autoreset_;
   std::set<std::string> asked_;
+  std::vector<std::string> capabilities_;  // HELLO's
+  std::string offered_;                    // SPEC's payload
+  std::int64_t relabelled_ = 0;            // rows of the latest RELABEL
   CaseWriter writer_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_;

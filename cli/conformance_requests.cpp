@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <limits>
+#include <span>
+#include <vector>
 
 #include "cli/conformance_frames.h"
 #include "consac/base/json.h"
+#include "consac/protocol/relabel.h"
 #include "consac/space/layout.h"
 
 namespace consac::cli {
@@ -56,6 +60,20 @@ Status CheckRequest(const nlohmann::json& offered, const protocol2::Frame& frame
       return Failed(fmt::format("{} says {} for environment {} (R40, R43)", step ? "STEP" : "RESET", chosen, i));
   }
   return step ? CheckActions(spec->env, blocks, frame, result) : Status::Ok();
+}
+
+Result<std::int64_t> RelabelledRows(const std::string& offered, const std::string& payload, std::size_t max_frame) {
+  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(offered)));
+  if (!spec.ok()) return spec.status();
+  const auto relabel = protocol2::ReadRelabel(spec->env, std::as_bytes(std::span(payload)), max_frame);
+  return relabel.ok() ? Result<std::int64_t>(relabel->rows) : relabel.status();
+}
+
+std::string RewardsOf(std::int64_t rows, const std::string& how) {
+  std::vector<double> rewards(static_cast<std::size_t>(rows + (how == "one more") - (how == "one short")), 0.0);
+  if (how == "NaN") rewards.back() = std::numeric_limits<double>::quiet_NaN();
+  if (how == "infinity") rewards.back() = std::numeric_limits<double>::infinity();
+  return {reinterpret_cast<const char*>(rewards.data()), rewards.size() * sizeof(double)};
 }
 
 }  // namespace consac::cli

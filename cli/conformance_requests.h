@@ -1,6 +1,7 @@
 #pragma once
-// Whether a trainer's RESET or STEP is right.
+// Whether a trainer's RESET, STEP or RELABEL is right, and what the last of them is answered.
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -11,5 +12,12 @@ namespace consac::cli {
 
 /// `offered` is SPEC, `result` the payload of the latest RESULT, "" before the first.
 Status CheckRequest(const nlohmann::json& offered, const protocol2::Frame& frame, const std::string& result);
+
+/// The rows that a RELABEL of this payload asks of; `offered` is SPEC's payload, `max_frame` bytes the most of REWARDS.
+Result<std::int64_t> RelabelledRows(const std::string& offered, const std::string& payload, std::size_t max_frame);
+
+/// REWARDS' payload for so many rows, 1 or more: "right" (0 for each), or wrong: "one short", "one more", "NaN",
+/// "infinity" (the last row's).
+std::string RewardsOf(std::int64_t rows, const std::string& how);
 
 }  // namespace consac::cli
