@@ -20,7 +20,6 @@ namespace consac::cli {
 namespace {
 
 constexpr double kDegrees = 180.0 / robot::kPiRadians;  // in a radian
-constexpr std::size_t kBytesPerTriangle = 160;  // of a closed mesh of a million, measured; of loose ones twice that
 
 struct TwinFlags {
   std::string input, output = "twin", root, srdf, link, convention = "robot", positions;
@@ -71,7 +70,8 @@ int ImportTwin(const TwinFlags& flags) {
   Print("{}: {} links, {} joints, {} of them move by themselves\n", report->robot.name, report->robot.links.size(),
         report->robot.joints.size(), report->robot.positions());
   Print("{} meshes, {} triangles, in {:.2f} s; about {:.0f} MiB for the largest, one at a time\n", report->meshes,
-        report->triangles, took.count(), static_cast<double>(report->most_triangles * kBytesPerTriangle) / 1048576.0);
+        report->triangles, took.count(),
+        static_cast<double>(report->most_triangles * twin::kBytesPerTriangle) / 1048576.0);
   for (const std::string& warning : report->warnings) Print("warning: {}\n", warning);
   std::vector<std::string_view> files;
   for (const std::string& file : report->files) {

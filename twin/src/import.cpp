@@ -15,6 +15,7 @@
 #include "consac/robot/table.h"
 #include "consac/twin/mjcf.h"
 #include "files.h"
+#include "read_model.h"
 #include "scene.h"
 #include "xml.h"
 
@@ -25,33 +26,6 @@ using robot::Transform;
 using robot::Vector3;
 
 constexpr double kLargestLink = 10.0, kSmallestLink = 1e-3;  // m; beyond them the unit is another
-
-Status Of(const std::string& file, const Status& status) {
-  return {status.code(), "'" + file + "': " + status.message()};
-}
-
-Result<std::string> ReadText(const std::string& path) {
-  const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostXmlBytes);
-  if (!bytes.ok()) return bytes.status();
-  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-}
-
-// The model of a file, and the bytes it was read from.
-Result<Model> ReadModelAndText(const std::string& path, std::string* text) {
-  const std::string ending = EndingOf(path);
-  if (ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs")
-    return Status{StatusCode::kInvalidArgument, "'" + path + "': CAD files are not read yet; export a URDF"};
-  if (ending == ".xacro")
-    return Status{StatusCode::kInvalidArgument,
-                  "'" + path + "' is xacro; make a URDF of it first: xacro FILE > robot.urdf"};
-  Result<std::string> read = ReadText(path);
-  if (!read.ok()) return read.status();
-  *text = std::move(*read);
-  XmlReader xml(*text);
-  Result<Model> model = xml.root().name() == std::string_view("mujoco") ? ReadMjcf(xml) : ReadUrdf(xml);
-  if (!model.ok()) return Of(path, model.status());
-  return model;
-}
 
 // What the package says of its licence; "" nothing.
 std::string LicenceOf(const std::filesystem::path& root) {
@@ -105,16 +79,28 @@ class Importer {
     report_.warnings = model->warnings;
     Place(model->visuals, &scene_.visuals);
     Place(model->collisions, &scene_.collisions);
-    for (const auto& [first, second] : model->allowed_collisions) {
-      const std::int32_t a = scene_.robot.FindLink(first), b = scene_.robot.FindLink(second);
-      if (a >= 0 && b >= 0 && a != b)
-        scene_.robot.allowed_collisions.emplace_back(std::min(a, b), std::max(a, b));
-      else
-        Warn("links that may touch: " + Quote(first) + " and " + Quote(second) + " are not two links of the robot");
-    }
+    Allow(model->allowed_collisions);
     // Copies, measures and writes meshes, and looks at links.
     parts_ = 3 * scene_.visuals.size() + scene_.collisions.size() + scene_.robot.links.size();
     return {};
+  }
+
+  void Allow(const std::vector<std::pair<std::string, std::string>>& pairs) {
+    std::map<std::string_view, std::int32_t> numbers;
+    for (const robot::Link& link : scene_.robot.links)
+      numbers.emplace(link.name, static_cast<std::int32_t>(numbers.size()));
+    std::set<std::pair<std::int32_t, std::int32_t>> known;
+    std::vector<std::string> unknown;
+    for (const auto& [first, second] : pairs) {
+      const auto a = numbers.find(first), b = numbers.find(second);
+      if (a == numbers.end() || b == numbers.end() || a == b) {
+        unknown.push_back(Quote(first) + " and " + Quote(second));
+        continue;
+      }
+      const auto pair = std::minmax({a->second, b->second});
+      if (known.insert(pair).second) scene_.robot.allowed_collisions.push_back(pair);
+    }
+    WarnOf("pairs that may touch, but are not two links of the robot", unknown, "mend their names");
   }
 
   void Place(const std::vector<Shape>& shapes, std::vector<PlacedShape>* placed) {
@@ -317,19 +303,19 @@ class Importer {
     return WriteFileAtomically(folder_.file(name), std::as_bytes(std::span<const char>(text)));
   }
 
-  // A warning about links, if there are any; the first few are named.
-  void WarnOf(const std::string& what, const std::vector<std::string>& links, const std::string& advice) {
+  // A warning about things, if there are any; the first few are named.
+  void WarnOf(const std::string& what, const std::vector<std::string>& quoted, const std::string& advice) {
     constexpr std::size_t kNamed = 5;
     std::string names;
-    for (std::size_t i = 0; i < std::min(links.size(), kNamed); ++i) names += (i > 0 ? ", " : "") + Quote(links[i]);
-    if (links.size() > kNamed) names += " and " + std::to_string(links.size() - kNamed) + " more";
-    if (!links.empty()) Warn(what + ": " + names + "; " + advice);
+    for (std::size_t i = 0; i < std::min(quoted.size(), kNamed); ++i) names += (i > 0 ? ", " : "") + quoted[i];
+    if (quoted.size() > kNamed) names += " and " + std::to_string(quoted.size() - kNamed) + " more";
+    if (!quoted.empty()) Warn(what + ": " + names + "; " + advice);
   }
 
   void WarnOfMasses() {
     std::vector<std::string> without;
     for (std::size_t link = 1; link < scene_.robot.links.size(); ++link) {
-      if (!scene_.robot.links[link].inertial.has_value()) without.push_back(scene_.robot.links[link].name);
+      if (!scene_.robot.links[link].inertial.has_value()) without.push_back(Quote(scene_.robot.links[link].name));
     }
     WarnOf("without a mass, since the file says none", without, "--density computes it from closed meshes");
   }
@@ -344,10 +330,18 @@ class Importer {
     report_.files.push_back("twin.glb");
     CONSAC_RETURN_IF_ERROR(Put("twin.urdf", WriteUrdf(scene_.robot, scene_.visuals, scene_.collisions)));
     const MjcfText mjcf = WriteMjcf(scene_);
-    WarnOf("MuJoCo refuses twin.xml, for these links move and weigh nothing", mjcf.massless,
+    std::vector<std::string> massless;
+    for (const std::string& link : mjcf.massless) massless.push_back(Quote(link));
+    WarnOf("MuJoCo refuses twin.xml, for these links move and weigh nothing", massless,
            "write their <inertial>, or something they collide by");
     CONSAC_RETURN_IF_ERROR(Put("twin.xml", mjcf.text));
-    CONSAC_RETURN_IF_ERROR(Put(kTableName, robot::WriteTable(scene_.robot, origin_)));
+    const std::string table = robot::WriteTable(scene_.robot, origin_);
+    const Result<robot::Robot> again =
+        robot::ReadTable(table);  // many long names or pairs may be too much for a reader
+    if (!again.ok())
+      return Of(path_, {again.status().code(), "nobody would read its joint table (" + again.status().message() +
+                                                   "); shorten the names, or leave out links or pairs that may touch"});
+    CONSAC_RETURN_IF_ERROR(Put(kTableName, table));
     CONSAC_RETURN_IF_ERROR(Put(kReportName, Report()));
     return folder_.Commit();
   }
@@ -380,30 +374,8 @@ class Importer {
 
 }  // namespace
 
-Result<Model> ReadModel(const std::string& path) {
-  std::string text;
-  return ReadModelAndText(path, &text);
-}
-
 Result<ImportReport> Import(const std::string& path, const ImportOptions& options) {
   return Importer(path, options).Run();
-}
-
-Result<robot::Robot> LoadRobot(const std::string& path) {
-  std::error_code error;
-  const std::string file = std::filesystem::is_directory(ToPath(path), error) ? path + "/" + kTableName : path;
-  if (EndingOf(file) != ".json") {
-    const Result<Model> model = ReadModel(file);
-    if (!model.ok()) return model.status();
-    Result<robot::Robot> robot = MakeRobot(model->robot);
-    if (!robot.ok()) return Of(file, robot.status());
-    return robot;
-  }
-  const Result<std::string> text = ReadText(file);
-  if (!text.ok()) return text.status();
-  Result<robot::Robot> robot = robot::ReadTable(*text);
-  if (!robot.ok()) return Of(file, robot.status());
-  return robot;
 }
 
 }  // namespace consac::twin

@@ -299,7 +299,32 @@ TEST_F(ImportTest, PairsThatAreNoneAreSaidWithoutNamingAFormat) {
   options_.output = At("out");
   const Result<ImportReport> report = Import(At("robot/urdf/arm.urdf"), options_);
   ASSERT_TRUE(report.ok()) << report.status().message();
-  EXPECT_EQ(report->warnings[0], "links that may touch: 'a' and 'b' are not two links of the robot");
+  EXPECT_EQ(report->warnings[0],
+            "pairs that may touch, but are not two links of the robot: 'a' and 'b'; mend their names");
+}
+
+TEST_F(ImportTest, ATableThatNobodyWouldReadIsNotWritten) {
+  constexpr int kLinks = 280;
+  const auto name = [](int i) { return std::string(250, 'n') + std::to_string(i); };
+  std::string urdf = "<robot name='r'><link name='" + name(0) + "'/>", pairs = "<robot>";
+  for (int i = 1; i < kLinks; ++i) {
+    urdf += "<link name='" + name(i) + "'/><joint name='j" + std::to_string(i) + "' type='fixed'><parent link='" +
+            name(0) + "'/><child link='" + name(i) + "'/></joint>";
+    for (int j = 0; j < i; ++j) pairs += "<disable_collisions link1='" + name(i) + "' link2='" + name(j) + "'/>";
+  }
+  PutFile(At("pairs.srdf"), pairs + "</robot>");
+  options_.srdf = At("pairs.srdf");
+  ExpectRefused(urdf + "</robot>", "nobody would read its joint table");
+}
+
+TEST_F(ImportTest, APairCountsOnce) {
+  PutFile(
+      At("pairs.srdf"),
+      "<robot><disable_collisions link1='base' link2='tip'/><disable_collisions link1='tip' link2='base'/></robot>");
+  options_.srdf = At("pairs.srdf");
+  const Result<ImportReport> report = Run(Urdf("../meshes/box.stl"));
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  EXPECT_EQ(report->robot.allowed_collisions.size(), 1u);
 }
 
 TEST_F(ImportTest, WhatAFileIsItsFirstElementSays) {

@@ -1,0 +1,62 @@
+#include "read_model.h"
+
+#include <filesystem>
+
+#include "consac/base/file.h"
+#include "consac/robot/table.h"
+#include "consac/twin/import.h"
+#include "consac/twin/urdf.h"
+#include "files.h"
+#include "xml.h"
+
+namespace consac::twin {
+
+Status Of(const std::string& file, const Status& status) {
+  return {status.code(), "'" + file + "': " + status.message()};
+}
+
+Result<std::string> ReadText(const std::string& path) {
+  const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostXmlBytes);
+  if (!bytes.ok()) return bytes.status();
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+Result<Model> ReadModelAndText(const std::string& path, std::string* text) {
+  const std::string ending = EndingOf(path);
+  if (ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs")
+    return Status{StatusCode::kInvalidArgument, "'" + path + "': CAD files are not read yet; export a URDF"};
+  if (ending == ".xacro")
+    return Status{StatusCode::kInvalidArgument,
+                  "'" + path + "' is xacro; make a URDF of it first: xacro FILE > robot.urdf"};
+  Result<std::string> read = ReadText(path);
+  if (!read.ok()) return read.status();
+  *text = std::move(*read);
+  XmlReader xml(*text);
+  Result<Model> model = xml.root().name() == std::string_view("mujoco") ? ReadMjcf(xml) : ReadUrdf(xml);
+  if (!model.ok()) return Of(path, model.status());
+  return model;
+}
+
+Result<Model> ReadModel(const std::string& path) {
+  std::string text;
+  return ReadModelAndText(path, &text);
+}
+
+Result<robot::Robot> LoadRobot(const std::string& path) {
+  std::error_code error;
+  const std::string file = std::filesystem::is_directory(ToPath(path), error) ? path + "/" + kTableName : path;
+  if (EndingOf(file) != ".json") {
+    const Result<Model> model = ReadModel(file);
+    if (!model.ok()) return model.status();
+    Result<robot::Robot> robot = MakeRobot(model->robot);
+    if (!robot.ok()) return Of(file, robot.status());
+    return robot;
+  }
+  const Result<std::string> text = ReadText(file);
+  if (!text.ok()) return text.status();
+  Result<robot::Robot> robot = robot::ReadTable(*text);
+  if (!robot.ok()) return Of(file, robot.status());
+  return robot;
+}
+
+}  // namespace consac::twin
