@@ -4,6 +4,7 @@ time. Prints steps/s of both and the ratio; of SAC and TD3 updates/s, one of whi
 
     .venv/bin/python bench/compare/sb3_speed.py build/release/cli/consac [row of consac bench ...]
 """
+import copy
 import sys
 import time
 
@@ -37,7 +38,7 @@ JOBS = [
 def theirs(algorithm, worlds, steps, settings):
     """Steps/s, or updates/s of SAC and TD3."""
     replay = algorithm in (SAC, TD3)
-    model = algorithm("MlpPolicy", make_vec_env("Pendulum-v1" if replay else "CartPole-v1", worlds), device="cpu", seed=1, **settings)
+    model = algorithm("MlpPolicy", make_vec_env("Pendulum-v1" if replay else "CartPole-v1", worlds), device="cpu", seed=1, **copy.deepcopy(settings))  # it writes into them
     start = time.process_time()
     model.learn(steps)
     return (steps - STARTS * replay) / (time.process_time() - start)
