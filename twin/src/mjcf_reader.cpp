@@ -5,22 +5,18 @@
 
 #include "consac/base/text.h"
 #include "consac/twin/mjcf.h"
+#include "mjcf_values.h"
 #include "xml.h"
 
 namespace consac::twin {
 namespace {
 
 using robot::JointType;
-using robot::Quaternion;
 using robot::Transform;
 using robot::Vector3;
 
-using Attributes = std::map<std::string_view, std::string_view>;  // of the document
-using Defaults = std::map<std::string_view, Attributes>;          // by element
-
 const std::string kWorld = "world";
-constexpr std::size_t kMostClasses = 500, kMostDefaults = 2000;  // attributes of each; some 100 MB together
-constexpr int kLastShownGroup = 2;                               // of geoms; MuJoCo hides the others
+constexpr int kLastShownGroup = 2;  // of geoms; MuJoCo hides the others
 
 struct MjcfMesh {
   std::string file;
@@ -29,7 +25,7 @@ struct MjcfMesh {
 
 class MjcfReader {
  public:
-  explicit MjcfReader(XmlReader& xml) : xml_(xml) {}
+  explicit MjcfReader(XmlReader& xml) : xml_(xml), values_(xml) {}
 
   Result<Model> Read() {
     if (!xml_.status().ok()) return xml_.status();
@@ -41,14 +37,7 @@ class MjcfReader {
     model_.robot.name = root.attribute("model").value();
     if (model_.robot.name.empty()) model_.robot.name = "robot";
     for (const pugi::xml_node node : root.children("compiler")) ReadCompiler(node);
-    classes_["main"];
-    for (const pugi::xml_node node : root.children("default")) {  // which may be several, and have another name
-      ReadDefaults(node, "main", classes_["main"]);
-      if (node.attribute("class")) classes_[node.attribute("class").value()] = classes_["main"];
-    }
-    for (const char* part : {"asset", "worldbody", "equality"}) {
-      for (const pugi::xml_node node : root.children(part)) CheckClasses(node);
-    }
+    values_.ReadClasses(root);
     if (!xml_.status().ok()) return xml_.status();
     for (const pugi::xml_node node : root.children("asset")) ReadAssets(node);
     model_.robot.links.push_back({kWorld, std::nullopt});
@@ -75,128 +64,20 @@ class MjcfReader {
     }
   }
 
-  void CheckClasses(pugi::xml_node node) {
-    for (const pugi::xml_node child : node.children()) {
-      for (const char* name : {"class", "childclass"}) {
-        const pugi::xml_attribute attribute = child.attribute(name);
-        if (attribute && !classes_.contains(std::string_view(attribute.value())))
-          return xml_.Refuse(child, "<" + std::string(child.name()) + " " + name + "=" + Quote(attribute.value()) +
-                                        ">: no <default> has that class");
-      }
-      CheckClasses(child);
-    }
-  }
-
   void ReadCompiler(pugi::xml_node node) {
-    const std::string_view angle = node.attribute("angle").value(), coordinate = node.attribute("coordinate").value();
-    if (!angle.empty()) in_degrees_ = angle != "radian";
-    if (coordinate == "global") xml_.Refuse(node, "global coordinates are not read");
-    if (node.attribute("eulerseq")) euler_ = node.attribute("eulerseq").value();
-    if (euler_.size() != 3 || euler_.find_first_not_of("xyzXYZ") != std::string::npos)
-      xml_.Refuse(node, "eulerseq " + Quote(euler_) + " is no sequence of three axes");
+    values_.ReadCompiler(node);
+    if (node.attribute("coordinate").value() == std::string_view("global"))
+      xml_.Refuse(node, "global coordinates are not read");
     for (const char* name : {"assetdir", "meshdir"}) {
       if (node.attribute(name)) mesh_folder_ = node.attribute(name).value();
     }
-  }
-
-  void ReadDefaults(pugi::xml_node node, const std::string& name, Defaults defaults) {
-    for (const pugi::xml_node child : node.children()) {
-      if (std::strcmp(child.name(), "default") == 0) continue;
-      for (const pugi::xml_attribute attribute : child.attributes())
-        defaults[child.name()][attribute.name()] = attribute.value();
-    }
-    std::size_t many = 0;
-    for (const auto& [element, attributes] : defaults) many += attributes.size();
-    if (many > kMostDefaults || classes_.size() > kMostClasses)
-      return xml_.Refuse(node, "there are more than " + std::to_string(kMostClasses) + " classes of defaults, or " +
-                                   std::to_string(kMostDefaults) + " attributes in one");
-    for (const pugi::xml_node child : node.children("default"))
-      ReadDefaults(child, xml_.Text(child, "class"), defaults);
-    classes_[name] = std::move(defaults);
-  }
-
-  // What an element says, or its class for it; "" nothing.
-  std::string_view Say(pugi::xml_node node, const char* name, const std::string& enclosing) const {
-    if (const pugi::xml_attribute own = node.attribute(name)) return own.value();
-    const auto of_class = classes_.find(node.attribute("class") ? std::string_view(node.attribute("class").value())
-                                                                : std::string_view(enclosing));
-    if (of_class == classes_.end()) return {};
-    const auto element = of_class->second.find(std::string_view(node.name()));
-    if (element == of_class->second.end()) return {};
-    const auto value = element->second.find(std::string_view(name));
-    return value == element->second.end() ? std::string_view() : std::string_view(value->second);
-  }
-
-  std::vector<double> List(pugi::xml_node node, const char* name, const std::string& enclosing, std::size_t count) {
-    const std::string_view text = Say(node, name, enclosing);
-    std::vector<double> list = xml_.ListOf(node, name, text, count);
-    if (!text.empty() && list.size() != count) {
-      xml_.Refuse(node, "<" + std::string(node.name()) + " " + name + "=" + Quote(text) +
-                            ">: " + std::to_string(count) + " numbers are needed");
-      list.clear();
-    }
-    return list;
-  }
-
-  Vector3 Vector(pugi::xml_node node, const char* name, const std::string& enclosing, Vector3 otherwise) {
-    const std::vector<double> list = List(node, name, enclosing, 3);
-    return list.empty() ? otherwise : Vector3{list[0], list[1], list[2]};
-  }
-
-  double Number(pugi::xml_node node, const char* name, const std::string& enclosing, double otherwise) {
-    const std::vector<double> list = List(node, name, enclosing, 1);
-    return list.empty() ? otherwise : list[0];
-  }
-
-  double Angle(double value) const { return in_degrees_ ? value * robot::kPiRadians / 180.0 : value; }
-
-  static Vector3 Unit(Vector3 v) {
-    const double length = Norm(v);
-    return length > 1e-12 ? (1.0 / length) * v : Vector3{0, 0, 1};
-  }
-
-  Quaternion Euler(const std::vector<double>& angles) const {
-    Quaternion turn;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const char letter = euler_[i];
-      const char axis = static_cast<char>(letter | 0x20);
-      const Quaternion step = robot::RotationAbout(
-          {axis == 'x' ? 1.0 : 0.0, axis == 'y' ? 1.0 : 0.0, axis == 'z' ? 1.0 : 0.0}, Angle(angles[i]));
-      turn = letter >= 'a' ? turn * step : step * turn;  // lower case turns with the body, upper case about fixed axes
-    }
-    return turn;
-  }
-
-  Quaternion Rotation(pugi::xml_node node, const std::string& enclosing) {
-    if (const auto q = List(node, "quat", enclosing, 4); !q.empty()) return robot::Normalised({q[1], q[2], q[3], q[0]});
-    if (const auto e = List(node, "euler", enclosing, 3); !e.empty()) return Euler(e);
-    if (const auto a = List(node, "axisangle", enclosing, 4); !a.empty())
-      return robot::RotationAbout(Unit({a[0], a[1], a[2]}), Angle(a[3]));
-    if (const auto a = List(node, "xyaxes", enclosing, 6); !a.empty()) {
-      const Vector3 x = Unit({a[0], a[1], a[2]}), y_about{a[3], a[4], a[5]};
-      const Vector3 y = Unit(y_about - Dot(x, y_about) * x), z = Cross(x, y);
-      return robot::FromMatrix({x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z});
-    }
-    if (const auto a = List(node, "zaxis", enclosing, 3); !a.empty()) return ZInto(Unit({a[0], a[1], a[2]}));
-    return {};
-  }
-
-  // The smallest rotation that turns Z into `axis`.
-  static Quaternion ZInto(Vector3 axis) {
-    const Vector3 about = Cross({0, 0, 1}, axis);
-    if (Norm(about) < 1e-12) return axis.z > 0.0 ? Quaternion{} : Quaternion{1, 0, 0, 0};
-    return robot::RotationAbout(Unit(about), std::atan2(Norm(about), axis.z));
-  }
-
-  Transform Place(pugi::xml_node node, const std::string& enclosing) {
-    return {Rotation(node, enclosing), Vector(node, "pos", enclosing, {})};
   }
 
   void ReadAssets(pugi::xml_node asset) {
     for (const pugi::xml_node node : asset.children("mesh")) {
       MjcfMesh mesh;
       mesh.file = xml_.Text(node, "file");
-      mesh.scale = Vector(node, "scale", "main", {1, 1, 1});
+      mesh.scale = values_.Vector(node, "scale", "main", {1, 1, 1});
       std::string name = node.attribute("name").value();
       if (name.empty()) {
         const std::size_t slash = mesh.file.find_last_of('/') + 1;  // 0 where there is none
@@ -207,7 +88,7 @@ class MjcfReader {
       meshes_[name] = std::move(mesh);
     }
     for (const pugi::xml_node node : asset.children("material")) {
-      const auto rgba = List(node, "rgba", "main", 4);
+      const auto rgba = values_.List(node, "rgba", "main", 4);
       if (rgba.size() == 4) std::copy(rgba.begin(), rgba.end(), materials_[node.attribute("name").value()].begin());
     }
   }
@@ -219,7 +100,7 @@ class MjcfReader {
       const std::string_view name = child.name();
       const std::string inside = child.attribute("childclass") ? child.attribute("childclass").value() : enclosing;
       if (name == "geom") ReadGeom(child, link, at, enclosing);
-      if (name == "frame") ReadContent(child, link, at * Place(child, inside), inside);
+      if (name == "frame") ReadContent(child, link, at * values_.Place(child, inside), inside);
       if (name == "body") ReadBody(child, link, at, inside);
     }
   }
@@ -248,10 +129,10 @@ class MjcfReader {
       const std::string_view kind = child.name();
       if (kind == "frame") {
         const std::string inside = child.attribute("childclass") ? child.attribute("childclass").value() : enclosing;
-        GatherJoints(child, body, at * Place(child, inside), inside, joints);
+        GatherJoints(child, body, at * values_.Place(child, inside), inside, joints);
       }
       if (kind != "joint" && kind != "freejoint") continue;
-      const std::string_view type = Say(child, "type", enclosing);
+      const std::string_view type = values_.Say(child, "type", enclosing);
       if (type == "ball")
         return xml_.Refuse(child, "body " + Quote(body) + " has a ball joint, which is not read; use three hinges");
       if (kind == "freejoint" || type == "free")
@@ -265,11 +146,11 @@ class MjcfReader {
     const std::string name = Unnamed(node, "body");
     std::vector<PlacedJoint> joints;
     GatherJoints(node, name, {}, enclosing, &joints);
-    Transform origin = at * Place(node, enclosing);
+    Transform origin = at * values_.Place(node, enclosing);
     std::string above = parent;
     Vector3 pivot;  // where the link's frame is, in the body's
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      const Vector3 position = joints[i].at * Vector(joints[i].node, "pos", joints[i].enclosing, {});
+      const Vector3 position = joints[i].at * values_.Vector(joints[i].node, "pos", joints[i].enclosing, {});
       const bool last = i + 1 == joints.size();
       const std::string link = last ? name : name + "_before_" + std::to_string(joints.size() - 1 - i);
       model_.robot.joints.push_back(ReadJoint(joints[i], above, link, origin * Transform{{}, position - pivot}));
@@ -296,31 +177,32 @@ class MjcfReader {
     robot::JointDescription joint;
     joint.name = Unnamed(node, "joint");
     joint.parent = parent, joint.child = child, joint.origin = origin, joint.source = "mjcf";
-    joint.axis = Rotate(at.rotation, Vector(node, "axis", enclosing, {0, 0, 1}));
-    const bool slides = Say(node, "type", enclosing) == "slide";
-    const auto range = List(node, "range", enclosing, 2);
-    const bool limited = Say(node, "limited", enclosing) != "false" && !range.empty();
+    joint.axis = Rotate(at.rotation, values_.Vector(node, "axis", enclosing, {0, 0, 1}));
+    const bool slides = values_.Say(node, "type", enclosing) == "slide";
+    const auto range = values_.List(node, "range", enclosing, 2);
+    const bool limited = values_.Say(node, "limited", enclosing) != "false" && !range.empty();
     joint.type = slides ? JointType::kPrismatic : limited ? JointType::kRevolute : JointType::kContinuous;
     if (limited)
-      joint.drive.lower = slides ? range[0] : Angle(range[0]), joint.drive.upper = slides ? range[1] : Angle(range[1]);
-    const auto force = List(node, "actuatorfrcrange", enclosing, 2);
+      joint.drive.lower = slides ? range[0] : values_.Angle(range[0]),
+      joint.drive.upper = slides ? range[1] : values_.Angle(range[1]);
+    const auto force = values_.List(node, "actuatorfrcrange", enclosing, 2);
     if (!force.empty()) joint.drive.effort = std::max(std::abs(force[0]), std::abs(force[1]));
-    joint.drive.damping = Number(node, "damping", enclosing, 0.0);
-    joint.drive.friction = Number(node, "frictionloss", enclosing, 0.0);
-    if (Number(node, "ref", enclosing, 0.0) != 0.0)
+    joint.drive.damping = values_.Number(node, "damping", enclosing, 0.0);
+    joint.drive.friction = values_.Number(node, "frictionloss", enclosing, 0.0);
+    if (values_.Number(node, "ref", enclosing, 0.0) != 0.0)
       Warn("joint " + Quote(joint.name) + ": its ref is not read; here its position is 0 where the file draws it");
     return joint;
   }
 
   void ReadInertial(pugi::xml_node node, const Transform& body, const std::string& enclosing) {
     robot::Inertial inertial;
-    inertial.mass = Number(node, "mass", enclosing, 0.0);
-    const Transform place = body * Place(node, enclosing);
+    inertial.mass = values_.Number(node, "mass", enclosing, 0.0);
+    const Transform place = body * values_.Place(node, enclosing);
     inertial.centre = place.position;
     std::array<double, 6> inertia{};
-    if (const auto diagonal = List(node, "diaginertia", enclosing, 3); !diagonal.empty())
+    if (const auto diagonal = values_.List(node, "diaginertia", enclosing, 3); !diagonal.empty())
       inertia = {diagonal[0], 0, 0, diagonal[1], 0, diagonal[2]};
-    if (const auto full = List(node, "fullinertia", enclosing, 6); !full.empty())
+    if (const auto full = values_.List(node, "fullinertia", enclosing, 6); !full.empty())
       inertia = {full[0], full[3], full[4], full[1], full[5], full[2]};
     inertial.inertia = robot::TurnedInertia(inertia, Inverse(place.rotation));
     model_.robot.links.back().inertial = inertial;
@@ -331,16 +213,16 @@ class MjcfReader {
     shape.link = link;
     shape.name = node.attribute("name").value();
     if (!ReadForm(node, at, enclosing, &shape)) return;
-    const auto rgba = List(node, "rgba", enclosing, 4);
-    shape.material = std::string(Say(node, "material", enclosing));
+    const auto rgba = values_.List(node, "rgba", enclosing, 4);
+    shape.material = std::string(values_.Say(node, "material", enclosing));
     const auto material = materials_.find(shape.material);
     if (!rgba.empty()) std::copy(rgba.begin(), rgba.end(), shape.colour.begin());
     if (rgba.empty() && material != materials_.end()) shape.colour = material->second;
     shape.has_colour = !rgba.empty() || material != materials_.end();
     for (double& value : shape.colour) value = std::clamp(value, 0.0, 1.0);
-    const bool shown = Number(node, "group", enclosing, 0.0) <= kLastShownGroup && shape.colour[3] > 0.0;
-    const bool touches =
-        Number(node, "contype", enclosing, 1.0) != 0.0 || Number(node, "conaffinity", enclosing, 1.0) != 0.0;
+    const bool shown = values_.Number(node, "group", enclosing, 0.0) <= kLastShownGroup && shape.colour[3] > 0.0;
+    const bool touches = values_.Number(node, "contype", enclosing, 1.0) != 0.0 ||
+                         values_.Number(node, "conaffinity", enclosing, 1.0) != 0.0;
     if (shown) model_.visuals.push_back(shape);
     if (touches) model_.collisions.push_back(std::move(shape));
     if (model_.visuals.size() > kMostShapes || model_.collisions.size() > kMostShapes)
@@ -349,13 +231,14 @@ class MjcfReader {
 
   // Its kind, size and place in the link, with `at` the place of what holds it; false where it is left out.
   bool ReadForm(pugi::xml_node node, const Transform& at, const std::string& enclosing, Shape* shape) {
-    shape->origin = at * Place(node, enclosing);
-    std::string_view type = Say(node, "type", enclosing);
-    if (type.empty()) type = Say(node, "mesh", enclosing).empty() ? "sphere" : "mesh";
+    shape->origin = at * values_.Place(node, enclosing);
+    std::string_view type = values_.Say(node, "type", enclosing);
+    if (type.empty()) type = values_.Say(node, "mesh", enclosing).empty() ? "sphere" : "mesh";
     if (type == "mesh") {
-      const auto mesh = meshes_.find(Say(node, "mesh", enclosing));
+      const auto mesh = meshes_.find(values_.Say(node, "mesh", enclosing));
       if (mesh == meshes_.end()) {
-        xml_.Refuse(node, "the geom's mesh " + Quote(Say(node, "mesh", enclosing)) + " is not among the assets");
+        xml_.Refuse(node,
+                    "the geom's mesh " + Quote(values_.Say(node, "mesh", enclosing)) + " is not among the assets");
         return false;
       }
       shape->kind = ShapeKind::kMesh;
@@ -375,11 +258,11 @@ class MjcfReader {
       return false;
     }
     shape->kind = form->second;
-    std::vector<double> size = xml_.ListOf(node, "size", Say(node, "size", enclosing), 3);
-    const auto ends = List(node, "fromto", enclosing, 6);
+    std::vector<double> size = xml_.ListOf(node, "size", values_.Say(node, "size", enclosing), 3);
+    const auto ends = values_.List(node, "fromto", enclosing, 6);
     if (!ends.empty() && !size.empty()) {
       const Vector3 from{ends[0], ends[1], ends[2]}, to{ends[3], ends[4], ends[5]};
-      const Transform along{ZInto(Unit(to - from)), 0.5 * (from + to)};
+      const Transform along{TurnOfZInto(UnitOrZ(to - from)), 0.5 * (from + to)};
       shape->origin = at * along;
       size = {size[0], 0.5 * Norm(to - from)};
     }
@@ -398,7 +281,7 @@ class MjcfReader {
   void ReadEqualities(pugi::xml_node equality) {
     for (const pugi::xml_node node : equality.children("joint")) {
       const std::string follower = xml_.Text(node, "joint1"), leader = node.attribute("joint2").value();
-      const std::vector<double> given = xml_.ListOf(node, "polycoef", Say(node, "polycoef", "main"), 5);
+      const std::vector<double> given = xml_.ListOf(node, "polycoef", values_.Say(node, "polycoef", "main"), 5);
       std::array<double, 5> polynomial = {0, 1, 0, 0, 0};
       std::copy(given.begin(), given.end(), polynomial.begin());
       const bool line = polynomial[2] == 0.0 && polynomial[3] == 0.0 && polynomial[4] == 0.0;
@@ -412,10 +295,9 @@ class MjcfReader {
   }
 
   XmlReader& xml_;
+  MjcfValues values_;
   Model model_;
-  bool in_degrees_ = true;
-  std::string euler_ = "xyz", mesh_folder_;
-  std::map<std::string, Defaults, std::less<>> classes_;  // each with what it inherits
+  std::string mesh_folder_;
   std::map<std::string, MjcfMesh, std::less<>> meshes_;
   std::map<std::string, Colour, std::less<>> materials_;
   int unnamed_ = 0;
