@@ -1,11 +1,15 @@
 """The engine for the tests of this folder: skipped where a person has not fetched it, a failure in CI."""
 import os
 import shutil
+import signal
 import subprocess
 
 import pytest
 
 from engine import Godot, cache
+
+# Where the tests run in the background of a script Ctrl-C is ignored, also by every engine that they start; unless it is heard here.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def missing(reason):

@@ -47,8 +47,8 @@ class Program:
             self._queue.put(line.rstrip("\n"))
         self._queue.put(None)
 
-    def wait_for(self, pattern):
-        """The match of the next line that holds `pattern`."""
+    def _until(self, failure):
+        """Its next lines up to its end; `failure` where they go on beyond the deadline."""
         deadline = time.monotonic() + DEADLINE_S
         while (left := deadline - time.monotonic()) > 0:
             try:
@@ -56,11 +56,17 @@ class Program:
             except queue.Empty:
                 break
             if line is None:
-                raise AssertionError(f"it ended before it said '{pattern}':\n" + self.output())
+                return
             self.lines.append(line)
+            yield line
+        raise AssertionError(f"{failure} within {DEADLINE_S} s:\n" + self.output())
+
+    def wait_for(self, pattern):
+        """The match of the next line that holds `pattern`."""
+        for line in self._until(f"it did not say '{pattern}'"):
             if match := re.search(pattern, line):
                 return match
-        raise AssertionError(f"it did not say '{pattern}' within {DEADLINE_S} s:\n" + self.output())
+        raise AssertionError(f"it ended before it said '{pattern}':\n" + self.output())
 
     def port(self):
         """The port on which this engine waits for a trainer; an engine that does not wait has said at once why."""
@@ -71,9 +77,8 @@ class Program:
 
     def finish(self):
         """Its exit code and all that it said."""
-        deadline = time.monotonic() + DEADLINE_S
-        while (line := self._queue.get(timeout=max(0.1, deadline - time.monotonic()))) is not None:
-            self.lines.append(line)
+        for _ in self._until("it did not end"):
+            pass
         return self.process.wait(timeout=DEADLINE_S), self.output()
 
     def output(self):

@@ -47,7 +47,7 @@ def test_the_editor_as_a_person_uses_it(editor, tmp_path):
     for warning in ("The scene has several ConsacSync nodes", "Agent: it has no actions; add a ConsacEntry for each.",
                     "Agent/Rays: body is empty", "loop_mode stops the engine's physics, and Body is a RigidBody2D"):
         assert f"drive: warning: {warning}" in output, output
-    assert "drive: warnings of the road: []" in output, output
+    assert "drive: warnings of the road: []" in output and "drive: by hand of loop_mode: 0" in output, output
     assert int(re.search(r"points of the curve: (\d+)", output).group(1)) >= 6 and '"mean_episode_reward"' in output, output
     assert "drive: playing after stop: false" in output and "drive: saved: true" in output, output
     assert "drive: model: ConsacModelFile actor: box [1]; coin: box [1] -> (one without a name): discrete 3 choices" in output, output

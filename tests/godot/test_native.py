@@ -263,10 +263,11 @@ def wire_rate(godot, *crowd):
 
 
 def test_64_agents_in_one_scene(godot):
-    """20 times the agent steps a second of one agent, a tick of the engine for every step."""
+    """A tick of the engine and a message there and back serve them all: of 64 times the steps a quiet machine reaches 35 to 45
+    (bench/results/godot.md), and a busy one far more than the 1 or 2 of messages for each."""
     one, many = wire_rate(godot, "1", "fixed"), wire_rate(godot, "64", "fixed")
     print(f"agent steps/s over protocol 2: 1 agent {one}, 64 agents {many}")
-    assert many > 20 * one
+    assert many > 8 * one
 
 
 def test_loop_mode_of_the_extension_is_much_faster_than_frames(godot):
@@ -308,7 +309,7 @@ PAUSES = """
 func judge() -> void:
 	if steps == 50 and not get_tree().paused:
 		get_tree().paused = true
-		get_tree().create_timer(3.0, true, false, true).timeout.connect(func() -> void: get_tree().paused = false)
+		get_tree().create_timer(4.0, true, false, true).timeout.connect(func() -> void: get_tree().paused = false)
 """
 
 
@@ -429,6 +430,87 @@ def test_a_training_that_is_stopped_keeps_what_was_learned_under_a_name_of_its_o
     assert finished.read_bytes() == b"a finished model" and str(stopped) in output
 
 
+def test_a_training_that_goes_wrong_keeps_what_was_learned(godot, tmp_path):
+    source = ONE_NUMBER.replace("WHAT", 'NAN if get_node("../ConsacSync").steps > 150 else place')
+    engine = godot.start(*world(godot, "late", source), "--", "--consac-mode=train", "--consac-quit=1", "--consac-set=n_steps:64",
+                         f"--consac-model={tmp_path}/model.consac")
+    code, output = engine.finish()
+    assert code == 1 and "sees NaN" in output and "SCRIPT ERROR" not in output, output
+    assert (tmp_path / "model.stopped.consac").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("who", ["a rule", "a model"])
+def test_what_goes_wrong_where_nobody_learns_ends_it_with_one_line(godot, tmp_path, who):
+    model = tmp_path / "model.consac"
+    right = ONE_NUMBER.replace("WHAT", "place")
+    if who == "a rule":
+        source = right.replace("_init() -> void:", "_init() -> void:\n\tcontrol = ControlMode.BY_HAND")
+        source += '\n\nfunc heuristic(into: Dictionary) -> void:\n\tinto[&"move"] = "left"\n'
+        said = "heuristic() gave a String for entry 'move'"
+    else:
+        engine = godot.start(*world(godot, "right", right), "--", "--consac-mode=train", "--consac-steps=64", "--consac-set=n_steps:64",
+                             "--consac-sessions=1", "--consac-quit=1", f"--consac-model={model}")
+        assert engine.finish()[0] == 0
+        source, said = ONE_NUMBER.replace("WHAT", "NAN if steps == 20 else 0.0"), "sees NaN"
+    engine = godot.start(*world(godot, "faulty", source), "--", "--consac-mode=act", f"--consac-model={model}", "--consac-quit=1")
+    code, output = engine.finish()
+    assert code == 1 and said in output and output.count("the session failed") == 1 and "SCRIPT ERROR" not in output, output
+
+
+def test_a_training_writes_to_model_path_and_nowhere_else(godot):
+    """What `model` names is for acting."""
+    kept = godot.project / "kept.consac"
+    quick = ["--consac-mode=train", "--consac-steps=64", "--consac-set=n_steps:64", "--consac-sessions=1", "--consac-quit=1"]
+    source = ONE_NUMBER.replace("WHAT", "place")
+    assert godot.start(*world(godot, "keeping", source), "--", *quick, f"--consac-model={kept}").finish()[0] == 0
+    before = kept.read_bytes()
+    source += '\n\nfunc _ready() -> void:\n\tget_node("../ConsacSync").model = load("res://kept.consac")\n'
+    code, output = godot.start(*world(godot, "keeping", source), "--", *quick, "--consac-seed=2").finish()
+    assert code == 0 and "model_path is empty, so what is learned will not be saved" in output, output
+    assert kept.read_bytes() == before
+
+
+STOPS = """
+
+func _process(_delta: float) -> void:
+	if get_node("../ConsacSync").state() == "stopped":
+		print("it has stopped")
+		set_process(false)
+"""
+HANGS = """
+
+func judge() -> void:
+	if steps == 100:
+		print("it hangs")
+		while true:
+			OS.delay_msec(1)
+"""
+
+
+def test_ctrl_c_is_the_engines_own_once_the_sync_has_stopped(godot):
+    engine = godot.start(*world(godot, "stopping", ONE_NUMBER.replace("WHAT", "place") + STOPS), "--", "--consac-mode=train",
+                         "--consac-steps=64", "--consac-set=n_steps:64", "--consac-sessions=1")
+    engine.wait_for("it has stopped")
+    engine.process.send_signal(signal.SIGINT)
+    assert engine.finish()[0] == -signal.SIGINT
+
+
+def test_the_second_signal_ends_it_at_once_whichever_it_is(godot):
+    engine = godot.start(*world(godot, "hanging", ONE_NUMBER.replace("WHAT", "place") + HANGS), "--", "--consac-mode=train")
+    engine.wait_for("it hangs")
+
+    def noted(number):
+        status = pathlib.Path(f"/proc/{engine.process.pid}/status").read_text()
+        return int(re.search(r"SigCgt:\s*(\w+)", status).group(1), 16) >> (number - 1) & 1
+
+    assert noted(signal.SIGINT) and noted(signal.SIGTERM)
+    engine.process.send_signal(signal.SIGINT)
+    while noted(signal.SIGINT):
+        pass
+    engine.process.send_signal(signal.SIGTERM)
+    assert engine.finish()[0] == -signal.SIGTERM
+
+
 def test_the_native_trainer_hears_why_a_session_cannot_go_on(godot, tmp_path):
     wrong = '"text" if get_node("../ConsacSync").steps > 50 else place'
     engine = godot.start(*world(godot, "muddled", ONE_NUMBER.replace("WHAT", wrong)), "--", "--consac-port=0", "--consac-loop=1",
@@ -461,7 +543,7 @@ def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path, loop):
                          f"--consac-loop={loop}")
     port = engine.port()
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "paused", "--no-table", "--no-progress", "--steps", "200",
-                           "--deadline", "1", cwd=tmp_path)
+                           "--deadline", "2", cwd=tmp_path)
     trainer.wait_for("is paused")
     engine.wait_for("training completed: 200 steps")
     assert trainer.finish()[0] == 0

@@ -86,6 +86,12 @@ def test_a_recording_of_two_behaviours_wants_a_file_for_each(godot, tmp_path):
     assert code == 1 and "2 behaviours, each with a file of its own; put {behaviour} into record_path" in output, output
 
 
+@pytest.mark.parametrize("mode", ["by_hand", "act"])
+def test_a_recording_of_nobody_is_refused(godot, tmp_path, mode):
+    output = finished(start(godot, "spawning", f"mode={mode}", f"record={tmp_path}/played", "quit=1"), 1)
+    assert "record_path is set, and there is no agent to record" in output.splitlines()[-1], output
+
+
 @pytest.mark.parametrize("bad, said", [
     ("steps=1.5", "'1.5' is no whole number"), ("steps=-1", "expected 0 to 1000000000000"),
     ("fast=maybe", "expected 1 or 0"), ("port=70000", "expected 0 to 65535"), ("stpes=3", "there are mode"),
@@ -102,6 +108,7 @@ def test_agents_come_and_go_in_a_game_that_acts_from_none_on(godot, tmp_path):
         output = finished(start(godot, "spawning", f"mode={mode}", f"model={model}", flags=("--headless", "--fixed-fps", "60"),
                                 SCRIPTED="true"))
         assert "spawning: alive [3, 2, 3], steps of the last one 20" in output and "ERROR" not in output, output
+        assert ("consac: acting" in output) == (mode == "act"), output
 
 
 def test_an_agent_that_comes_while_others_learn_is_told_of(godot):
@@ -159,15 +166,18 @@ def test_the_example_of_the_readme_learns(godot):
     assert float(re.search(ENDED, output).group(5)) > 155, output  # of 200; whoever pushes at random has less than 147
 
 
-def test_any_project_is_exported(godot, tmp_path):
+def test_any_project_is_exported_with_its_models(godot, tmp_path):
     project = tmp_path / "own"
     shutil.copytree(godot.project, project, ignore=shutil.ignore_patterns(".godot"))
     (project / "examples/road").rename(project / "walk")
     scene = project / "walk/road.tscn"
     scene.write_text(scene.read_text().replace("res://examples/road", "res://walk"))
+    presets = project / "export_presets.cfg"
+    presets.write_text(presets.read_text().replace('include_filter="*.consac"', 'include_filter=""'))
+    finished(play(godot, "road", *TRAIN, "steps=256", f"model={project}/walk/walker.consac"))
     done = subprocess.run([ROOT / "tools/godot_export.sh", "res://walk/road.tscn", tmp_path / "games", project],
                           capture_output=True, text=True, timeout=DEADLINE_S, env=godot.environment)
     assert done.returncode == 0, done.stdout + done.stderr
-    game = godot.start(tmp_path / "games/road", "--headless", "--", "--consac-mode=by_hand", "--consac-steps=100",
-                       "--consac-sessions=1", "--consac-quit=1")
+    game = godot.start(tmp_path / "games/road", "--headless", "--", "--consac-mode=act", "--consac-model=res://walk/walker.consac",
+                       "--consac-steps=100", "--consac-sessions=1", "--consac-quit=1")
     assert "the session ended: 100 steps" in finished(game)

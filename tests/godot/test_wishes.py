@@ -20,7 +20,7 @@ def test_opponents_masks_checkpoints_curves_and_going_on(godot, tmp_path):
     assert int(ended.group(1)) == 4096 and float(ended.group(3)) > 0.6  # the rival's steps are none of the training
     assert f"what was learned so far is in {tmp_path}/first.2048.consac" in output
     rows = list(csv.DictReader(curve.open()))
-    assert {"steps_per_s", "mean_episode_reward", "twos"} <= {row["name"] for row in rows}, rows
+    assert {"steps_per_s", "mean_episode_reward", "updates", "twos"} <= {row["name"] for row in rows}, rows
 
     # The model acts against a learner that goes on from a checkpoint: what that knew it knows from the beginning.
     output = finished(start(godot, "opponents", *TRAIN, "steps=64", "set=n_steps:64,learning_rate:1e-9", f"start-from={model}",
@@ -28,6 +28,15 @@ def test_opponents_masks_checkpoints_curves_and_going_on(godot, tmp_path):
     _, by_model, illegal, done = re.search(r"rule (\d+) model (\d+) illegal (\d+), in the end (.*)", output).groups()
     assert int(by_model) >= 64 and illegal == "0" and done == "[2, 1, 2]", output
     assert float(re.search(ENDED, output).group(3)) > 0.9, output
+
+
+def test_an_opponent_that_leaves_leaves_the_others_of_its_model_alone(godot, tmp_path):
+    """Both with masks, and by a copy of the model that is no file of its own."""
+    model = tmp_path / "model.consac"
+    quick = (*TRAIN, "steps=64", "set=n_steps:64")
+    finished(start(godot, "opponents", *quick, f"model={model}"))
+    output = finished(start(godot, "opponents", *quick, MODEL=f'"{model}"', LEAVES="true"))
+    assert int(re.search(r"model (\d+)", output).group(1)) == 64 + 4, output  # it acts once more before it is gone
 
 
 def test_the_lander_learns_in_2d_physics(godot):

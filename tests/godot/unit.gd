@@ -14,7 +14,9 @@ func _run() -> void:
 	_images()
 	_command_line()
 	_framer()
+	_overlong()
 	_speed()
+	_frame_bound()
 	_transform_sensor()
 	await _ray_sensors()
 	await _pause()
@@ -83,6 +85,7 @@ func _agents() -> void:
 	_check("what is legal", agent.mask_row, PackedByteArray([0, 1]))
 	agent.legal = PackedByteArray([0, 0])
 	_holds("nothing legal", agent.look(), "mask() leaves no legal choice for action 'jump'")
+	_check("and the game's own mask is not written to", agent.legal, PackedByteArray([0, 0]))
 	agent.legal = PackedByteArray([1])
 	_holds("a mask too small", agent.look(), "mask() gave 1 bytes for action 'jump', expected a PackedByteArray of 2")
 	agent.masks_actions = false
@@ -209,6 +212,15 @@ func _frame(chunks: Array, piece: int, single_character: bool) -> Array:
 	return messages
 
 
+func _overlong() -> void:
+	var framer := ConsacTextFramer.new()
+	var bytes := PackedByteArray()
+	bytes.resize(ConsacTextFramer.LONGEST)
+	bytes.fill(49)
+	_check("as long as a message may be", framer.feed(bytes, 0), true)
+	_check("and longer", framer.feed(PackedByteArray([49]), 0), false)
+
+
 func _drain(framer: ConsacTextFramer, now: int, messages: Array) -> void:
 	while true:
 		var message := framer.next(now)
@@ -228,6 +240,18 @@ func _speed() -> void:
 	_check("all settings are back", _settings(), before)
 	speed.restore()
 	_check("and stay", _settings(), before)
+
+
+func _frame_bound() -> void:
+	var root := Node.new()
+	root.add_child(Node2D.new())
+	_check("nothing goes with frames", ConsacSceneCheck.frame_bound(root), null)
+	for node: Node in [Timer.new(), AnimationPlayer.new(), AnimatedSprite2D.new(), AnimatedSprite3D.new()]:
+		root.add_child(node)
+		_check("%s goes with frames" % node.get_class(), ConsacSceneCheck.frame_bound(root), node)
+		root.remove_child(node)
+		node.free()
+	root.free()
 
 
 func _settings() -> Array:

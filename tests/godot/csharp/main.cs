@@ -20,6 +20,7 @@ public static class Program
         agent.Methods["end_episode"] = given => { ended = true; return new Variant(); };
         var walker = new Walker { Parent = agent };
         walker._EnterTree();
+        walker._EnterTree();  // the agent has moved, and it with it: nothing is connected twice
         ((Action<long>)agent.Signals["resetting"])(7);
         var seen = new Godot.Collections.Dictionary();
         ((Action<Godot.Collections.Dictionary>)agent.Signals["observing"])(seen);
@@ -33,6 +34,11 @@ public static class Program
         ((Action<Godot.Collections.Dictionary>)agent.Signals["acting"])(chosen);
         ((Action)agent.Signals["judging"])();
         Check("it ends", ended);
+
+        var legal = new Godot.Collections.Dictionary();
+        legal["jump"] = new byte[] { 1, 1 };
+        ((Action<Godot.Collections.Dictionary>)agent.Signals["masking"])(legal);
+        Check("it forbids", legal["jump"].AsByteArray()[1] == 0);
 
         var native = new GodotObject();
         native.Methods["load"] = given => given[0].AsString() == "res://m.consac" ? "" : "there is no file";

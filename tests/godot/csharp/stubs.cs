@@ -38,6 +38,7 @@ namespace Godot
         public int AsInt32() => Convert.ToInt32(Value);
         public float AsSingle() => Convert.ToSingle(Value);
         public string AsString() => (string)Value;
+        public byte[] AsByteArray() => (byte[])((byte[])Value).Clone();
         public GodotObject AsGodotObject() => (GodotObject)Value;
         public Collections.Dictionary AsGodotDictionary() => (Collections.Dictionary)Value;
     }

@@ -9,39 +9,33 @@ var _dock: Control
 
 
 func _ready() -> void:
-	while EditorInterface.get_resource_filesystem().is_scanning():
-		await _wait(0.2)
+	await _until(func() -> bool: return not EditorInterface.get_resource_filesystem().is_scanning())
 	EditorInterface.get_editor_settings().set_setting("run/window_placement/game_embed_mode", -1)
-	await _wait(1.0)
-	_dock = EditorInterface.get_base_control().find_child("CONSAC", true, false)
+	var base := EditorInterface.get_base_control()
+	await _until(func() -> bool: return base.find_child("CONSAC", true, false) != null)
+	_dock = base.find_child("CONSAC", true, false)
 	var tab: Control = _dock
 	while not tab.get_parent() is TabContainer:
 		tab = tab.get_parent()
 	tab.get_parent().current_tab = tab.get_index()
-	EditorInterface.open_scene_from_path("res://warned.tscn")
-	await _wait(1.5)
+	await _open("res://warned.tscn")
 	var sync := EditorInterface.get_edited_scene_root().get_node("ConsacSync")
 	for warning in sync._get_configuration_warnings():
 		print("drive: warning: ", warning)
-	EditorInterface.open_scene_from_path("res://examples/road/road.tscn")
-	await _wait(1.0)
+	sync.mode = ConsacSync.Mode.BY_HAND
+	var of_loop := Array(sync._get_configuration_warnings()).filter(func(text: String) -> bool: return text.contains("loop_mode"))
+	print("drive: by hand of loop_mode: ", of_loop.size())
+	await _open("res://examples/road/road.tscn")
 	print("drive: warnings of the road: ", EditorInterface.get_edited_scene_root().get_node("ConsacSync")._get_configuration_warnings())
 	_dock._model.text = "res://docked.consac"
 	_dock._steps.value = 1e9
 	_dock._start.pressed.emit()
-	for i in 240:
-		await _wait(0.25)
-		if _dock._curve.count() >= 6:
-			break
+	await _until(func() -> bool: return _dock._curve.count() >= 6)
 	await _picture("dock")
 	print("drive: points of the curve: ", _dock._curve.count(), ", curves: ", _dock._curves.keys())
 	_dock._stop.pressed.emit()
-	for i in 120:
-		await _wait(0.25)
-		if not EditorInterface.is_playing_scene():
-			break
+	await _until(func() -> bool: return not EditorInterface.is_playing_scene())
 	print("drive: playing after stop: ", EditorInterface.is_playing_scene())
-	await _wait(1.0)
 	var saved := FileAccess.file_exists("res://docked.stopped.consac")
 	print("drive: saved: ", saved)
 	if saved:
@@ -59,6 +53,20 @@ func _ready() -> void:
 	await _wait(1.0)
 	await _picture("help_agent")
 	get_tree().quit()
+
+
+func _open(scene: String) -> void:
+	EditorInterface.open_scene_from_path(scene)
+	await _until(func() -> bool:
+		var root := EditorInterface.get_edited_scene_root()
+		return root != null and root.scene_file_path == scene)
+	await get_tree().process_frame  # the nodes are there, and ready
+
+
+# Waits for what must come: without an end, which the test has.
+func _until(holds: Callable) -> void:
+	while not holds.call():
+		await _wait(0.1)
 
 
 func _wait(seconds: float) -> void:

@@ -3,6 +3,7 @@ extends Node2D
 ## the learner the first choice in every second step.
 
 const MODEL := ""
+const LEAVES := false  # two act by a copy of the model, and one leaves
 
 var by_rule := 0
 var by_model := 0
@@ -12,6 +13,7 @@ var illegal := 0
 class Chooses:
 	extends ConsacAgent
 	var done := -1
+	var leaves := false
 
 	func _init() -> void:
 		observations = [ConsacEntry.box(&"b", 1), ConsacEntry.box(&"a", 1)]
@@ -38,6 +40,8 @@ class Chooses:
 	func judge() -> void:
 		add_reward(1.0 if done == 2 else 0.0)
 		note(&"twos", 1.0 if done == 2 else 0.0)
+		if leaves and steps == 2:
+			queue_free()
 
 	func heuristic(into: Dictionary) -> void:
 		into[&"choice"] = 1
@@ -54,6 +58,12 @@ func _ready() -> void:
 		third.masks_actions = true
 		third.control = ConsacAgent.ControlMode.MODEL
 		third.model = load(MODEL)
+		if LEAVES:
+			third.model = third.model.duplicate()
+			third.model.resource_path = "res://opponents.tscn::model"
+			var fourth := third.duplicate()
+			fourth.leaves = true
+			add_child(fourth)
 		all.append(third)
 	var sync := ConsacSync.new()
 	all.append(sync)

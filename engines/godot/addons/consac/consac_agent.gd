@@ -336,10 +336,7 @@ func ask_heuristic() -> String:
 func _look_at_masks() -> void:
 	for entry in actions:
 		if entry.kind == ConsacEntry.Kind.DISCRETE:
-			var legal := PackedByteArray()
-			legal.resize(entry.choices)
-			legal.fill(1)
-			_legal[entry.name] = legal
+			_legal[entry.name] = _everything(entry)
 	mask(_legal)
 	mask_row.clear()
 	for entry in actions:
@@ -349,13 +346,18 @@ func _look_at_masks() -> void:
 		if not legal is PackedByteArray or legal.size() != entry.choices:
 			_blame("mask() gave %s for action '%s', expected a PackedByteArray of %d" % [
 					_kind_of(legal) if not legal is PackedByteArray else "%d bytes" % legal.size(), entry.name, entry.choices])
-			legal = PackedByteArray()
-			legal.resize(entry.choices)
-			legal.fill(1)
+			legal = _everything(entry)
 		elif legal.count(0) == legal.size():
 			_blame("mask() leaves no legal choice for action '%s'; one at least must be" % entry.name)
-			legal.fill(1)
+			legal = _everything(entry)  # what mask() gave is the game's own
 		mask_row.append_array(legal)
+
+
+static func _everything(entry: ConsacEntry) -> PackedByteArray:
+	var legal := PackedByteArray()
+	legal.resize(entry.choices)
+	legal.fill(1)
+	return legal
 
 
 # The general way into a row; says what does not fit. A picture stays where it is.

@@ -5,8 +5,8 @@ extends Resource
 ## A trained model: a file [code]NAME.consac[/code] in the project, as the file system dock shows it. The file itself is
 ## the resource: [method ResourceLoader.load] reads it, an exported game takes it along.
 
-## The file's bytes.
-var bytes := PackedByteArray()
+## The file's bytes. A copy that was made unique, or lies in another resource, has them too.
+@export_storage var bytes := PackedByteArray()
 ## Whose model it is.
 @export_custom(PROPERTY_HINT_NONE, "", PROPERTY_USAGE_EDITOR | PROPERTY_USAGE_READ_ONLY) var behaviour := ""
 ## What it observes and does, in the words of [method ConsacModel.describe].
@@ -14,6 +14,11 @@ var bytes := PackedByteArray()
 @export_custom(PROPERTY_HINT_MULTILINE_TEXT, "", PROPERTY_USAGE_EDITOR | PROPERTY_USAGE_READ_ONLY) var does := ""
 ## How it was trained, as the file tells it.
 @export_custom(PROPERTY_HINT_MULTILINE_TEXT, "", PROPERTY_USAGE_EDITOR | PROPERTY_USAGE_READ_ONLY) var training := ""
+
+
+## The .consac file that it is; "" for a copy, which is none.
+func file() -> String:
+	return "" if resource_path.contains("::") or resource_path.get_extension() != "consac" else resource_path
 
 
 ## Reads a file's bytes. What is wrong with them, or "".

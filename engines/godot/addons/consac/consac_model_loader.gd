@@ -2,7 +2,7 @@
 class_name ConsacModelLoader
 extends ResourceFormatLoader
 ## Makes [code].consac[/code] files resources: they can be loaded, dragged onto a property, and go into exported games
-## without a filter. The engine finds this class by itself.
+## with all resources. The engine finds this class by itself, once the editor has opened the project.
 
 
 func _get_recognized_extensions() -> PackedStringArray:

@@ -3,15 +3,10 @@ extends RefCounted
 ## The agents of a [ConsacSync] that its backend does not drive: each acts by a model or by its own rule. Beside agents
 ## that learn they are the opponents; in a game in which models act they are whoever came after the beginning.
 
-# One model and those who act by it, a row each; null is a free row.
+# One model and those who act by it.
 class Team:
+	extends ConsacRows
 	var model: RefCounted
-	var agents: Array[ConsacAgent] = []
-	var images: Array[StringName] = []
-	var numbers := 0  # of an action
-	var empty_row := PackedFloat32Array()
-	var empty_bytes := PackedByteArray()
-	var empty_mask := PackedByteArray()
 
 ## All of them.
 var agents: Array[ConsacAgent] = []
@@ -24,12 +19,11 @@ func take_by_hand(agent: ConsacAgent) -> void:
 	_add(agent)
 
 
-## [param agent], which is prepared, acts by the model in the file at [param path] from now on, or where that is empty by
-## the one in [param bytes]. Why it cannot, or "".
+## [param agent], which is prepared, acts by the model in the file at [param path] from now on, or by the one in [param
+## bytes] where that is no file of its own. Why it cannot, or "".
 func take_by_model(agent: ConsacAgent, path: String, bytes := PackedByteArray()) -> String:
 	if not ClassDB.class_exists(ConsacSync.NATIVE_MODEL):
 		return "%s is to act by a model, which needs the native extension; see engines/godot/README.md" % agent.name
-	var nameless_seen := false
 	var key := [path if not path.is_empty() else str(hash(bytes)), ConsacEntry.tables(agent.all_observations),
 			ConsacEntry.tables(agent.actions), agent.masks_actions]
 	var team: Team = _teams.get(key)
@@ -44,14 +38,7 @@ func take_by_model(agent: ConsacAgent, path: String, bytes := PackedByteArray())
 				actions = ConsacEntry.tables_for(agent.actions, team.model.describe().actions)})
 		if not fault.is_empty():
 			return "%s cannot act by this model: %s" % [agent.name, fault]
-		team.numbers = agent.action_row.size()
-		team.empty_row.resize(agent.row.size())
-		team.empty_mask.resize(agent.mask_row.size())
-		team.empty_mask.fill(1)
-		for entry in agent.all_observations:
-			if entry.kind == ConsacEntry.Kind.IMAGE:
-				team.images.append(entry.name)
-				team.empty_bytes.resize(team.empty_bytes.size() + entry.height * entry.width * entry.channels)
+		team.take_form(agent)
 		_teams[key] = team
 	var place := team.agents.find(null)
 	if place < 0:
@@ -101,18 +88,8 @@ func _add(agent: ConsacAgent) -> void:
 
 
 func _ask(team: Team) -> String:
-	var rows := PackedFloat32Array()
-	var bytes := PackedByteArray()
-	var masks := PackedByteArray()
-	for agent in team.agents:
-		rows.append_array(team.empty_row if agent == null else agent.row)
-		masks.append_array(team.empty_mask if agent == null else agent.mask_row)
-		if not team.images.is_empty():
-			bytes.append_array(team.empty_bytes if agent == null else agent.image_bytes(agent.values, team.images))
-	var chosen: PackedFloat32Array = team.model.predict_with(rows, bytes, masks, false)
+	var chosen: PackedFloat32Array = team.model.predict_with(team.observations(), team.pictures(), team.masks(), false)
 	if chosen.size() != team.agents.size() * team.numbers:
 		return team.model.last_error()
-	for i in team.agents.size():
-		if team.agents[i] != null:
-			team.agents[i].action_row = chosen.slice(i * team.numbers, (i + 1) * team.numbers)
+	team.hand_out(chosen)
 	return ""

@@ -81,8 +81,8 @@ func is_due(every_s: float) -> bool:
 	return every_s > 0.0 and Time.get_ticks_usec() - _told_usec >= every_s * 1e6
 
 
-## How things stand, as numbers by name; also the next row of the curve.
-func tell() -> Dictionary:
+## How things stand, as numbers by name, [param more] among them; also the next row of the curve.
+func tell(more := {}) -> Dictionary:
 	var now := Time.get_ticks_usec()
 	var numbers := {
 		steps = _steps,
@@ -93,6 +93,7 @@ func tell() -> Dictionary:
 	if episodes > 0:
 		numbers.mean_episode_reward = mean_episode_reward()
 		numbers.mean_episode_length = _mean_length()
+	numbers.merge(more)
 	for name: StringName in _sums:
 		numbers[String(name)] = _sums[name][0] / _sums[name][1]
 	_sums.clear()

@@ -25,6 +25,8 @@ static func frame_bound(root: Node) -> Node:
 		if (node is AnimationMixer and (node as AnimationMixer).callback_mode_process
 				== AnimationMixer.ANIMATION_CALLBACK_MODE_PROCESS_IDLE):
 			return node
+		if node is AnimatedSprite2D or node is AnimatedSprite3D:
+			return node
 		if node.is_processing() and node.get_script() != null and not _is_ours(node):
 			return node
 	return null
@@ -51,7 +53,7 @@ static func warnings_of(sync: Node) -> PackedStringArray:
 			for property: String in ["body", "viewport", "observer", "subject", "origin"]:
 				if property in sensor and sensor.get(property) == null:
 					found.append("%s/%s: %s is empty; set it to a node." % [agent.name, sensor.name, property])
-	if sync.get("loop_mode"):
+	if sync.get("loop_mode") and sync.get("mode") in [0, 1]:  # where something learns
 		var fault := fault_of_loop(root)
 		if not fault.is_empty():
 			found.append(fault)

@@ -23,8 +23,8 @@ enum Protocol {
 signal session_began
 ## A session is over; [param fault] is "" when it ended as it should.
 signal session_ended(fault: String)
-## Every [member report_every_s] while something learns: how it goes, as numbers by name (steps, steps_per_s, episodes,
-## mean_episode_reward, mean_episode_length, updates, and what [method ConsacAgent.note] was told).
+## Every [member report_every_s], and once more where a training ends: how it goes, as numbers by name (steps, steps_per_s,
+## episodes, mean_episode_reward, mean_episode_length, updates, and what [method ConsacAgent.note] was told).
 signal progressed(numbers: Dictionary)
 
 ## Every sync is in this group.
@@ -110,7 +110,7 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 ## Shows state, steps a second and mean reward on the screen.
 @export var show_budget: bool = true
 
-## Decisions of this session, of all agents.
+## Decisions of this session, of all agents but opponents of those that learn.
 var steps: int = 0
 ## What it has counted of this session.
 var report := ConsacReport.new()
@@ -193,9 +193,9 @@ func mean_episode_reward() -> float:
 	return report.mean_episode_reward()
 
 
-## Where the model lies that acts, or is saved.
+## Where the model lies that acts; "" where none is set, or one that is no file of its own.
 func path_to_model() -> String:
-	return model.resource_path if model_path.is_empty() and model != null else model_path
+	return model.file() if model_path.is_empty() and model != null else model_path
 
 
 ## Whether agents may leave while it runs.
@@ -324,7 +324,7 @@ func _take_in(agent: ConsacAgent) -> String:
 ## An agent that the backend does not drive. What is wrong, or "".
 func _let_play(agent: ConsacAgent) -> String:
 	if agent.control == ConsacAgent.ControlMode.MODEL:
-		return _players.take_by_model(agent, agent.model.resource_path, agent.model.bytes)
+		return _players.take_by_model(agent, agent.model.file(), agent.model.bytes)
 	if agent.control == ConsacAgent.ControlMode.AS_THE_SYNC and mode == Mode.ACT:
 		return _players.take_by_model(agent, ConsacNativeBackend.path_of(path_to_model(), agent.behaviour))
 	agent.by_rule = true
@@ -333,8 +333,15 @@ func _let_play(agent: ConsacAgent) -> String:
 
 
 func _choose_backend() -> String:
-	if mode == Mode.BY_HAND and (record_path.is_empty() or not has_native()) or _driven.is_empty():
-		backend = ConsacHandBackend.new()
+	if not record_path.is_empty():
+		if _driven.is_empty():
+			return ("record_path is set, and there is no agent to record: of those that are there when it begins, none does "
+					+ "as this node says")
+		if not has_native() or (mode == Mode.SERVE and protocol == Protocol.TEXT1):
+			return "record_path is set, and only the native extension records; %s" % (
+					_how_to_get_native() if not has_native() else "leave protocol as it is, which speaks text protocol 1 too")
+	if mode == Mode.BY_HAND and record_path.is_empty() or _driven.is_empty():
+		backend = ConsacHandBackend.new("acting" if mode == Mode.ACT else "by hand")
 		return ""
 	if has_native() and (mode != Mode.SERVE or protocol != Protocol.TEXT1):
 		backend = load(NATIVE_BACKEND).new(self)
@@ -539,13 +546,16 @@ func _offer(fault: String) -> void:
 
 
 func _report() -> void:
-	var numbers := report.tell()
-	var told := backend.progress()
-	if told.has("updates") and told.updates > 0:
-		numbers.updates = told.updates
+	var numbers := _tell()
 	if mode == Mode.TRAIN:
 		print("consac: ", ConsacReport.line_of(numbers, training_length))
 	progressed.emit(numbers)
+
+
+# Also the next row of the curve.
+func _tell() -> Dictionary:
+	var updates: int = backend.progress().get("updates", 0)
+	return report.tell({updates = updates} if updates > 0 else {})
 
 
 func _end_session(fault: String) -> void:
@@ -564,9 +574,10 @@ func _end_session(fault: String) -> void:
 		if counts:
 			_exit_code = 1
 	if _learns() and counts:
-		progressed.emit(report.tell())
+		progressed.emit(_tell())
 	session_ended.emit(fault)
-	if (mode == Mode.BY_HAND and not fault.is_empty()) or (sessions > 0 and _over >= sessions):
+	# Only another trainer may do better: a learner, a model and a rule would meet the same again.
+	if (mode != Mode.SERVE and not fault.is_empty()) or (sessions > 0 and _over >= sessions):
 		_finish("")
 	elif not _learns() and fault.is_empty():
 		_go_on()
@@ -584,9 +595,10 @@ func _finish(fault: String) -> void:
 	if not fault.is_empty():
 		printerr("consac: ", fault)
 		_exit_code = 1
+	var heard := backend != null and backend.interrupted()  # while it ended anyway
 	stop()
-	if quit_at_end:
-		get_tree().quit(_exit_code)
+	if quit_at_end or heard:
+		get_tree().quit(130 if heard else _exit_code)
 
 
 # Ctrl-C, SIGTERM, or the dock's button: what was learned or recorded is saved, and the program ends.

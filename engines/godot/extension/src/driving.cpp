@@ -32,6 +32,12 @@ void World::Refuse(const std::string& why) {
 }
 
 void World::Close() {
+  Stop();
+  if (watches_) ForgetInterrupts();
+  watches_ = false;
+}
+
+void World::Stop() {
   driver_.reset();
   if (world_ != nullptr) world_->Abandon();
   told_ended_ = 0;
@@ -50,7 +56,7 @@ Status World::Serve(const Dictionary& options) {
   CONSAC_RETURN_IF_ERROR(Ready());
   const Result<host::ServeOptions> read = ReadServe(options);
   if (!read.ok()) return read.status();
-  Close();
+  Stop();
   return Drive(host::Serve(*world_, *read));
 }
 
@@ -62,7 +68,7 @@ Status World::Train(const Dictionary& options) {
   Result<std::vector<std::vector<std::byte>>> models = ReadAll(start_from);
   if (!models.ok()) return models.status();
   read->start_from = *std::move(models);
-  Close();
+  Stop();
   return Drive(host::Train(*world_, *read));
 }
 
@@ -77,7 +83,7 @@ Status World::Act(const Dictionary& options) {
   }
   const Result<std::vector<std::vector<std::byte>>> models = ReadAll(read->models);
   if (!models.ok()) return models.status();
-  Close();
+  Stop();
   const Status status = Drive(host::Act(*world_, *models, *read));
   if (status.ok()) return status;
   std::string paths;
@@ -87,7 +93,7 @@ Status World::Act(const Dictionary& options) {
 
 Status World::ByHand(std::int64_t seed) {
   CONSAC_RETURN_IF_ERROR(Ready());
-  Close();
+  Stop();
   driver_ = host::ByHand(*world_, static_cast<std::uint64_t>(seed));
   return Status::Ok();
 }
@@ -136,7 +142,8 @@ bool World::Finished() {
 }
 
 void World::WatchInterrupts() {
-  CatchInterrupts();
+  if (!watches_) CatchInterrupts();
+  watches_ = true;
 }
 
 bool World::WasInterrupted() {

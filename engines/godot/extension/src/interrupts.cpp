@@ -12,7 +12,7 @@ namespace {
 
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no lock");
-bool catching = false;
+int watchers = 0;
 
 #ifdef _WIN32
 
@@ -24,30 +24,42 @@ BOOL WINAPI Note(DWORD) {
 #else
 
 constexpr int kSignals[] = {SIGINT, SIGTERM};
-struct sigaction before[2];
-bool ours[2] = {false, false};
+std::atomic<bool> ours[2] = {false, false};  // where nobody else had asked for them
 
+// The second one, whichever of them, ends the program.
 void Note(int) {
   interrupted.store(true);
+  for (int i = 0; i < 2; ++i)
+    if (ours[i].exchange(false)) std::signal(kSignals[i], SIG_DFL);
 }
 
 #endif
 
+void Release() {
+#ifdef _WIN32
+  SetConsoleCtrlHandler(&Note, FALSE);
+#else
+  for (int i = 0; i < 2; ++i)
+    if (ours[i].exchange(false)) std::signal(kSignals[i], SIG_DFL);
+#endif
+}
+
 }  // namespace
 
 void CatchInterrupts() {
-  if (catching) return;
-  catching = true;
+  if (watchers++ > 0) return;
   interrupted.store(false);
 #ifdef _WIN32
   SetConsoleCtrlHandler(&Note, TRUE);
 #else
   for (int i = 0; i < 2; ++i) {
-    if (sigaction(kSignals[i], nullptr, &before[i]) != 0 || before[i].sa_handler != SIG_DFL) continue;
+    struct sigaction before {};
+    if (sigaction(kSignals[i], nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
     struct sigaction note {};
     note.sa_handler = &Note;
-    note.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);  // the second one ends the program
-    ours[i] = sigaction(kSignals[i], &note, nullptr) == 0;
+    note.sa_flags = SA_RESTART;
+    ours[i].store(true);
+    if (sigaction(kSignals[i], &note, nullptr) != 0) ours[i].store(false);
   }
 #endif
 }
@@ -57,16 +69,12 @@ bool Interrupted() {
 }
 
 void ForgetInterrupts() {
-  if (!catching) return;
-  catching = false;
-#ifdef _WIN32
-  SetConsoleCtrlHandler(&Note, FALSE);
-#else
-  for (int i = 0; i < 2; ++i) {
-    if (ours[i]) sigaction(kSignals[i], &before[i], nullptr);
-    ours[i] = false;
-  }
-#endif
+  if (watchers > 0 && --watchers == 0) Release();
+}
+
+void EndInterrupts() {
+  if (watchers > 0) Release();
+  watchers = 0;
 }
 
 }  // namespace consac::godot

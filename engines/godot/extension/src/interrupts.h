@@ -4,11 +4,13 @@
 
 namespace consac::godot {
 
-/// From now on they are noted. A second call does nothing.
+/// From now on they are noted, until each that has called this has called ForgetInterrupts().
 void CatchInterrupts();
-/// Whether one has come since.
+/// Whether one has come since the first call.
 bool Interrupted();
-/// As it was before CatchInterrupts().
+/// As it was before CatchInterrupts(), once nobody else wants them.
 void ForgetInterrupts();
+/// Likewise, whoever wants them: the handler goes with the library.
+void EndInterrupts();
 
 }  // namespace consac::godot

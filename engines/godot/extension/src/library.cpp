@@ -51,7 +51,7 @@ void Initialise(void*, GDExtensionInitializationLevel level) {
 void Deinitialise(void*, GDExtensionInitializationLevel level) {
   if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
   registered.clear();
-  ForgetInterrupts();  // the handler goes with the library
+  EndInterrupts();
   SetHooks(Hooks{});
 }
 

@@ -14,7 +14,7 @@ Status World::Create(const Dictionary& description) {
   const std::vector<host::Offering> offerings = options->offerings;
   Result<std::unique_ptr<host::TickWorld>> world = host::TickWorld::Create(*std::move(options));
   if (!world.ok()) return world.status();
-  Close();
+  Stop();
   rows_.clear();
   world_ = *std::move(world);
   host::AgentId first = 0;

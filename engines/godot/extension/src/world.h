@@ -47,7 +47,7 @@ class World : public Instance {
   Status Offer();
   std::int64_t Port();
   bool Finished();
-  void WatchInterrupts();  // CatchInterrupts()
+  void WatchInterrupts();  // CatchInterrupts(), until Close()
   bool WasInterrupted();
   void SetPaused(bool paused);
   Dictionary Progress();
@@ -104,6 +104,7 @@ class World : public Instance {
   Status Ready() const;
   Result<Part> All(std::int64_t behaviour);
   Result<Part> One(std::int64_t agent);
+  void Stop();  // nobody drives any more
   Status Drive(Result<std::unique_ptr<host::Driver>> driver);
 
   Result<Floats> ReadActions(const Result<Part>& part);
@@ -116,6 +117,7 @@ class World : public Instance {
   std::vector<Rows> rows_;  // by behaviour; recorders go before the world
   std::unique_ptr<host::Driver> driver_;
   std::int64_t told_ended_ = 0;  // of the driver's sessions
+  bool watches_ = false;         // for interrupts
 };
 
 }  // namespace consac::godot

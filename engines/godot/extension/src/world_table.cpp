@@ -51,10 +51,10 @@ std::vector<Method> DrivingMethods() {
                                  "Everything is written: observations, rewards, ends. What is wrong with it, or \"\"."),
       Bind<World, &World::Port>("port", {}, "The port that is open; 0 for none."),
       Bind<World, &World::Finished>("finished", {}, "Whether a training has come to its end with all of its steps."),
-      Bind<World, &World::WatchInterrupts>(
-          "watch_interrupts", {},
-          "From now on Ctrl-C and SIGTERM are noted, and only the second one ends the program. In an engine "
-          "without a window that is the place to save what was learned."),
+      Bind<World, &World::WatchInterrupts>("watch_interrupts", {},
+                                           "From now on, until [method close], Ctrl-C and SIGTERM are noted, and only "
+                                           "the second one ends the program. In an engine "
+                                           "without a window that is the place to save what was learned."),
       Bind<World, &World::WasInterrupted>("interrupted", {},
                                           "Whether Ctrl-C or SIGTERM has come since [method watch_interrupts]."),
       Bind<World, &World::SetPaused>(

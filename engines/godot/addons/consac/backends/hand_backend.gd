@@ -1,16 +1,21 @@
 class_name ConsacHandBackend
 extends ConsacBackend
 ## The mode "by hand": each agent's [method ConsacAgent.heuristic] chooses, so that a person plays,
-## or a rule.
+## or a rule. Also where there is nobody yet, or nobody but those that act by models and rules of their own.
 
 var _agents: Array[ConsacAgent] = []
 var _begun := false
+var _doing: String
+
+
+func _init(doing := "by hand") -> void:
+	_doing = doing
 
 
 func begin(agents: Array[ConsacAgent]) -> String:
 	_agents = agents
 	_begun = false
-	state = "by hand"
+	state = _doing
 	return ""
 
 

@@ -9,19 +9,14 @@ const PLACEHOLDER := "{behaviour}"
 ## In the name of a model whose training was stopped before its end.
 const STOPPED := ".stopped"
 
-# The agents of one behaviour. Its rows are theirs, in this order; null is a free place.
+# The agents of one behaviour, at their places in the world.
 class Herd:
+	extends ConsacRows
 	var name := &""
-	var agents: Array[ConsacAgent] = []
-	var observations: Array[ConsacEntry] = []
+	var entries: Array[ConsacEntry] = []  # that they observe
 	var actions: Array[ConsacEntry] = []
 	var first := 0  # the first place's number in the world
 	var masked := false
-	var numbers := 0  # of an action
-	var images: Array[StringName] = []
-	var nothing := PackedFloat32Array()  # what a free place observes
-	var darkness := PackedByteArray()  # and its images
-	var liberty := PackedByteArray()  # and what is legal for it
 
 var _sync: ConsacSync
 var _agents: Array[ConsacAgent] = []
@@ -183,19 +178,10 @@ func _gather(agents: Array[ConsacAgent]) -> String:
 		if herd == null:
 			herd = Herd.new()
 			herd.name = agent.behaviour
-			herd.observations = agent.all_observations
+			herd.entries = agent.all_observations
 			herd.actions = agent.actions
 			herd.masked = agent.masks_actions
-			for entry in agent.actions:
-				if agent.masks_actions and entry.kind == ConsacEntry.Kind.DISCRETE:
-					herd.liberty.resize(herd.liberty.size() + entry.choices)
-			herd.liberty.fill(1)
-			for entry in agent.all_observations:
-				if entry.kind == ConsacEntry.Kind.IMAGE:
-					herd.images.append(entry.name)
-					herd.darkness.resize(herd.darkness.size() + entry.height * entry.width * entry.channels)
-			herd.nothing.resize(agent.row.size())
-			herd.numbers = agent.action_row.size()
+			herd.take_form(agent)
 			_herds.append(herd)
 		elif not _alike(agent, herd):
 			return "%s and %s share the behaviour '%s', but not their entries; give them one each" % [
@@ -212,7 +198,7 @@ func _create() -> String:
 			name = herd.name,
 			agents = maxi(herd.agents.size(), _sync.room_for_agents),
 			masks_actions = herd.masked,
-			observations = ConsacEntry.tables_for(herd.observations, _known(b, "observations")),
+			observations = ConsacEntry.tables_for(herd.entries, _known(b, "observations")),
 			actions = ConsacEntry.tables_for(herd.actions, _known(b, "actions")),
 		})
 	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
@@ -239,10 +225,10 @@ func _take_place(b: int, agent: ConsacAgent) -> void:
 
 ## What would only be found out after the training. What is wrong, or "".
 func _check_paths() -> String:
-	var path := _sync.path_to_model()
 	var trains := _mode == ConsacSync.Mode.TRAIN
+	var path := _sync.model_path if trains else _sync.path_to_model()
 	if _mode == ConsacSync.Mode.ACT and path.is_empty():
-		return "set model_path to the .consac file that is to act"
+		return "set model_path, or model, to the .consac file that is to act"
 	if trains and path.is_empty():
 		push_warning("model_path is empty, so what is learned will not be saved")
 	var of_each := {record_path = _sync.record_path}
@@ -302,6 +288,9 @@ func _drive() -> String:
 ## only meet the same again.
 func _restart() -> void:
 	_keep_recording()
+	if _unsaved:
+		error = _first(error, _keep(STOPPED))
+		_unsaved = false
 	_world.refuse(error)
 	_world.close()
 	_ended = true
@@ -344,24 +333,12 @@ func _offer(fault: String) -> void:
 func _look(b: int) -> String:
 	var herd := _herds[b]
 	var fault := ""
-	if not herd.nothing.is_empty():
-		if herd.agents.size() == 1 and herd.agents[0] != null:
-			fault = _world.set_observations(b, herd.agents[0].row)
-		else:
-			var rows := PackedFloat32Array()
-			for agent in herd.agents:
-				rows.append_array(herd.nothing if agent == null else agent.row)
-			fault = _world.set_observations(b, rows)
+	if herd.width > 0:
+		fault = _world.set_observations(b, herd.observations())
 	if not herd.images.is_empty():
-		var bytes := PackedByteArray()
-		for agent in herd.agents:
-			bytes.append_array(herd.darkness if agent == null else agent.image_bytes(agent.values, herd.images))
-		fault = _first(fault, _world.set_observation_bytes(b, bytes))
+		fault = _first(fault, _world.set_observation_bytes(b, herd.pictures()))
 	if herd.masked:
-		var masks := PackedByteArray()
-		for agent in herd.agents:
-			masks.append_array(herd.liberty if agent == null else agent.mask_row)
-		fault = _first(fault, _world.set_masks(b, masks))
+		fault = _first(fault, _world.set_masks(b, herd.masks()))
 	return fault
 
 
@@ -378,7 +355,7 @@ func _judge(b: int) -> String:
 		if not agent.terminated and not agent.truncated:
 			continue
 		fault = _first(fault, _world.end_episode(herd.first + i, 1 if agent.terminated else 2))
-		if not herd.nothing.is_empty():
+		if herd.width > 0:
 			fault = _first(fault, _world.set_final_observation_of(herd.first + i, agent.final_row))
 		if not herd.images.is_empty():
 			var pictures := agent.image_bytes(agent.final_values, herd.images)
@@ -399,10 +376,7 @@ func _hand_over() -> String:
 				if not fault.is_empty():
 					return fault
 			continue
-		var rows: PackedFloat32Array = _world.actions(b)
-		for i in herd.agents.size():
-			if herd.agents[i] != null:
-				herd.agents[i].action_row = rows.slice(i * herd.numbers, (i + 1) * herd.numbers)
+		herd.hand_out(_world.actions(b))
 	return ""
 
 
@@ -410,7 +384,7 @@ func _hand_over() -> String:
 ## name of its own, by [param mark], and takes no finished one's place. A model that has learned nothing yet is worth no
 ## file.
 func _keep(mark := "") -> String:
-	var path := _sync.path_to_model()
+	var path := _sync.model_path
 	if _mode != ConsacSync.Mode.TRAIN or path.is_empty():
 		return ""
 	for b in _herds.size():
@@ -452,7 +426,7 @@ func _known(b: int, role: String) -> Array:
 
 
 static func _alike(agent: ConsacAgent, herd: Herd) -> bool:
-	return (ConsacEntry.tables(agent.all_observations) == ConsacEntry.tables(herd.observations)
+	return (ConsacEntry.tables(agent.all_observations) == ConsacEntry.tables(herd.entries)
 			and ConsacEntry.tables(agent.actions) == ConsacEntry.tables(herd.actions)
 			and agent.masks_actions == herd.masked)
 

@@ -24,6 +24,7 @@ namespace Consac
 
         public override void _EnterTree()
         {
+            if (Agent == GetParent()) return;  // it was here before: the agent itself has moved
             Agent = GetParent();
             Agent.Connect("resetting", Callable.From<long>(Reset));
             Agent.Connect("observing", Callable.From<Dictionary>(Observe));
@@ -41,7 +42,8 @@ namespace Consac
         protected abstract void Act(Dictionary chosen);
         /// <summary>AddReward and EndEpisode for what happened since Act.</summary>
         protected abstract void Judge();
-        /// <summary>Where masks_actions is set: writes 0 into the byte[] of an entry where a choice is not legal.</summary>
+        /// <summary>Where masks_actions is set: a byte[] for each discrete entry, 0 where a choice is not legal. C# gets a copy
+        /// of it: change that and put it back, legal["jump"] = bytes.</summary>
         protected virtual void Mask(Dictionary legal) { }
         /// <summary>What a person, or a rule, does: one value for each action entry.</summary>
         protected virtual void Heuristic(Dictionary into) { }
