@@ -44,7 +44,7 @@ TEST_F(ProgramTest, UnknownNamesFindTheirNearest) {
 
 /// The first hundred steps of the row only fill the replay.
 TEST_F(ProgramTest, BenchCountsUpdatesWhereOneIsInAStep) {
-  const Outcome run = RunProgram(folder(), {"bench", "--only", "sac", "--repeats", "1", "--processor-time", "--json"});
+  const Outcome run = RunProgram(folder(), {"bench", "--only", "td3", "--repeats", "1", "--processor-time", "--json"});
   ASSERT_EQ(run.code, 0) << run.error;
   const nlohmann::json row = nlohmann::json::parse(run.out)["rows"][0];
   EXPECT_EQ(row["unit"], "k updates/s");
