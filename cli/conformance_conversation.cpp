@@ -260,8 +260,7 @@ Status Conversation::TakeWelcome(const Frame& frame) {
   resume_ = welcome->resume;
   limit_ = welcome->max_frame;
   reader_.SetLimit(limit_);
-  const auto& able = welcome->capabilities;
-  crc_ = std::find(able.begin(), able.end(), "crc") != able.end();
+  crc_ = protocol2::HasCapability(welcome->capabilities, "crc");
   return Status::Ok();
 }
 

@@ -1,5 +1,6 @@
 // The control messages of protocol 2 as JSON, but for those in which an engine and a trainer agree on what is stepped
 // (protocol2_spec.cpp).
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -33,6 +34,10 @@ Result<Json> ParseObject(std::span<const std::byte> payload) {
   if (!json.ok()) return Fault("MALFORMED", json.status().message() + ", in " + Quote(text));
   if (!json->is_object()) return Fault("MALFORMED", "a payload is no JSON object: " + Quote(text));
   return json;
+}
+
+bool HasCapability(std::span<const std::string> capabilities, std::string_view name) {
+  return std::find(capabilities.begin(), capabilities.end(), name) != capabilities.end();
 }
 
 std::string EncodeHello(const Hello& hello) {

@@ -17,10 +17,8 @@ namespace {
 constexpr std::size_t kRowsOffset = 8;  // in RELABEL
 
 bool HasPart(const Layout& layout, std::string_view part) {
-  return std::any_of(layout.leaves.begin(), layout.leaves.end(), [&](const Leaf& leaf) {
-    const std::string_view name = leaf.name;
-    return name.starts_with(part) && (name.size() == part.size() || name[part.size()] == '/');
-  });
+  return std::any_of(layout.leaves.begin(), layout.leaves.end(),
+                     [part](const Leaf& leaf) { return PathBelow(part, leaf).has_value(); });
 }
 
 Status CheckRelabelledRow(const Layout& layout, const std::byte* row, std::int64_t index) {
@@ -35,7 +33,7 @@ Status CheckRelabelledRow(const Layout& layout, const std::byte* row, std::int64
 }  // namespace
 
 bool HasGoals(const Layout& observation) {
-  return HasPart(observation, "achieved_goal") && HasPart(observation, "desired_goal");
+  return HasPart(observation, kAchievedGoal) && HasPart(observation, kDesiredGoal);
 }
 
 std::size_t RelabelBytes(const BehaviourSpec& behaviour, std::int64_t rows) {

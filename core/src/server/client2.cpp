@@ -18,6 +18,7 @@ namespace {
 
 using protocol2::Frame;
 using protocol2::FrameType;
+using protocol2::HasCapability;
 
 StatusCode CodeOf(std::string_view name) {
   if (name == "CAPACITY" || name == "SHUTTING_DOWN") return StatusCode::kUnavailable;
@@ -36,10 +37,8 @@ Status Client2::Begin() {
 
 Status Client2::BeginSession() {
   CONSAC_RETURN_IF_ERROR(SayHello());
-  const auto& able = welcome_.capabilities;
   const bool here = transport_->peer().starts_with("127.") || transport_->peer().starts_with("::1");
-  const bool share = here && options_.shared_memory && std::find(able.begin(), able.end(), kSharedMemory) != able.end();
-  return AskForSpec(share);
+  return AskForSpec(here && options_.shared_memory && HasCapability(welcome_.capabilities, kSharedMemory));
 }
 
 Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {
@@ -84,8 +83,7 @@ std::span<const std::uint8_t> Client2::present(std::size_t b) const {
 }
 
 bool Client2::prices_goals() const {
-  const auto& able = welcome_.capabilities;
-  return std::find(able.begin(), able.end(), kRelabelling) != able.end();
+  return HasCapability(welcome_.capabilities, kRelabelling);
 }
 
 // As few requests as the engine takes.
@@ -98,9 +96,11 @@ Status Client2::PriceGoals(std::size_t b, const std::byte* observations, std::in
     const std::byte* from = observations + static_cast<std::size_t>(begin) * behaviour.observation_layout.row_bytes;
     const Status asked = ExchangeGoals({b, some, from}, rewards + begin);
     if (asked.ok()) continue;
+    const std::string why = "while asking what other goals would have paid: ";
     const Status status = NamingPeer(asked, *transport_);
+    if (open_) over_ = ", " + why + status.message();
     Close();
-    return {status.code(), "while asking what other goals would have paid: " + status.message()};
+    return {status.code(), why + status.message()};
   }
   return Status::Ok();
 }
@@ -116,7 +116,6 @@ Status Client2::ExchangeGoals(const protocol2::Relabel& relabel, float* rewards)
 
 void Client2::KeepAlive() {
   const double now = Now();
-  if (alive_at_ < 0.0) alive_at_ = now;
   if (!open_ || now - alive_at_ < welcome_.heartbeat_s / 2.0) return;
   alive_at_ = now;
   (void)SendControl(FrameType::kPing, {});  // if that fails, the next request tells
@@ -154,6 +153,7 @@ Status Client2::SendControl(FrameType type, const std::string& json) {
 }
 
 Result<Frame> Client2::Perform(FrameType type) {
+  if (!open_) return Status{StatusCode::kUnavailable, "the session with " + transport_->peer() + " is over" + over_};
   const std::size_t payload = message_.size() - protocol2::kHeaderBytes;
   const std::uint64_t next = ++request_;
   refused_ = false;
@@ -233,7 +233,6 @@ Status Client2::Exchange(FrameType type, std::span<Batch> batches) {
   }
   check_.Ask(type, std::span(message_).subspan(protocol2::kHeaderBytes + protocol2::kActiveOffset));
   const Result<Frame> answer = Perform(type);
-  alive_at_ = -1.0;
   if (!answer.ok()) return answer.status();
   if (answer->header.type != FrameType::kResult) return Unexpected(*answer, "RESULT");
   if (const Status judged = check_.Judge(answer->payload); !judged.ok())
@@ -344,7 +343,10 @@ Result<bool> Client2::IsAnswer(const Frame& frame, std::uint64_t request, Patien
       break;
   }
   if ((static_cast<std::uint16_t>(frame.header.type) & protocol2::kOptionalType) != 0) return false;
-  if (frame.header.request == request) return true;
+  if (frame.header.request == request) {
+    alive_at_ = Now();
+    return true;
+  }
   if (!IsKnown(frame.header.type)) {
     return Status{StatusCode::kProtocol,
                   transport_->peer() + " sent a frame of type " + std::to_string(static_cast<int>(frame.header.type)) +

@@ -90,7 +90,8 @@ class Client2 final : public EnvClient {
   std::byte* BeginMessage(std::size_t payload_bytes);
   Status SendControl(FrameType type, const std::string& json);
 
-  /// Sends what BeginMessage prepared and waits for its answer, over a new connection if the first breaks.
+  /// Sends what BeginMessage prepared and waits for its answer, over a new connection if the first breaks. A session
+  /// that is over is not asked: kUnavailable at once.
   Result<Frame> Perform(FrameType type);
 
   /// The request through shared memory; kUnavailable when the connection beside it ended.
@@ -143,9 +144,10 @@ class Client2 final : public EnvClient {
   std::int64_t steps_ = 0;
   std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
   double engine_seconds_ = 0.0, deserted_at_ = -1.0;
-  double alive_at_ = -1.0;  // when the engine last heard of us; below 0: at the latest request
+  double alive_at_ = 0.0;  // when the engine last answered us, or was sent a PING
   bool agents_leave_ = false, open_ = false, refused_ = false, takes_seeds_ = true;
   std::string refusal_;  // the code of the latest refusal
+  std::string over_;     // by what the session ended, where we have ended it
   bool paused_ = false;  // the engine said so on this connection
 };
 

@@ -68,7 +68,7 @@ Status Client2::SayHello() {
   Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(answer->payload);
   if (!welcome.ok()) return welcome.status();
   for (const std::string& agreed : welcome->capabilities) {
-    if (std::find(hello.capabilities.begin(), hello.capabilities.end(), agreed) != hello.capabilities.end()) continue;
+    if (protocol2::HasCapability(hello.capabilities, agreed)) continue;
     return {StatusCode::kProtocol,
             transport_->peer() + " agrees to capability " + Quote(agreed) + ", which was not asked for (R21)"};
   }

@@ -56,17 +56,14 @@ Status Session2Server::Connect(Arrival arrival) {
   }
   resumable_ = false;
   answer_wanted_ = false;
-  const std::vector<std::string>& able = arrival.hello.capabilities;
-  const auto offer = [&](std::string_view name) {
-    if (std::find(able.begin(), able.end(), name) != able.end()) welcome.capabilities.emplace_back(name);
+  const auto agree = [&](std::string_view name, bool offered) {
+    const bool agreed = offered && protocol2::HasCapability(arrival.hello.capabilities, name);
+    if (agreed) welcome.capabilities.emplace_back(name);
+    return agreed;
   };
-  offer(kSharedMemory);
-  if (env_.renders()) offer(kRendering);
-  if (env_.prices_goals()) offer(kRelabelling);
-  const std::vector<std::string>& agreed = welcome.capabilities;
-  renders_ = std::find(agreed.begin(), agreed.end(), kRendering) != agreed.end();
-  relabels_ = std::find(agreed.begin(), agreed.end(), kRelabelling) != agreed.end();
-  shares_ = std::find(agreed.begin(), agreed.end(), kSharedMemory) != agreed.end();
+  shares_ = agree(kSharedMemory, true);
+  renders_ = agree(kRendering, env_.renders());
+  relabels_ = agree(kRelabelling, env_.prices_goals());
   welcome.server = std::string("consac ") + kVersion;
   welcome.session = number_;
   welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
@@ -272,12 +269,17 @@ Status Session2Server::SendJson(FrameType type, std::uint64_t request, const std
   return SendFrame(type, request, std::as_bytes(std::span(json)));
 }
 
-Status Session2Server::Answer(FrameType type, std::span<const std::byte> payload) {
-  answer_.resize(protocol2::kHeaderBytes + payload.size());
-  FrameHeader header{type, false, static_cast<std::uint32_t>(payload.size()), 0, request_, number_};
+std::byte* Session2Server::BeginAnswer(FrameType type, std::size_t payload_bytes) {
+  answer_.resize(protocol2::kHeaderBytes + payload_bytes);
+  FrameHeader header{type, false, static_cast<std::uint32_t>(payload_bytes), 0, request_, number_};
   protocol2::WriteHeader(header, answer_.data());
-  if (!payload.empty()) std::memcpy(answer_.data() + protocol2::kHeaderBytes, payload.data(), payload.size());
   answer_is_result_ = false;
+  return answer_.data() + protocol2::kHeaderBytes;
+}
+
+Status Session2Server::Answer(FrameType type, std::span<const std::byte> payload) {
+  std::byte* to = BeginAnswer(type, payload.size());
+  if (!payload.empty()) std::memcpy(to, payload.data(), payload.size());
   return Deliver(answer_);
 }
 

@@ -89,6 +89,8 @@ class Session2Server final : public Session2 {
   Status SayPaused();
 
   /// The answer to a request: kept, should it be asked for again.
+  /// Room for the payload of an answer, behind its header; Deliver(answer_) sends it.
+  std::byte* BeginAnswer(FrameType type, std::size_t payload_bytes);
   Status Answer(FrameType type, std::span<const std::byte> payload);
   Status Answer(FrameType type, const std::string& json) { return Answer(type, std::as_bytes(std::span(json))); }
   Status Repeat();
@@ -139,7 +141,6 @@ class Session2Server final : public Session2 {
   std::vector<std::byte> answer_, control_;  // latest answer that is no RESULT; frames between
   AlignedBytes relabel_;                     // RELABEL's payload
   std::vector<float> prices_;                // what its rows would have paid
-  std::vector<std::byte> rewards_;           // the same as REWARDS
   AlignedBytes result_;                      // latest RESULT with its header, unless it is in shared memory
   std::byte* result_at_ = nullptr;           // where it is
   std::size_t result_size_ = 0;

@@ -181,9 +181,8 @@ Status Session2Server::OnRelabel(std::span<const std::byte> payload) {
   if (!asked.ok()) return Refuse(asked.status());
   prices_.resize(static_cast<std::size_t>(asked->rows));
   env_.PriceGoals(asked->behaviour, asked->observations, asked->rows, prices_.data());
-  rewards_.resize(prices_.size() * sizeof(double));
-  protocol2::WriteRewards(prices_, rewards_.data());
-  return Answer(FrameType::kRewards, rewards_);
+  protocol2::WriteRewards(prices_, BeginAnswer(FrameType::kRewards, prices_.size() * sizeof(double)));
+  return Deliver(answer_);
 }
 
 }  // namespace consac

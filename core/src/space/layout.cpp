@@ -222,6 +222,14 @@ Layout Layout::Of(const Space& space) {
   return layout;
 }
 
+std::optional<std::string_view> PathBelow(std::string_view part, const Leaf& leaf) {
+  std::string_view rest = leaf.name;
+  if (!rest.starts_with(part)) return std::nullopt;
+  rest.remove_prefix(part.size());
+  if (!rest.empty() && rest[0] != '/') return std::nullopt;
+  return rest;
+}
+
 void EncodeFeatures(const Layout& layout, const std::byte* data, std::int64_t rows, float* features) {
   if (layout.plain_floats) {
     std::memcpy(features, data, static_cast<std::size_t>(rows) * layout.row_bytes);

@@ -55,6 +55,7 @@ class TrainingDriver final : public Driver {
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
+    options_.start_from.clear();  // models are large, and are not begun with again
     at_every_step_ = pupils_[0].learner->steps_per_update() == 0;
     TakeOverLearned();
     return Status::Ok();
@@ -283,7 +284,7 @@ class TrainingDriver final : public Driver {
 
   TickWorld& world_;
   Turn turn_;
-  const TrainOptions options_;
+  TrainOptions options_;  // start_from is empty once everybody has begun
   Rng rng_;
   std::vector<Pupil> pupils_;
   Phase phase_ = Phase::kBegin;

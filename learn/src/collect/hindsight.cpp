@@ -9,25 +9,15 @@
 namespace consac::learn {
 namespace {
 
-constexpr std::string_view kAchieved = "achieved_goal", kDesired = "desired_goal";
 constexpr int kMostDraws = 64;  // of a transition whose episode has finished
 
 std::size_t LeafBytes(const Leaf& leaf) {
   return static_cast<std::size_t>(leaf.count) * SizeOf(leaf.dtype);
 }
 
-/// "/x" of "goal/x", "" of "goal" itself; null where the leaf is not of that part.
-std::optional<std::string_view> Below(std::string_view part, const Leaf& leaf) {
-  const std::string_view name = leaf.name;
-  if (!name.starts_with(part)) return std::nullopt;
-  const std::string_view rest = name.substr(part.size());
-  if (!rest.empty() && rest[0] != '/') return std::nullopt;
-  return rest;
-}
-
 const Leaf* FindLeaf(const Layout& layout, std::string_view part, std::string_view rest) {
   for (const Leaf& leaf : layout.leaves) {
-    if (Below(part, leaf) == rest) return &leaf;
+    if (PathBelow(part, leaf) == rest) return &leaf;
   }
   return nullptr;
 }
@@ -51,10 +41,10 @@ Status Hindsight::GoalsFit(const BehaviourSpec& behaviour) {
   std::int64_t goals = 0;
   for (const Leaf& leaf : layout.leaves) {
     for (const bool achieved : {true, false}) {
-      const auto rest = Below(achieved ? kAchieved : kDesired, leaf);
+      const auto rest = PathBelow(achieved ? kAchievedGoal : kDesiredGoal, leaf);
       if (!rest.has_value()) continue;
       ++goals;
-      const Leaf* other = FindLeaf(layout, achieved ? kDesired : kAchieved, *rest);
+      const Leaf* other = FindLeaf(layout, achieved ? kDesiredGoal : kAchievedGoal, *rest);
       if (other == nullptr || !(other->space == leaf.space)) return refuse(Quote(leaf.name) + " has no like in those");
     }
   }
@@ -65,9 +55,9 @@ std::vector<Hindsight::Part> Hindsight::PartsOf(const BehaviourSpec& behaviour) 
   std::vector<Part> parts;
   const Layout& layout = behaviour.observation_layout;
   for (const Leaf& leaf : layout.leaves) {
-    const auto rest = Below(kAchieved, leaf);
+    const auto rest = PathBelow(kAchievedGoal, leaf);
     if (!rest.has_value()) continue;
-    const Leaf* desired = FindLeaf(layout, kDesired, *rest);
+    const Leaf* desired = FindLeaf(layout, kDesiredGoal, *rest);
     CONSAC_ASSERT(desired != nullptr);
     if (desired != nullptr) parts.push_back({leaf.offset, desired->offset, LeafBytes(leaf)});
   }

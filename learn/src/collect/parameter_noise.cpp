@@ -95,7 +95,9 @@ void ParameterNoise::Visit(Archive& archive) {
   archive("rng", rng_);
   archive("deviation", deviation_);
   archive.Check("deviation", deviation_ >= 0.0);
-  if (archive.loading()) acting_evaluator_.Load(acting_);
+  if (!archive.loading()) return;
+  deviation_ = std::min(deviation_, kStrongest);  // earlier programs let it grow further
+  acting_evaluator_.Load(acting_);
 }
 
 }  // namespace consac::learn

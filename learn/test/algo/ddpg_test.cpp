@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "collect/learned_network.h"
@@ -267,6 +268,22 @@ TEST(ParameterNoise, ANegativeDeviationIsRefused) {
   StateReader reader(writer.fields());
   reader("noise", other);
   EXPECT_EQ(reader.status().code(), StatusCode::kDataLoss);
+}
+
+// Of a checkpoint of an earlier program, which set it no bound.
+TEST(ParameterNoise, AStrongerDeviationThanThereIsIsReadAsTheStrongest) {
+  const nn::Network network =
+      *nn::Network::Create(*nn::Actor(Layout::Of(*Space::Box(-1, 1, {3})), {.tower = KnownTower({8})}, {}));
+  for (const double deviation : {1e9, std::numeric_limits<double>::infinity()}) {
+    ParameterNoise noise(network, 1, 4), other(network, 1, 4);
+    StateWriter writer;
+    writer("noise", noise);
+    std::memcpy(writer.fields()["noise/deviation"].bytes.data(), &deviation, sizeof(deviation));
+    StateReader reader(writer.fields());
+    reader("noise", other);
+    EXPECT_TRUE(reader.status().ok());
+    EXPECT_EQ(other.deviation(), ParameterNoise::kStrongest);
+  }
 }
 
 }  // namespace

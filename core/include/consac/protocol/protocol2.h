@@ -133,6 +133,9 @@ struct Welcome {
   bool resumed = false;
 };
 
+/// Whether `capabilities`, as HELLO and WELCOME list them, have one of that name.
+bool HasCapability(std::span<const std::string> capabilities, std::string_view name);
+
 /// How the next episode of an environment begins.
 enum class Autoreset : std::uint8_t { kSameStep, kNextStep, kDisabled };
 

@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -38,6 +40,11 @@ struct Layout {
   static Layout Of(const Space& space);
 };
 
+/// Where observations of a world with goals say which was reached and which is wanted, as Gymnasium's do.
+inline constexpr std::string_view kAchievedGoal = "achieved_goal", kDesiredGoal = "desired_goal";
+/// Where `leaf` lies below `part` of its tree: "/x" of "part/x", "" of `part` itself; null: elsewhere. A view of its
+/// name.
+std::optional<std::string_view> PathBelow(std::string_view part, const Leaf& leaf);
 /// Writes the flattened, one-hot form of `rows` rows as network input, in Gymnasium's order.
 /// `data` is [rows, row_bytes], `features` is [rows, feature_count].
 void EncodeFeatures(const Layout& layout, const std::byte* data, std::int64_t rows, float* features);
