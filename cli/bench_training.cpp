@@ -7,7 +7,7 @@
 
 #include "bench/peak.h"
 #include "cli/bench_rows.h"
-#include "consac/run/path.h"
+#include "consac/base/path.h"
 
 namespace consac::cli {
 namespace {
@@ -78,7 +78,7 @@ run::RunConfig ConfigOf(const BenchJob& job) {
   config.steps = job.steps;
   config.seed = 1;
   config.hyperparameters = job.settings;
-  config.directory = run::FromPath(std::filesystem::temp_directory_path() / "consac_bench");
+  config.directory = FromPath(std::filesystem::temp_directory_path() / "consac_bench");
   config.name = "bench";
   config.force = true;
   config.table = config.progress = config.tensorboard = false;

@@ -12,10 +12,10 @@
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
+#include "consac/base/path.h"
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/nn/kernels.h"
-#include "consac/run/path.h"
 #include "consac/server/env_client.h"
 
 namespace consac::cli {
@@ -55,12 +55,12 @@ Status TestLoopback() {
 
 Status TestDisk(const std::string& directory) {
   std::error_code error;
-  std::filesystem::create_directories(run::ToPath(directory), error);
+  std::filesystem::create_directories(ToPath(directory), error);
   if (error) return {StatusCode::kDataLoss, "cannot make folder '" + directory + "': " + error.message()};
   const std::string path = directory + "/.doctor";
   const std::vector<std::byte> bytes(1 << 16);
   const Status status = WriteFileAtomically(path, bytes);
-  std::filesystem::remove(run::ToPath(path), error);
+  std::filesystem::remove(ToPath(path), error);
   return status;
 }
 
@@ -161,8 +161,10 @@ int ExamineConformance(const DoctorFlags& flags) {
   if (of_trainer) {
     listener = ListenTcp(*endpoint);
     if (!listener.ok()) return Fail("doctor", listener.status());
-    Print("listening on {}; let the trainer connect, reset all and step all, again and again, within {} s each time\n",
-          flags.trainer, flags.Patience(kEndpointPatience));
+    Print(
+        "listening on tcp://{}:{}; let the trainer connect, reset all and step all, again and again, within {} s each "
+        "time\n",
+        endpoint->host, (*listener)->port(), flags.Patience(kEndpointPatience));
     FlushOutput();
   }
   const Result<ConformanceCount> count =
@@ -228,7 +230,7 @@ Action AddDoctor(CLI::App& app) {
       "that step, and what was sent before it");
   app.add_option(
       "--conformance-trainer", flags->trainer,
-      "test a trainer: be the engine at tcp://host:port. A connection is a case of "
+      "test a trainer: be the engine at tcp://host:port (port 0: a free one, which is said). A connection is a case of "
       "spec/conformance/protocol2/trainer.json or results.json: the trainer connects, resets all environments and "
       "steps all of them with random legal actions until the engine ends the session or is wrong, then connects anew, "
       "each time within --timeout s. It must be able to do same_step; run it again asking for next_step, and for "

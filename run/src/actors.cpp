@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "consac/base/names.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
-#include "consac/run/path.h"
 
 namespace consac::run {
 namespace {

@@ -1,9 +1,9 @@
 // Where a model's name leads.
 #include <algorithm>
 
+#include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/run/actors.h"
-#include "consac/run/path.h"
 #include "replaced_run.h"
 
 namespace consac::run {

@@ -4,11 +4,11 @@
 #include <cstring>
 
 #include "consac/base/names.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/env/buffer.h"
 #include "consac/policy/policy.h"
 #include "consac/run/actors.h"
-#include "consac/run/path.h"
 
 namespace consac::run {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "consac/base/hooks.h"
-#include "consac/run/path.h"
+#include "consac/base/path.h"
 #include "run_files.h"
 #include "system/system.h"
 

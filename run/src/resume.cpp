@@ -1,9 +1,9 @@
 #include "resume.h"
 
 #include "config_fields.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
-#include "consac/run/path.h"
 #include "consac/run/run_directory.h"
 #include "link.h"
 

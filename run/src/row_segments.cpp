@@ -200,17 +200,15 @@ std::set<std::string> RowSegments::FilesOf(const SegmentsByPath& segments) const
   return files;
 }
 
-// Opened before the check: it is of this folder then, whatever takes its place.
 void RowSegments::Remove(const std::set<std::string>& files) const {
   Folder folder;
-  if (files.empty() || !folder.Open(folder_).ok() || (check_ && !check_().ok())) return;
+  if (files.empty() || !folder.Open(folder_, check_).ok()) return;
   for (const std::string& file : files) folder.Remove(file);
 }
 
 void RowSegments::Committed() {
   written_.clear();
-  SegmentsByPath committed = segments_;
-  committed_ = std::move(committed);
+  committed_ = SegmentsByPath(segments_);  // a copy first: memory may be short, and half of it would be wrong
 }
 
 void RowSegments::RemoveUnneeded(std::int64_t keep) {

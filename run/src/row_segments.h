@@ -31,8 +31,7 @@ class RowSegments {
  public:
   /// In the folder of the checkpoints, which is written to as long as `check` says so. What is there already is kept
   /// until `keep` checkpoints have followed.
-  explicit RowSegments(std::string folder, FolderCheck check = {})
-      : folder_(std::move(folder)), check_(std::move(check)) {}
+  RowSegments(std::string folder, FolderCheck check) : folder_(std::move(folder)), check_(std::move(check)) {}
 
   /// Writes what of `rows` is new since the last time and lists all segments that hold some of it.
   Status Write(const std::string& path, StateRows& rows, std::vector<Segment>* all);

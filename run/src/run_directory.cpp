@@ -10,9 +10,9 @@
 #include "consac/base/file.h"
 #include "consac/base/memory.h"
 #include "consac/base/names.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/model/model_file.h"
-#include "consac/run/path.h"
 #include "consac/run/shortage.h"
 #include "replaced_run.h"
 #include "row_segments.h"
@@ -207,10 +207,9 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
 }
 
 void RunDirectory::RemoveCheckpoints(const std::string& name, std::int64_t keep) const {
-  std::vector<std::string> all = Checkpoints();
+  std::vector<std::string> all = Checkpoints();  // before the check: of this run's folder then
   Folder folder;
-  // Opened and looked into before the check: both are of this run's folder then.
-  if (!folder.Open(path_ + "/checkpoints").ok() || !CheckOurs().ok()) return;
+  if (!folder.Open(path_ + "/checkpoints", [this] { return CheckOurs(); }).ok()) return;
   // What is newer than this one was damaged, or it would have been resumed: it goes, and takes no good one's place.
   for (; !all.empty() && all.back() != name; all.pop_back()) folder.Remove(all.back());
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < all.size(); ++i) folder.Remove(all[i]);

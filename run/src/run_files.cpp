@@ -6,8 +6,8 @@
 
 #include "consac/base/json.h"
 #include "consac/base/names.h"
+#include "consac/base/path.h"
 #include "consac/model/model_file.h"
-#include "consac/run/path.h"
 #include "row_segments.h"
 
 namespace consac::run {

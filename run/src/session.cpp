@@ -7,8 +7,8 @@
 #include "acting.h"
 #include "config_fields.h"
 #include "consac/base/names.h"
+#include "consac/base/path.h"
 #include "consac/nn/kernels.h"
-#include "consac/run/path.h"
 #include "consac/run/shortage.h"
 
 namespace consac::run {

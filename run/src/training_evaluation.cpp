@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "consac/base/path.h"
 #include "consac/base/text.h"
-#include "consac/run/path.h"
 #include "judgement.h"
 #include "run_files.h"
 #include "training_loop.h"

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "consac/run/path.h"
+#include "consac/base/path.h"
 #include "report/console.h"
 #include "session.h"
 #include "small_run.h"

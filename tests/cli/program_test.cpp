@@ -165,9 +165,12 @@ bool StepUntilTheEnd(int port) {
 }
 
 TEST_F(ProgramTest, EveryConformanceCaseHoldsForOurTrainer) {
-  const int port = (*ListenTcp({"127.0.0.1", 0}))->port();
-  Program doctor(folder(),
-                 {"doctor", "--conformance-trainer", "tcp://127.0.0.1:" + std::to_string(port), "--timeout", "30"});
+  Program doctor(folder(), {"doctor", "--conformance-trainer", "tcp://127.0.0.1:0", "--timeout", "30"});
+  const auto said = [&] { return doctor.out().find('\n') != std::string::npos; };
+  for (int i = 0; i < 500 && !said(); ++i) usleep(10000);
+  const std::string told = "listening on tcp://127.0.0.1:", line = doctor.out();
+  ASSERT_EQ(line.rfind(told, 0), 0u) << line;
+  const int port = std::atoi(line.c_str() + told.size());
   while (StepUntilTheEnd(port)) {
   }
   const Outcome outcome = doctor.Wait();

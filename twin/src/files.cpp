@@ -106,23 +106,6 @@ std::string EndingOf(const std::string& path) {
   return LowerCase(FromPath(ToPath(path).extension()));
 }
 
-fs::path ToPath(const std::string& utf8) {
-#if defined(_WIN32)
-  return WidePath(utf8);
-#else
-  return utf8;
-#endif
-}
-
-std::string FromPath(const fs::path& path) {
-#if defined(_WIN32)
-  const std::u8string utf8 = path.generic_u8string();
-  return {utf8.begin(), utf8.end()};
-#else
-  return path.native();
-#endif
-}
-
 MeshFinder::MeshFinder(const std::string& description, const std::string& root,
                        std::map<std::string, std::string> packages)
     : packages_(std::move(packages)) {

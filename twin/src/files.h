@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "consac/base/path.h"
 #include "consac/base/status.h"
 
 namespace consac::twin {
@@ -19,11 +20,6 @@ inline constexpr const char *kTableName = "twin.json", *kReportName = "report.js
 std::string LowerCase(std::string text);
 /// The ending of a file's name in small letters, ".stl"; "" none.
 std::string EndingOf(const std::string& path);
-
-/// A path for the standard library, of UTF-8.
-std::filesystem::path ToPath(const std::string& utf8);
-/// And back, with slashes.
-std::string FromPath(const std::filesystem::path& path);
 
 /// Finds mesh files by the names in a description, and only below one folder.
 class MeshFinder {

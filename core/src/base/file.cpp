@@ -165,8 +165,14 @@ Folder::~Folder() {
   Close();
 }
 
+// Opened before the check: it is of this folder then, whatever takes its place.
+Status Folder::Open(const std::string& path, const FolderCheck& check) {
+  CONSAC_RETURN_IF_ERROR(OpenUnasked(path));
+  return check ? check() : Status::Ok();
+}
+
 #if defined(_WIN32)
-Status Folder::Open(const std::string& path) {
+Status Folder::OpenUnasked(const std::string& path) {
   path_ = path.empty() || path.ends_with('/') || path.ends_with('\\') ? path : path + "/";
   return Status::Ok();
 }
@@ -198,7 +204,7 @@ bool Folder::Rename(const std::string& from, const std::string& to) const {
 
 void Folder::Sync() const {}
 #else
-Status Folder::Open(const std::string& path) {
+Status Folder::OpenUnasked(const std::string& path) {
   Close();
   path_ = path.empty() ? "." : path;
   folder_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -252,7 +258,6 @@ void AtomicFile::Drop() {
 
 Status AtomicFile::Open(const std::string& path, const FolderCheck& may_write) {
   Drop();
-  may_write_ = may_write;
   path_ = path;
   if (IsSpecial(path)) {
     return status_ = {StatusCode::kDataLoss,
@@ -261,9 +266,9 @@ Status AtomicFile::Open(const std::string& path, const FolderCheck& may_write) {
   const std::string folder = FolderPart(path);
   name_ = path.substr(folder.size());
   temporary_ = name_ + ".tmp-" + std::to_string(ProcessId());
-  status_ = folder_.Open(folder);
+  status_ = folder_.OpenUnasked(folder);
   if (!status_.ok()) return status_ = {status_.code(), "cannot write '" + path + "': " + status_.message()};
-  if (may_write_) status_ = may_write_();  // from here on it stays the folder that is asked of
+  if (may_write) status_ = may_write();  // from here on it stays the folder that is asked of
   if (!status_.ok()) return status_;
   file_ = folder_.Create(temporary_);
   return status_ = file_ == nullptr ? WriteError("create", folder + temporary_, errno) : Status::Ok();
@@ -290,13 +295,6 @@ Status AtomicFile::Commit() {
     folder_.Remove(temporary_);
     return status_ = WriteError("write", path_, error);
   }
-#if defined(_WIN32)
-  if (may_write_) status_ = may_write_();  // there it may be another one again
-  if (!status_.ok()) {
-    folder_.Remove(temporary_);
-    return status_;
-  }
-#endif
   if (!folder_.Rename(temporary_, name_)) {
     const int error = errno;
     folder_.Remove(temporary_);

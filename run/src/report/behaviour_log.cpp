@@ -142,7 +142,7 @@ Status BehaviourLog::Draw(std::int64_t steps) const {
   labels.y_axis = per_step ? "reward per step" : "episode reward";
   labels.points = per_step ? "some steps" : "an episode";
   labels.mean = per_step ? "moving mean" : "mean of 100";
-  return DrawCurve(File("curve"), labels, points);
+  return DrawCurve(File("curve"), labels, points, options_.may_write);
 }
 
 void BehaviourLog::Visit(Archive& archive) {

@@ -169,17 +169,19 @@ cairo_status_t AppendBytes(void* bytes, const unsigned char* data, unsigned int 
   return CAIRO_STATUS_SUCCESS;
 }
 
-Status Save(const std::string& path, cairo_status_t drawn, const std::vector<std::byte>& bytes) {
+Status Save(const std::string& path, cairo_status_t drawn, const std::vector<std::byte>& bytes,
+            const FolderCheck& may_write) {
   const bool shortage = drawn == CAIRO_STATUS_NO_MEMORY;
   if (drawn != CAIRO_STATUS_SUCCESS)
     return {shortage ? StatusCode::kResourceExhausted : StatusCode::kInternal,
             "cannot draw '" + path + "': " + cairo_status_to_string(drawn)};
-  return WriteFileAtomically(path, bytes);
+  return WriteFileAtomically(path, bytes, may_write);
 }
 
 }  // namespace
 
-Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points) {
+Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points,
+                 const FolderCheck& may_write) {
   CONSAC_RETURN_IF_ERROR(CheckMemory(kDrawingBytes, "drawing '" + path + "'"));
   // fontconfig says there what it has not: a configuration, a folder for its cache. It draws all the same.
   const StandardErrorAside quiet;
@@ -193,9 +195,9 @@ Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::
     Plot(context.get(), points, labels.last_step).Draw(labels);
   }
   cairo_surface_finish(svg.get());
-  CONSAC_RETURN_IF_ERROR(Save(path + ".svg", cairo_surface_status(svg.get()), svg_bytes));
+  CONSAC_RETURN_IF_ERROR(Save(path + ".svg", cairo_surface_status(svg.get()), svg_bytes, may_write));
   const cairo_status_t encoded = cairo_surface_write_to_png_stream(png.get(), AppendBytes, &png_bytes);
-  return Save(path + ".png", encoded, png_bytes);
+  return Save(path + ".png", encoded, png_bytes, may_write);
 }
 
 }  // namespace consac::run

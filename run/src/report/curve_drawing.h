@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "consac/base/file.h"
 #include "consac/base/status.h"
 #include "report/curve.h"
 
@@ -20,8 +21,9 @@ struct CurveLabels {
   std::string mean;        ///< in the legend: what the line is
 };
 
-/// Writes `path`.svg and `path`.png (1600 x 900 pixels), each by temporary file and rename. Without points it draws
-/// empty axes that say so.
-Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points);
+/// Writes `path`.svg and `path`.png (1600 x 900 pixels), each as WriteFileAtomically does, which asks `may_write`.
+/// Without points it draws empty axes that say so.
+Status DrawCurve(const std::string& path, const CurveLabels& labels, const std::vector<CurvePoint>& points,
+                 const FolderCheck& may_write);
 
 }  // namespace consac::run

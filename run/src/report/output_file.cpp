@@ -99,13 +99,11 @@ Status OutputFile::Replace(std::string_view text) {
   if (descriptor_ < 0) return status_;
   const Status another = {StatusCode::kDataLoss,
                           "'" + path_ + "' was deleted, or is another file now; it is left alone"};
-  const auto close_ours = [&] {  // Windows replaces no file that is open, and asks again
-    if (descriptor_ >= 0 && !IsStillAt(descriptor_, path_)) return another;
-    if (descriptor_ >= 0) Close(std::exchange(descriptor_, -1));
-    return Status::Ok();
-  };
-  const Status replaced = WriteFileAtomically(path_, std::as_bytes(std::span(text)), close_ours);
-  if (descriptor_ >= 0) return replaced;
+  AtomicFile next;
+  CONSAC_RETURN_IF_ERROR(next.Open(path_, [&] { return IsStillAt(descriptor_, path_) ? Status::Ok() : another; }));
+  CONSAC_RETURN_IF_ERROR(next.Write(std::as_bytes(std::span(text))));
+  Close(std::exchange(descriptor_, -1));  // Windows replaces no file that is open
+  const Status replaced = next.Commit();
   descriptor_ = OpenToAppend(path_, false);
   const std::int64_t size = descriptor_ < 0 ? -1 : SizeOf(descriptor_);
   if (size < 0) {

@@ -11,8 +11,8 @@
 #include <system_error>
 
 #include "consac/base/hash.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
-#include "consac/run/path.h"
 #include "system/system.h"
 
 namespace consac::run {

@@ -121,7 +121,7 @@ TEST(CurveDrawing, BothPicturesAreWhole) {
   const CurveLabels labels{500.0, "ppo2 on a <world> & more", "mean 1", "episode reward", "an episode", "mean of 100"};
   for (const int count : {0, 1, 50, 4097}) {
     const TestFolder folder;
-    ASSERT_TRUE(DrawCurve(folder.File("curve"), labels, SomePoints(count)).ok());
+    ASSERT_TRUE(DrawCurve(folder.File("curve"), labels, SomePoints(count), {}).ok());
     const std::string svg = Contents(folder.File("curve.svg")), png = Contents(folder.File("curve.png"));
     EXPECT_EQ(svg.rfind("<?xml", 0), 0u);
     EXPECT_EQ(svg.substr(svg.size() - 7), "</svg>\n");
@@ -135,7 +135,7 @@ TEST(CurveDrawing, BothPicturesAreWhole) {
 }
 
 TEST(CurveDrawing, AFolderThatIsNotThereIsNamed) {
-  const Status status = DrawCurve("/nowhere/curve", {}, SomePoints(3));
+  const Status status = DrawCurve("/nowhere/curve", {}, SomePoints(3), {});
   ASSERT_FALSE(status.ok());
   EXPECT_NE(status.message().find("/nowhere/curve.svg"), std::string::npos) << status.message();
 }

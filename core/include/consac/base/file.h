@@ -32,8 +32,8 @@ class Folder {
   ~Folder();
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
-  /// Opens the folder; kDataLoss or kResourceExhausted where it cannot be.
-  Status Open(const std::string& path);
+  /// Opens the folder and then asks `check`: its error, or kDataLoss or kResourceExhausted where it cannot be opened.
+  Status Open(const std::string& path, const FolderCheck& check);
   /// Removes a file in it, if that can be done.
   void Remove(const std::string& name) const;
 
@@ -42,6 +42,7 @@ class Folder {
   std::FILE* Create(const std::string& name) const;
   bool Rename(const std::string& from, const std::string& to) const;
   void Sync() const;
+  Status OpenUnasked(const std::string& path);
   void Close();
 
   std::string path_;
@@ -72,7 +73,6 @@ class AtomicFile {
 
   std::string path_, name_, temporary_;  // the latter two in the folder
   Folder folder_;
-  FolderCheck may_write_;
   std::FILE* file_ = nullptr;
   Status status_;
 };

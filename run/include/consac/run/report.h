@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "consac/base/archive.h"
+#include "consac/base/file.h"
 #include "consac/base/status.h"
 #include "consac/learn/algo/learner.h"
 
@@ -28,6 +29,7 @@ struct ReportedBehaviour {
 /// What a report shows and where it writes.
 struct ReportOptions {
   std::string directory;  ///< the run's folder; "" writes no files
+  FolderCheck may_write;  ///< asked before a picture is written into it, whose error is said; empty: always
   std::string world_id;   ///< for the Monitor's header
   std::string algorithm;  ///< "ppo2"; names the TensorBoard folder (PPO2_1, ...) as Stable Baselines does
   learn::LogStyle style = learn::LogStyle::kStableBaselines2;  ///< whose keys and layout

@@ -7,7 +7,7 @@
 
 #include "consac/base/file.h"
 
-namespace consac::run {
+namespace consac {
 
 /// A path for the standard library.
 inline std::filesystem::path ToPath(const std::string& utf8) {
@@ -28,4 +28,4 @@ inline std::string FromPath(const std::filesystem::path& path) {
 #endif
 }
 
-}  // namespace consac::run
+}  // namespace consac
