@@ -8,6 +8,7 @@
 
 #include "consac/run/training.h"
 #include "learn/test/algo/training_harness.h"
+#include "run/test/small_run.h"
 #include "tests/support.h"
 #include "worlds/registry.h"
 
@@ -134,15 +135,14 @@ TEST(HindsightReplay, APriceThatCannotBeHadLeavesNoTrace) {
 }
 
 RunConfig Flipping(const std::string& directory, const std::string& algorithm, const Settings& settings) {
-  RunConfig config;
+  RunConfig config = run::SmallRun(directory, "flipping");
   config.world = algorithm == "dqn" ? "bit-flipping-v0" : "bit-flipping-continuous-v0";
   config.algorithm = algorithm;
   config.steps = 1000;
-  config.directory = directory;
-  config.name = "flipping";
+  config.seed = 0;
+  config.envs = 1;
   config.force = true;
-  config.table = config.progress = config.tensorboard = false;
-  config.quiet = true;
+  config.hyperparameters.clear();
   for (const auto& [name, value] : settings) config.hyperparameters.emplace_back(name, value);
   return config;
 }
@@ -182,10 +182,12 @@ TEST(HindsightReplay, LearnsToFlipTenBitsAndWithoutItDoesNot) {
 
 TEST(HindsightReplay, WhatItCannotDoIsSaidInOneLine) {
   testing::ScratchFolder scratch("her_refused");
-  const auto why = [&](const char* world, Settings settings) {
+  const auto why = [&](const std::string& world, Settings settings, bool text = false) {
     settings.insert(settings.begin(), {"replay_buffer_class", "HerReplayBuffer"});
     RunConfig config = Flipping(scratch.path(), "dqn", settings);
     config.world = world;
+    config.connect_timeout_s = 0.0;
+    if (text) config.protocol = "text1";
     const auto summary = run::Train(config, kUntilItEnds);
     EXPECT_FALSE(summary.ok());
     EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/flipping"));
@@ -199,6 +201,12 @@ TEST(HindsightReplay, WhatItCannotDoIsSaidInOneLine) {
   EXPECT_NE(why("bit-flipping-v0", {{"goal_selection_strategy", "past"}}).find("future|final|episode|random"),
             std::string::npos);
   EXPECT_NE(why("bit-flipping-v0", {{"buffer_size", "1e9"}}).find("lower buffer_size"), std::string::npos);
+  // Where no world could help, before anybody listens.
+  const std::string nobody = "tcp://127.0.0.1:" + std::to_string((*ListenTcp({"127.0.0.1", 0}))->port());
+  EXPECT_NE(why(nobody, {{"prioritized_replay", "true"}}).find("leave out prioritized_replay"), std::string::npos);
+  EXPECT_NE(why(nobody, {{"n_steps", "3"}}).find("n_steps is 3; leave it at 1"), std::string::npos);
+  EXPECT_NE(why(nobody, {}, true).find("and text protocol 1 cannot (protocol 2's capability 'relabel')"),
+            std::string::npos);
 }
 
 // The learner itself, for whoever embeds it without a run.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include "consac/protocol/protocol2.h"
@@ -38,6 +39,8 @@ class Engine {
   }
   std::unique_ptr<Transport> Connect() const { return *ConnectTcp({"127.0.0.1", port()}, 2.0); }
   int port() const { return server_->port(); }
+  /// "tcp://127.0.0.1:PORT".
+  std::string url() const { return "tcp://127.0.0.1:" + std::to_string(port()); }
   const EnvSpec& spec() const { return env_->spec(); }
   std::int64_t steps() const { return server_->session_steps(); }
 

@@ -5,10 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <thread>
+#include <utility>
 
-#include "consac/run/training.h"
+#include "run/test/report/files.h"
+#include "run/test/small_run.h"
 #include "tests/protocol2_peers.h"
 
 namespace consac {
@@ -250,31 +253,141 @@ TEST(Relabel, RewardsThatBreakARuleEndTheSession) {
   }
 }
 
+/// An engine at the other end of every write, which answers at once and on no thread.
+class PromptEngine final : public Transport {
+ public:
+  PromptEngine() : reader_(kLargestFrame) {
+    welcome_.session = 1;
+    welcome_.resume = "of this session";
+    welcome_.capabilities = {"relabel"};
+    welcome_.heartbeat_s = 2.0;
+    const Space goal = *Space::Box(-1, 1, {1});
+    spec_.env.behaviours.push_back(BehaviourSpec::Of(
+        "default", *Space::Dict({{"achieved_goal", goal}, {"desired_goal", goal}}), *Space::Discrete(2), 1));
+  }
+  Result<std::size_t> Read(std::span<std::byte> into, double) override {
+    const std::size_t count = std::min(into.size(), out_.size());
+    std::copy_n(out_.begin(), count, into.begin());
+    out_.erase(out_.begin(), out_.begin() + static_cast<std::ptrdiff_t>(count));
+    return count;
+  }
+  Result<std::size_t> WriteSome(std::span<const std::byte> bytes, double) override {
+    if (closed_) return Status{StatusCode::kUnavailable, "closed"};
+    const std::span<std::byte> room = reader_.Writable();
+    const std::size_t count = std::min(bytes.size(), room.size());
+    std::copy_n(bytes.begin(), count, room.begin());
+    reader_.Commit(count);
+    Frame frame;
+    for (auto whole = reader_.Next(&frame); whole.ok() && *whole; whole = reader_.Next(&frame)) Hear(frame);
+    return count;
+  }
+  void Close() override { closed_ = true; }
+  std::string peer() const override { return "127.0.0.1:1"; }
+
+  int pings = 0;    ///< that came
+  int rewards = 2;  ///< that a RELABEL is answered with
+
+ private:
+  void Say(FrameType type, std::uint64_t request, std::span<const std::byte> payload) {
+    const std::vector<std::byte> bytes = FrameBytes(type, request, payload);
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
+  }
+  void Hear(const Frame& frame) {
+    const auto say = [&](FrameType type, const std::string& json) {
+      Say(type, frame.header.request, std::as_bytes(std::span(json)));
+    };
+    if (frame.header.type == FrameType::kPing) ++pings;
+    if (frame.header.type == FrameType::kHello) say(FrameType::kWelcome, EncodeWelcome(welcome_));
+    if (frame.header.type == FrameType::kConfigure) say(FrameType::kSpec, EncodeSpec(spec_));
+    const Blocks blocks(spec_.env);
+    std::vector<std::byte> result(blocks.result_bytes);
+    result[blocks.behaviours[0].states] = static_cast<std::byte>(kFirst | kActive);
+    if (frame.header.type == FrameType::kReset) Say(FrameType::kResult, frame.header.request, result);
+    const std::vector<std::byte> prices(static_cast<std::size_t>(rewards) * sizeof(double));
+    if (frame.header.type == FrameType::kRelabel) Say(FrameType::kRewards, frame.header.request, prices);
+  }
+
+  FrameReader reader_;
+  Welcome welcome_;
+  SpecMessage spec_;
+  std::vector<std::byte> out_;
+  bool closed_ = false;
+};
+
+/// A client of a PromptEngine, which it owns, in a session that has begun.
+struct PromptSession {
+  explicit PromptSession(EnvClientOptions options = OverProtocol2()) {
+    auto transport = std::make_unique<PromptEngine>();
+    engine = transport.get();
+    auto opened = EnvClient::Open(std::move(transport), options);
+    EXPECT_TRUE(opened.ok()) << opened.status().message();
+    if (!opened.ok()) return;
+    client = std::move(*opened);
+    BatchBuffer buffer(client->spec().behaviours[0]);
+    EXPECT_TRUE(client->Reset(1, {&buffer.batch(), 1}).ok());
+  }
+  Status PriceTwo() const {
+    const float seen[4] = {};
+    float rewards[2] = {};
+    return client->PriceGoals(0, reinterpret_cast<const std::byte*>(seen), 2, rewards);
+  }
+  PromptEngine* engine = nullptr;
+  std::unique_ptr<EnvClient> client;
+};
+
+// Whoever learns asks again and again; a session that is over cannot be taken up.
+TEST(Relabel, ASessionThatIsOverIsNotAskedAgain) {
+  int connections = 0;
+  EnvClientOptions options = OverProtocol2();
+  options.resume_s = 0.3;
+  options.reconnect = [&]() -> Result<std::unique_ptr<Transport>> {
+    ++connections;
+    return Status{StatusCode::kUnavailable, "nobody listens"};
+  };
+  const PromptSession session(options);
+  ASSERT_NE(session.client, nullptr);
+  EXPECT_TRUE(session.PriceTwo().ok());
+  session.engine->rewards = 3;
+  EXPECT_THAT(session.PriceTwo().message(), HasSubstr("(R94)"));
+  const Status again = session.PriceTwo();
+  EXPECT_EQ(again.code(), StatusCode::kUnavailable);
+  EXPECT_THAT(again.message(), HasSubstr("the session with 127.0.0.1:1 is over, while asking"));
+  EXPECT_EQ(connections, 0);
+}
+
+TEST(Relabel, APingFollowsTheLatestAnswerByHalfAHeartbeat) {
+  run::testing::FakeClock clock;
+  const PromptSession session;
+  ASSERT_NE(session.client, nullptr);
+  const auto pings_after = [&](double seconds) {
+    clock.now += seconds;
+    session.client->KeepAlive();
+    return std::exchange(session.engine->pings, 0);
+  };
+  EXPECT_EQ(pings_after(0.9), 0);
+  EXPECT_EQ(pings_after(0.2), 1) << "RESULT is 1.1 s ago";
+  EXPECT_EQ(pings_after(0.9), 0);
+  EXPECT_TRUE(session.PriceTwo().ok());
+  EXPECT_EQ(pings_after(0.9), 0) << "PING is 1.8 s ago, REWARDS 0.9 s";
+  EXPECT_EQ(pings_after(0.2), 1);
+}
+
 // ---- in a run
 
 RunConfig Flipping(const std::string& directory, const std::string& world, const char* algorithm) {
-  RunConfig config;
+  RunConfig config = run::SmallRun(directory, "flipping");
   config.world = world;
   config.algorithm = algorithm;
   config.steps = 400;
   config.seed = 5;
   config.envs = 1;
-  config.directory = directory;
-  config.name = "flipping";
   config.force = true;
-  config.table = config.progress = config.tensorboard = false;
-  config.quiet = true;
-  config.checkpoint_every_s = 0;
   config.hyperparameters = {{"replay_buffer_class", "HerReplayBuffer"},
                             {"learning_starts", "50"},
                             {"batch_size", "32"},
                             {"buffer_size", "200"},
                             {"net_arch", "[16]"}};
   return config;
-}
-
-std::string UrlOf(const Engine& engine) {
-  return "tcp://127.0.0.1:" + std::to_string(engine.port());
 }
 
 TEST(RelabelInARun, AnEngineTeachesWhatTheWorldInProcessTeaches) {
@@ -286,7 +399,7 @@ TEST(RelabelInARun, AnEngineTeachesWhatTheWorldInProcessTeaches) {
     ASSERT_GT(near->models[0].updates, 50);
     for (const bool lockstep : {true, false}) {
       const Engine engine({}, world, 1);
-      RunConfig config = Flipping(scratch.path(), UrlOf(engine), algorithm);
+      RunConfig config = Flipping(scratch.path(), engine.url(), algorithm);
       config.lockstep = lockstep;
       const auto far = run::Train(config, kUntilItEnds);
       ASSERT_TRUE(far.ok()) << far.status().message();
@@ -299,26 +412,85 @@ TEST(RelabelInARun, AnEngineTeachesWhatTheWorldInProcessTeaches) {
   }
 }
 
-TEST(RelabelInARun, OneOfSeveralEnginesMayBeLostWhileOthersPrice) {
+/// What an engine is asked, and what becomes of it.
+struct Pricing {
+  std::atomic<std::int64_t> asked{0};    // how often so far
+  std::atomic<std::int64_t> breaks{-1};  // which time, from 0, no price comes of it
+  std::atomic<bool>* stop = nullptr;     // set then, and nothing is answered until `answers`; null: infinity is
+  std::atomic<bool> answers{false};
+};
+
+/// Bit flipping that prices goals as `pricing` says.
+class BreakingEnv final : public VectorEnv {
+ public:
+  explicit BreakingEnv(Pricing& pricing) : pricing_(pricing), bits_((*worlds::FindWorld(kBits))->create(1)) {}
+  const EnvSpec& spec() const override { return bits_->spec(); }
+  void Reset(std::uint64_t seed, std::span<Batch> batches) override { bits_->Reset(seed, batches); }
+  void Step(std::span<Batch> batches) override { bits_->Step(batches); }
+  bool prices_goals() const override { return true; }
+  void PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) const override {
+    bits_->PriceGoals(b, observations, rows, rewards);
+    if (pricing_.asked++ != pricing_.breaks) return;
+    rewards[0] = std::numeric_limits<float>::infinity();
+    if (pricing_.stop == nullptr) return;
+    *pricing_.stop = true;
+    pricing_.answers.wait(false);
+  }
+  void Visit(Archive& archive) override { bits_->Visit(archive); }
+
+ private:
+  Pricing& pricing_;
+  std::unique_ptr<VectorEnv> bits_;
+};
+
+// What was due then is learned first, from the same prices: the weights are those of a run that nobody broke off.
+TEST(RelabelInARun, LearningThatAPriceHasBrokenOffIsMadeUpForOnResume) {
+  ScratchFolder scratch("relabel_resumed");
+  for (const bool stopped : {false, true}) {
+    std::atomic<bool> stop{false};
+    Pricing pricing;
+    const Engine engine(std::make_unique<BreakingEnv>(pricing), {});
+    RunConfig config = Flipping(scratch.path(), engine.url(), "dqn");
+    config.lockstep = true;
+    const auto whole = run::Train(config, stop);
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    pricing.breaks = 2 * pricing.asked - 1;  // the last of the next run
+    if (stopped) pricing.stop = &stop;
+    const auto broken = run::Train(config, stop);
+    EXPECT_EQ(broken.ok(), stopped) << broken.status().message();
+    EXPECT_EQ(pricing.asked, pricing.breaks + 1);
+    const char* const why = stopped ? "" : "which float32 does not have";
+    EXPECT_THAT(broken.status().message(), HasSubstr(why));
+    stop = false;
+    pricing.answers = true;
+    pricing.answers.notify_all();
+    config.force = false;
+    config.resume = true;
+    const auto rest = run::Train(config, stop);
+    ASSERT_TRUE(rest.ok()) << rest.status().message();
+    EXPECT_EQ(rest->models[0].updates, whole->models[0].updates);
+    EXPECT_EQ(rest->weights_hash, whole->weights_hash);
+  }
+}
+
+TEST(RelabelInARun, WhereOneOfSeveralEnginesCannotPriceTheNextOneIsAsked) {
   ScratchFolder scratch("relabel_engines");
-  auto first = std::make_unique<Engine>(EnvServerOptions(), kBits, 1);
-  const Engine second({}, kBits, 1);
-  RunConfig config = Flipping(scratch.path(), UrlOf(*first) + "," + UrlOf(second), "dqn");
-  config.steps = 3000;
-  std::thread closing([&] {
-    while (first->steps() < 300) std::this_thread::yield();
-    first.reset();
-  });
+  Pricing first, second;
+  first.breaks = 20;
+  const Engine one(std::make_unique<BreakingEnv>(first), {}), other(std::make_unique<BreakingEnv>(second), {});
+  RunConfig config = Flipping(scratch.path(), one.url() + "," + other.url(), "dqn");
+  config.steps = 600;
   const auto summary = run::Train(config, kUntilItEnds);
-  closing.join();
   ASSERT_TRUE(summary.ok()) << summary.status().message();
-  EXPECT_EQ(summary->steps, 3000);
+  EXPECT_EQ(summary->steps, 600);
+  EXPECT_GT(first.asked, first.breaks);
+  EXPECT_GT(second.asked, 0);
 }
 
 TEST(RelabelInARun, AnEngineWithoutItIsNamedInOneLine) {
   ScratchFolder scratch("relabel_refused");
   const Engine engine({}, "road-v0", 1);
-  const auto summary = run::Train(Flipping(scratch.path(), UrlOf(engine), "dqn"), kUntilItEnds);
+  const auto summary = run::Train(Flipping(scratch.path(), engine.url(), "dqn"), kUntilItEnds);
   EXPECT_THAT(summary.status().message(),
               HasSubstr("HerReplayBuffer needs a world that can say what other goals would have paid, and 127.0.0.1"));
   EXPECT_THAT(summary.status().message(), HasSubstr("cannot (protocol 2's capability 'relabel'); choose ReplayBuffer"));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "config_fields.h"
 #include "consac/base/refusals.h"
 #include "consac/base/text.h"
 #include "consac/learn/algo/learner.h"
@@ -135,6 +136,16 @@ Status CheckGivenName(const RunConfig& config) {
   return CheckRunName(config.directory, config.name, config.forever ? ExistingRun::kOverwrite : ExistingRunOf(config));
 }
 
+/// What no world could make good is said before an engine is waited for.
+Status CheckWithoutWorld(const RunConfig& config, const learn::Algorithm& algorithm) {
+  const Result<learn::HyperparameterSet> values = HyperparametersOf(config);
+  if (!values.ok()) return values.status();
+  CONSAC_RETURN_IF_ERROR(learn::CheckTogether(*values));
+  const bool text = IsUrl(config.world) && config.protocol == "text1";
+  return text && learn::RelabelsGoals(algorithm, *values) ? CannotPrice(config, algorithm, "text protocol 1")
+                                                          : Status::Ok();
+}
+
 /// What an algorithm that needs no world does: its length is its own.
 Result<RunSummary> LearnFromRecorded(RunConfig config, const std::atomic<bool>& stop) {
   const auto refuse = [&](const std::string& why) {
@@ -163,6 +174,7 @@ Result<RunSummary> TrainAsAsked(const RunConfig& asked, const std::atomic<bool>&
                   "tcp://host:port"};
   const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
   if (!algorithm.ok()) return algorithm.status();
+  CONSAC_RETURN_IF_ERROR(CheckWithoutWorld(config, **algorithm));
   if (!(*algorithm)->needs_world) return LearnFromRecorded(std::move(config), stop);
   if (!IsUrl(config.world)) {
     if (config.world.empty())

@@ -24,6 +24,15 @@ struct Making {
 
 }  // namespace
 
+Status CannotPrice(const RunConfig& config, const learn::Algorithm& algorithm, const std::string& world) {
+  const bool always = algorithm.relabels_goals;
+  return {StatusCode::kInvalidArgument, (always ? Quote(config.algorithm) : "HerReplayBuffer") +
+                                            " needs a world that can say what other goals would have paid, and " +
+                                            world + " cannot" +
+                                            (IsUrl(config.world) ? " (protocol 2's capability 'relabel')" : "") +
+                                            "; choose " + (always ? "another algorithm" : "ReplayBuffer")};
+}
+
 bool NothingToLose() {
   return networks_in_the_making.load(std::memory_order_relaxed) > 0;
 }
@@ -89,13 +98,14 @@ WorldLink* Training::WithoutPrices() {
 
 // Of the first world that is there: they are alike. One that fails here is lost when it is stepped next.
 Status Training::PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {
-  Status failure(StatusCode::kUnavailable, "no engine is left to say what other goals would have paid");
+  Status latest;
   for (std::size_t i = 0; i < crew_.size(); ++i) {
     if (lost_[i] != 0) continue;
-    failure = crew_[i].link().PriceGoals(b, observations, rows, rewards);
-    if (failure.ok() || stop_.load(std::memory_order_relaxed)) break;
+    latest = crew_[i].link().PriceGoals(b, observations, rows, rewards);
+    if (latest.ok() || stop_.load(std::memory_order_relaxed)) return latest;
   }
-  return failure;
+  if (!latest.ok()) return latest;
+  return {StatusCode::kUnavailable, "no engine is left to say what other goals would have paid"};
 }
 
 Status Training::MakeLearners() {
@@ -105,14 +115,8 @@ Status Training::MakeLearners() {
   CONSAC_RETURN_IF_ERROR(LoadDemonstration());
   const Result<learn::HyperparameterSet> values = HyperparametersOf(config_);
   if (!values.ok()) return values.status();
-  if (WorldLink* world = WithoutPrices(); world != nullptr && learn::RelabelsGoals(*algorithm_, *values)) {
-    const bool always = algorithm_->relabels_goals;
-    return {StatusCode::kInvalidArgument, (always ? Quote(config_.algorithm) : "HerReplayBuffer") +
-                                              " needs a world that can say what other goals would have paid, and " +
-                                              world->description() + " cannot" +
-                                              (IsUrl(config_.world) ? " (protocol 2's capability 'relabel')" : "") +
-                                              "; choose " + (always ? "another algorithm" : "ReplayBuffer")};
-  }
+  if (WorldLink* world = WithoutPrices(); world != nullptr && learn::RelabelsGoals(*algorithm_, *values))
+    return CannotPrice(config_, *algorithm_, world->description());
   log_style_ = learn::LogStyleOf(*algorithm_, *values);
   std::vector<BehaviourSpec> behaviours = spec().behaviours;
   for (std::size_t b = 0; b < behaviours.size(); ++b) {

@@ -5,13 +5,13 @@
 
 #include "consac/base/file.h"
 #include "consac/base/text.h"
-#include "consac/learn/algo/learn_pieces.h"
 #include "consac/protocol/protocol2.h"
 
 namespace consac::run {
 namespace {
 
-constexpr double kRest = 2.0;  // s for steps under way to end before what is kept for saving is given free
+constexpr std::int64_t kRound = 64;  // optimiser steps between looks at evaluations and checkpoints, without a world
+constexpr double kRest = 2.0;        // s for steps under way to end before what is kept for saving is given free
 
 }  // namespace
 
@@ -59,6 +59,7 @@ Status Training::AddWorkers(std::vector<WorldSource> worlds) {
 Status Training::OpenReport(bool resumed) {
   ReportOptions options;
   options.directory = directory_->path();
+  options.may_write = [this] { return directory_->CheckOurs(); };
   options.world_id = spec().id.empty() ? config_.world : spec().id;
   options.algorithm = config_.algorithm;
   options.style = log_style_;
@@ -109,8 +110,9 @@ Status Training::Start(std::vector<WorldSource> worlds) {
     CONSAC_RETURN_IF_ERROR(OpenReport(false));
   }
 
-  if (algorithm_->needs_world) LearnWhatIsDue();
   const bool world_restored = restored_ && !IsUrl(config_.world);
+  if (!world_restored) CONSAC_RETURN_IF_ERROR(ResetWorlds());  // before which an engine prices no goals
+  if (algorithm_->needs_world) LearnWhatIsDue();
   if (!world_restored) CONSAC_RETURN_IF_ERROR(BeginWorlds());
   if (directory_->replaces()) CONSAC_RETURN_IF_ERROR(SaveBeginning());
   if (!algorithm_->needs_world) CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
@@ -129,15 +131,19 @@ Status Training::GiveUp(const Status& why) {
   return {why.code(), why.message() + "; the run that was to be overwritten is as it was"};
 }
 
-// A resumed run with engines: its episodes begin anew.
-Status Training::BeginWorlds() {
-  for (Trainee& trainee : trainees_) trainee.episodes.Clear();
+Status Training::ResetWorlds() {
   std::uint64_t seed = config_.seed;
   for (std::size_t i = 0; i < crew_.size(); ++i) {
     CONSAC_RETURN_IF_ERROR(crew_[i].Reset(seed));
-    CONSAC_RETURN_IF_ERROR(crew_[i].Begin(trainees_));
     seed += static_cast<std::uint64_t>(crew_[i].link().spec().environments());
   }
+  return Status::Ok();
+}
+
+// A resumed run with engines: its episodes begin anew.
+Status Training::BeginWorlds() {
+  for (Trainee& trainee : trainees_) trainee.episodes.Clear();
+  for (std::size_t i = 0; i < crew_.size(); ++i) CONSAC_RETURN_IF_ERROR(crew_[i].Begin(trainees_));
   return Status::Ok();
 }
 
@@ -263,13 +269,22 @@ void Training::SendIdle() {
   }
 }
 
-// The learners say how long.
+// A round of learning, or less where `stop_` is set in the middle of it.
+void Training::LearnRound(learn::Learner& learner, learn::LearnPieces& pieces) const {
+  for (std::int64_t left = kRound; left > 0;) {
+    const std::int64_t piece = std::min(left, pieces.budget().gradient_steps);
+    if (!learner.Learn({piece}) || stop_.load(std::memory_order_relaxed) || !learner.health().ok()) return;
+    left -= piece;
+    pieces.Look(Now());
+  }
+}
+
+// The learners say how long. How quick they are decides how often `stop_` is looked at, and nothing else.
 Status Training::LearnWithoutWorld() {
   learn::LearnPieces pieces;
   while (LearningDue() && !goal_reached_ && !stop_.load(std::memory_order_relaxed)) {
-    for (const Trainee& trainee : trainees_) (void)trainee.learner->Learn(pieces.budget());
+    for (const Trainee& trainee : trainees_) LearnRound(*trainee.learner, pieces);
     spent_.learning += Lap();
-    pieces.Look(Now());
     done_ = asked_ = steps();
     brought_.assign(trainees_.size(), {});
     report_->OnStep(done_, brought_);
@@ -286,11 +301,9 @@ Status Training::AfterRound() {
   losses_.Look();
   returns_.Look();
   if (CheckpointDue()) {
-    spent_.other += Lap();
+    const double before = Now();
     (void)Save(Telling::kNow);
-    const double saving = Lap();
-    saving_seconds_ += saving;
-    spent_.other += saving;
+    saving_seconds_ += Now() - before;
     CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());
   }
   TellTime();
@@ -302,6 +315,7 @@ Status Training::Loop() {
   if (EvaluationDue()) EvaluateIfDue();  // which a stop has interrupted
   (void)Lap();
   if (!algorithm_->needs_world) return LearnWithoutWorld();
+  for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());  // of what was due
   while (true) {
     SendIdle();
     if (steps_under_way() == 0) break;
@@ -346,7 +360,7 @@ Result<RunSummary> Training::Finish(double seconds) {
   }
   CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
   const Status saved = Save(Telling::kAtTheEnd);
-  CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());  // the curve would be drawn in somebody else's folder
+  CONSAC_RETURN_IF_ERROR(directory_->CheckOurs());  // or it would be said of every curve, too
   const Status report = report_->Finish();
   if (!reserve_->ran_short()) {
     reserve_.reset();  // nothing is left to save: drawing may have it

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "consac/base/refusals.h"
+#include "consac/learn/algo/learn_pieces.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/run/report.h"
 #include "consac/run/run_directory.h"
@@ -30,6 +31,9 @@ inline ExistingRun ExistingRunOf(const RunConfig& config) {
 
 /// Whether what could not be saved is told of: at a run's end its last word does.
 enum class Telling : std::uint8_t { kNow, kAtTheEnd };
+
+/// What is said where `config` relabels goals and `world` cannot price them.
+Status CannotPrice(const RunConfig& config, const learn::Algorithm& algorithm, const std::string& world);
 
 /// A world of a run, and how it is reached again.
 struct WorldSource {
@@ -86,6 +90,7 @@ class Training {
   bool Overlaps() const { return IsUrl(config_.world) && !config_.lockstep; }
   bool LearningDue() const;
   bool LearnedNothing() const;
+  Status ResetWorlds();
   Status BeginWorlds();
   void Send(std::size_t worker, Where where);
   void SendIdle();
@@ -93,6 +98,7 @@ class Training {
   Status Take(Worker& worker);
   Status Lose(const Crew::Outcome& outcome);
   Status LearnAndGoOn(std::size_t worker);
+  void LearnRound(learn::Learner& learner, learn::LearnPieces& pieces) const;
   Status LearnWithoutWorld();
   Status AfterRound();
   void LearnWhatIsDue();

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "consac/env/buffer.h"
 #include "session.h"
@@ -265,6 +266,47 @@ TEST(ToyAlgorithm, ThatNeedsNoWorldIsTrainedSavedAndResumed) {
   ASSERT_TRUE(rest.ok()) << rest.status().message();
   EXPECT_EQ(rest->steps, 2000);
   EXPECT_EQ(rest->weights_hash, whole->weights_hash);
+}
+
+/// Each look at the clock is `step_s` later than the one before.
+class SteppingClock {
+ public:
+  explicit SteppingClock(double step_s) : step_s_(step_s) {
+    Hooks hooks;
+    hooks.user = this;
+    hooks.now = [](void* user) {
+      auto& self = *static_cast<SteppingClock*>(user);
+      return self.now_ += self.step_s_;
+    };
+    SetHooks(hooks);
+  }
+  ~SteppingClock() { SetHooks({}); }
+  SteppingClock(const SteppingClock&) = delete;
+  SteppingClock& operator=(const SteppingClock&) = delete;
+
+ private:
+  const double step_s_;
+  double now_ = 1000.0;
+};
+
+// Where Ctrl-C is looked at is the machine's affair; where the models are saved is not.
+TEST(ToyAlgorithm, HowQuickItLearnsDecidesNothing) {
+  testing::ScratchFolder scratch("toy_quick");
+  const auto saved = [&](const std::string& name, double step_s) {
+    RunConfig config = Cloning(scratch.path(), name);
+    config.checkpoint_every_updates = 100;
+    config.keep_checkpoints = 100;
+    const SteppingClock clock(step_s);
+    const Result<RunSummary> trained = Train(config, stop);
+    EXPECT_TRUE(trained.ok()) << trained.status().message();
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch.path() + "/" + name + "/checkpoints"))
+      names.insert(entry.path().filename().string());
+    return names;
+  };
+  const std::set<std::string> quick = saved("quick", 1e-6);
+  EXPECT_EQ(saved("slow", 1.0), quick);
+  EXPECT_TRUE(quick.contains("step_000000000128.consac")) << "the first look after 100 updates";
 }
 
 TEST(ToyAlgorithm, SaysWhatItNeeds) {

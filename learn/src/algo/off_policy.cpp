@@ -20,15 +20,11 @@ double OffPolicyOptions::BetaAt(std::int64_t steps, std::int64_t total_steps) co
 Status TakeHindsight(const LearnerOptions& options, OffPolicyOptions* own) {
   HindsightOptions& hindsight = own->collect.hindsight;
   if (hindsight.buffer == ReplayBufferClass::kReplay) return Status::Ok();
-  const auto refuse = [](const std::string& why) {
-    return Status{StatusCode::kInvalidArgument, "HerReplayBuffer " + why};
-  };
-  if (own->collect.replay.prioritised) return refuse("does not draw by priority; leave out prioritized_replay");
-  if (own->n_steps != 1)
-    return refuse("looks one step ahead, and n_steps is " + std::to_string(own->n_steps) + "; leave it at 1");
   CONSAC_RETURN_IF_ERROR(Hindsight::GoalsFit(options.behaviour));
-  if (!options.price_goals)
-    return refuse("needs a world that can say what other goals would have paid; choose ReplayBuffer");
+  if (!options.price_goals) {
+    return {StatusCode::kInvalidArgument,
+            "HerReplayBuffer needs a world that can say what other goals would have paid; choose ReplayBuffer"};
+  }
   own->collect.replay.episodes = true;
   hindsight.rows = own->batch_size;
   hindsight.price = options.price_goals;

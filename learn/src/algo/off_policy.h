@@ -123,6 +123,7 @@ template <class Groups, class Options>
 Status ReadOffPolicyRows(const Groups& groups, const HyperparameterSet& values, const LearnerOptions& options,
                          Options* own) {
   CONSAC_RETURN_IF_ERROR(ReadRows(groups, values, own));
+  CONSAC_RETURN_IF_ERROR(CheckTogether(values));
   return TakeHindsight(options, own);
 }
 

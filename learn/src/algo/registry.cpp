@@ -44,6 +44,14 @@ std::vector<Algorithm>& AlgorithmTable() {
   return table;
 }
 
+/// The value of a hyperparameter; "" where there is none of that name.
+std::string_view TextOf(const HyperparameterSet& values, std::string_view name) {
+  for (const Hyperparameter& row : values.table()) {
+    if (row.name == name) return values.Text(name);
+  }
+  return {};
+}
+
 }  // namespace
 
 void AddAlgorithm(const Algorithm& algorithm) {
@@ -61,18 +69,25 @@ std::uint64_t BehaviourSeed(std::uint64_t seed, std::size_t b) {
 }
 
 LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values) {
-  for (const Hyperparameter& row : values.table()) {
-    if (std::string_view(row.name) != "log_keys") continue;
-    return values.Text(row.name) == "sb2" ? LogStyle::kStableBaselines2 : LogStyle::kStableBaselines3;
-  }
-  return algorithm.log_style;
+  const std::string_view keys = TextOf(values, "log_keys");
+  if (keys.empty()) return algorithm.log_style;
+  return keys == "sb2" ? LogStyle::kStableBaselines2 : LogStyle::kStableBaselines3;
 }
 
 bool RelabelsGoals(const Algorithm& algorithm, const HyperparameterSet& values) {
-  for (const Hyperparameter& row : values.table()) {
-    if (std::string_view(row.name) == "replay_buffer_class" && values.Text(row.name) == "HerReplayBuffer") return true;
-  }
-  return algorithm.relabels_goals;
+  return algorithm.relabels_goals || TextOf(values, "replay_buffer_class") == "HerReplayBuffer";
+}
+
+Status CheckTogether(const HyperparameterSet& values) {
+  if (TextOf(values, "replay_buffer_class") != "HerReplayBuffer") return Status::Ok();
+  const auto refuse = [](const std::string& why) {
+    return Status{StatusCode::kInvalidArgument, "HerReplayBuffer " + why};
+  };
+  if (TextOf(values, "prioritized_replay") == "true")
+    return refuse("does not draw by priority; leave out prioritized_replay");
+  const std::string_view n_steps = TextOf(values, "n_steps");
+  if (n_steps.empty() || n_steps == "1") return Status::Ok();
+  return refuse("looks one step ahead, and n_steps is " + std::string(n_steps) + "; leave it at 1");
 }
 
 Result<const Algorithm*> FindAlgorithm(std::string_view name) {

@@ -150,6 +150,8 @@ struct Algorithm {
 LogStyle LogStyleOf(const Algorithm& algorithm, const HyperparameterSet& values);
 /// Whether it needs a world that prices goals with these values: its `replay_buffer_class` where it has that one.
 bool RelabelsGoals(const Algorithm& algorithm, const HyperparameterSet& values);
+/// Ok where these values go together, whatever the world; the error says which do not. Making a learner asks it too.
+Status CheckTogether(const HyperparameterSet& values);
 /// Adds a row to the table, for an algorithm that is not part of this library: 32 at most. Not thread-safe: call it
 /// before learners are made.
 void AddAlgorithm(const Algorithm& algorithm);
