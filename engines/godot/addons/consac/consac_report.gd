@@ -2,8 +2,7 @@ class_name ConsacReport
 extends RefCounted
 ## Counts what a session brings and tells people: a line now and then, a file to draw curves of, the editor's dock.
 
-const LATEST := 100  # episodes, and
-const STEPS_KEPT := 1000  # steps, of the means
+const LATEST := 100  # episodes, of the means
 const SHORT_IN_A_ROW := 20  # episodes of one step after which something is likely wrong
 
 ## Rewards and lengths of the latest episodes.
@@ -12,8 +11,6 @@ var episode_lengths := PackedInt32Array()
 ## Episodes that have ended.
 var episodes: int = 0
 
-var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
-var _steps := 0
 var _began_usec := 0
 var _told_usec := 0
 var _told_steps := 0
@@ -23,16 +20,11 @@ var _warned := false
 var _curve: FileAccess
 
 
-func _init() -> void:
-	_step_rewards.resize(STEPS_KEPT)
-
-
 ## A session begins. [param path]: where the curve's file goes, "" for nowhere. What is wrong, or "".
 func begin(path := "") -> String:
 	episode_rewards.clear()
 	episode_lengths.clear()
 	episodes = 0
-	_steps = 0
 	_sums.clear()
 	_began_usec = Time.get_ticks_usec()
 	_told_usec = _began_usec
@@ -45,12 +37,6 @@ func begin(path := "") -> String:
 		return "the curve '%s' cannot be written: %s" % [path, error_string(FileAccess.get_open_error())]
 	_curve.store_line("steps,name,value")
 	return ""
-
-
-## A step of one agent.
-func note_step(reward: float) -> void:
-	_step_rewards[_steps % STEPS_KEPT] = reward
-	_steps += 1
 
 
 ## An episode is over.
@@ -81,13 +67,14 @@ func is_due(every_s: float) -> bool:
 	return every_s > 0.0 and Time.get_ticks_usec() - _told_usec >= every_s * 1e6
 
 
-## How things stand, as numbers by name, [param more] among them; also the next row of the curve.
-func tell(more := {}) -> Dictionary:
+## How things stand after so many [param steps], as numbers by name, [param more] among them; also the next row of the
+## curve.
+func tell(steps: int, more := {}) -> Dictionary:
 	var now := Time.get_ticks_usec()
 	var numbers := {
-		steps = _steps,
+		steps = steps,
 		seconds = (now - _began_usec) / 1e6,
-		steps_per_s = (_steps - _told_steps) / maxf(1e-6, (now - _told_usec) / 1e6),
+		steps_per_s = (steps - _told_steps) / maxf(1e-6, (now - _told_usec) / 1e6),
 		episodes = episodes,
 	}
 	if episodes > 0:
@@ -98,11 +85,11 @@ func tell(more := {}) -> Dictionary:
 		numbers[String(name)] = _sums[name][0] / _sums[name][1]
 	_sums.clear()
 	_told_usec = now
-	_told_steps = _steps
+	_told_steps = steps
 	if _curve != null:
 		for name: String in numbers:
 			if name != "steps":
-				_curve.store_line("%d,%s,%s" % [_steps, name.c_escape().replace(",", ";"), var_to_str(numbers[name])])
+				_curve.store_line("%d,%s,%s" % [steps, name.c_escape().replace(",", ";"), var_to_str(numbers[name])])
 		_curve.flush()
 	return numbers
 
@@ -119,12 +106,12 @@ static func line_of(numbers: Dictionary, total_steps: int) -> String:
 	return ", ".join(parts)
 
 
-## What the session was, at its end.
-func summary() -> String:
+## What the session was, at its end; [param rewards]: a place for each of the latest steps, of which there were [param steps].
+func summary(steps: int, rewards: PackedFloat32Array) -> String:
 	var seconds := maxf(1e-6, (Time.get_ticks_usec() - _began_usec) / 1e6)
-	var kept := mini(_steps, STEPS_KEPT)
+	var kept := mini(steps, rewards.size())
 	return "%d steps in %.2f s (%.0f steps/s), mean reward of the last %d steps %.3f, of the last %d episodes %.2f" % [
-			_steps, seconds, _steps / seconds, kept, _mean(_step_rewards, kept), episode_rewards.size(),
+			steps, seconds, steps / seconds, kept, _mean(rewards, kept), episode_rewards.size(),
 			mean_episode_reward()]
 
 

@@ -9,8 +9,10 @@ const TIMES := 16384
 const TICKS_A_FRAME := 64  # unless the world goes with frames; a window draws about once a second of the world
 const DRAWN_EVERY_USEC := 50000  # where each tick has a frame, so often one is drawn
 
+## Whether each tick has a frame; then [method note_tick] is called.
+var frame_a_tick := false
+
 var _saved := {}
-var _frame_a_tick := false
 var _drawn_usec := 0
 
 
@@ -38,14 +40,12 @@ func change(fast: bool, ticks_a_frame := TICKS_A_FRAME) -> void:
 		Engine.physics_ticks_per_second = _saved.ticks * TIMES
 		Engine.time_scale = _saved.time_scale * TIMES
 		Engine.max_physics_steps_per_frame = ticks_a_frame
-		_frame_a_tick = ticks_a_frame == 1
+		frame_a_tick = ticks_a_frame == 1
 		Engine.physics_jitter_fix = 0.0
 
 
 ## Once a tick: decides whether its frame is drawn.
 func note_tick() -> void:
-	if not _frame_a_tick:
-		return
 	var now := Time.get_ticks_usec()
 	var draws := now - _drawn_usec >= DRAWN_EVERY_USEC
 	RenderingServer.render_loop_enabled = draws and _saved.draws
@@ -65,7 +65,7 @@ func restore() -> void:
 	Engine.max_physics_steps_per_frame = _saved.most_ticks
 	Engine.physics_jitter_fix = _saved.jitter_fix
 	RenderingServer.render_loop_enabled = _saved.draws
-	_frame_a_tick = false
+	frame_a_tick = false
 	if DisplayServer.window_get_vsync_mode() != _saved.vsync:
 		DisplayServer.window_set_vsync_mode(_saved.vsync)
 	_saved = {}

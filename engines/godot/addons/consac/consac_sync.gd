@@ -36,7 +36,8 @@ const NATIVE_LIBRARY := "res://addons/consac/bin/consac.gdextension"
 const NATIVE_BACKEND := "res://addons/consac/backends/native_backend.gd"
 const WINDOW_BUDGET_S := 0.01  # of a frame that is spent on waiting and looping, where the window follows the clock
 const FAST_BUDGET_S := 0.1  # and where it need not
-const LOOKS_A_GLANCE := 8  # steps between looks at the clock
+const STEPS_KEPT := 1000  # of whose rewards the last line tells the mean
+const NEVER := 9223372036854775807
 const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window paces the engine
 
 ## Who chooses the actions.
@@ -120,6 +121,7 @@ var agents: Array[ConsacAgent] = []
 var backend: ConsacBackend
 
 var _refused_argument := ""
+var _learning := false  # or does a model or a person act, in a game that keeps its own pace?
 var _begun := false
 var _stopped := false
 var _in_session := false
@@ -134,8 +136,8 @@ var _arrived: Array[ConsacAgent] = []  # since the latest tick
 var _one_left := false
 var _turned_away := {}  # agents for which there was no room
 var _sees_pictures := false
-var _next_checkpoint := 0
-var _looks := 0
+var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
+var _next_checkpoint := NEVER
 var _due := Callable()  # what goes on in a later tick, while the world stands still
 var _due_frame := 0  # and not before this frame
 var _newcomers := {}  # agents that have not been offered yet
@@ -149,6 +151,7 @@ var _budget: ConsacBudget
 func _ready() -> void:
 	if Engine.is_editor_hint():
 		set_physics_process(false)
+		set_process(false)
 		var look := Timer.new()  # what is wrong with a scene changes elsewhere than in this node
 		look.wait_time = 1.0
 		look.autostart = true
@@ -159,6 +162,7 @@ func _ready() -> void:
 	process_physics_priority = -1000  # before the world's own nodes
 	add_to_group(GROUP)
 	_refused_argument = ConsacCommandLine.apply(self)
+	_step_rewards.resize(STEPS_KEPT)
 	if show_budget:
 		_budget = ConsacBudget.new()
 		add_child(_budget)
@@ -200,12 +204,12 @@ func path_to_model() -> String:
 
 ## Whether agents may leave while it runs.
 func agents_may_leave() -> bool:
-	return room_for_agents > 0 or not _learns()
+	return room_for_agents > 0 or not _learning
 
 
 ## Whether what [param agent] earns is what this session is about: beside agents that learn an opponent's is not.
 func counts(agent: ConsacAgent) -> bool:
-	return not (agent.played and _learns())
+	return not (agent.played and _learning)
 
 
 ## Called by an agent that comes into the scene.
@@ -240,13 +244,11 @@ func _physics_process(_delta: float) -> void:
 		return
 	if not _arrived.is_empty():
 		_welcome_newcomers()
-	if backend.interrupted():
-		_interrupt()
-		return
 	_note_pause()
 	if _paused:
 		return
-	_speed.note_tick()
+	if _speed.frame_a_tick:
+		_speed.note_tick()
 	if _due.is_valid():
 		if Engine.get_process_frames() < _due_frame:
 			return
@@ -263,12 +265,24 @@ func _physics_process(_delta: float) -> void:
 		if _due.is_valid():
 			return
 	_drive()
+
+
+# What the clock decides, and no tick.
+func _process(_delta: float) -> void:
+	if _stopped or not _begun:
+		return
+	if backend.interrupted():
+		_interrupt()
+		return
+	if _in_session and not _paused and report.is_due(report_every_s):
+		_report()
 	if _budget != null:
 		_budget.show_state(self)
 
 
 ## The first tick: every node of the scene is ready.
 func _begin() -> void:
+	_learning = mode == Mode.SERVE or mode == Mode.TRAIN
 	_begun = true
 	_stopped = true  # until everything is ready
 	var fault := _refused_argument
@@ -277,9 +291,9 @@ func _begin() -> void:
 	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
 		if fault.is_empty() and get_parent().is_ancestor_of(node):
 			fault = _take_in(node)
-	if fault.is_empty() and loop_mode and _learns() and _sees_pictures:
+	if fault.is_empty() and loop_mode and _learning and _sees_pictures:
 		fault = "loop_mode leaves no time to draw what a camera sensor sees; turn it off"
-	if fault.is_empty() and _driven.is_empty() and _learns():
+	if fault.is_empty() and _driven.is_empty() and _learning:
 		fault = "no ConsacAgent below %s; put the ConsacSync beside or above the agents" % get_parent().name
 		if not agents.is_empty():
 			fault = "all agents below %s act by models or rules of their own, so none can learn" % get_parent().name
@@ -301,7 +315,7 @@ func _fault_of_scene() -> String:
 		if other != self and other._begun and not other._stopped:
 			return ("%s drives this game already, and two would stop each other; one ConsacSync above all agents is enough: "
 					+ "their property control says who chooses for each") % other.get_path()
-	return ConsacSceneCheck.fault_of_loop(get_parent()) if loop_mode and _learns() else ""
+	return ConsacSceneCheck.fault_of_loop(get_parent()) if loop_mode and _learning else ""
 
 
 ## An agent that was there from the beginning. What is wrong, or "".
@@ -326,7 +340,8 @@ func _let_play(agent: ConsacAgent) -> String:
 	if agent.control == ConsacAgent.ControlMode.MODEL:
 		return _players.take_by_model(agent, agent.model.file(), agent.model.bytes)
 	if agent.control == ConsacAgent.ControlMode.AS_THE_SYNC and mode == Mode.ACT:
-		return _players.take_by_model(agent, ConsacNativeBackend.path_of(path_to_model(), agent.behaviour))
+		return _players.take_by_model(agent, ConsacNativeBackend.path_of(path_to_model(), agent.behaviour),
+				PackedByteArray() if model == null else model.bytes)
 	agent.by_rule = true
 	_players.take_by_hand(agent)
 	return ""
@@ -367,10 +382,12 @@ static func _how_to_get_native() -> String:
 
 ## Asks the backend what is next, until the world has to move or nothing has come for a while.
 func _drive() -> void:
-	var fast := as_fast_as_possible and _learns()
-	var until := Time.get_ticks_usec() + int(1e6 * (FAST_BUDGET_S if fast else WINDOW_BUDGET_S))
+	var fast := as_fast_as_possible and _learning
+	var loops := loop_mode and _learning
+	var now := Time.get_ticks_usec()
+	var until := now + int(1e6 * (FAST_BUDGET_S if fast else WINDOW_BUDGET_S))
 	while not _stopped:
-		match backend.poll(maxf(0.0, (until - Time.get_ticks_usec()) / 1e6) if _in_session else 0.0):
+		match backend.poll(maxf(0.0, (until - now) / 1e6) if _in_session else 0.0):
 			ConsacBackend.Cue.WAIT:
 				_hold(true)
 				if not _in_session:
@@ -378,7 +395,7 @@ func _drive() -> void:
 				return
 			ConsacBackend.Cue.RESET:
 				_in_session = true
-				if _learns():
+				if _learning:
 					_speed.change(fast, _wanted_ticks_a_frame(fast))
 				if fast:
 					_go_on_later(_start_session, 2)  # the frame of the change itself has no sensible length
@@ -392,17 +409,20 @@ func _drive() -> void:
 					if not fault.is_empty():
 						backend.refuse(fault)
 						continue
+				var fresh := not _newcomers.is_empty()
 				for agent in agents:
-					if not _newcomers.has(agent):
+					if not (fresh and _newcomers.has(agent)):
 						agent.hand_over()
-				if not loop_mode or not _learns():
+				if not loops:
 					_waiting = false
 					_ticks_left = decision_period
 					_hold(false)
 					return
 				_look()  # without pictures, so that nothing is due later
-				if Time.get_ticks_usec() > until or get_tree().paused:
+				now = Time.get_ticks_usec()
+				if now > until or get_tree().paused:
 					return
+				continue
 			ConsacBackend.Cue.DONE:
 				_end_session("")
 			ConsacBackend.Cue.FAILED:
@@ -410,11 +430,7 @@ func _drive() -> void:
 					_end_session(backend.error)
 				else:  # a trainer left in the handshake, or was no trainer: that was no session
 					printerr("consac: ", backend.error)
-
-
-# A game in which a model or a person acts keeps its own pace.
-func _learns() -> bool:
-	return mode == Mode.SERVE or mode == Mode.TRAIN
+		now = Time.get_ticks_usec()
 
 
 # What is [param due] in the next tick, or so many frames later, while the world stands still.
@@ -427,9 +443,9 @@ func _go_on_later(due: Callable, frames := 0) -> void:
 func _start_session() -> void:
 	_hold(_held)
 	steps = 0
-	_next_checkpoint = checkpoint_every
+	_next_checkpoint = checkpoint_every if checkpoint_every > 0 else NEVER
 	_seeds.seed = backend.session_seed if mode != Mode.BY_HAND else world_seed
-	var fault := report.begin(curve_path if _learns() else "")
+	var fault := report.begin(curve_path if _learning else "")
 	session_began.emit()
 	for i in _driven.size():
 		var drawn := _seeds.randi()
@@ -477,16 +493,16 @@ func _wanted_ticks_a_frame(fast: bool) -> int:
 func _look() -> void:
 	var fault := ""
 	var ended := false
-	var learns := _learns()
+	var fresh := not _newcomers.is_empty()
 	for agent in agents:
-		if _newcomers.has(agent):
+		if fresh and _newcomers.has(agent):
 			agent.forget_step()  # nobody asked it for one
 			continue
 		var what := agent.account()
 		if not what.is_empty():
 			fault = what
-		if not (learns and agent.played):
-			report.note_step(agent.reward)
+		if not (agent.played and _learning):
+			_step_rewards[steps % STEPS_KEPT] = agent.reward
 			steps += 1
 		ended = ended or agent.terminated or agent.truncated
 	if _sees_pictures:
@@ -495,16 +511,13 @@ func _look() -> void:
 		var what := agent.look()
 		if not what.is_empty():
 			fault = what
-	_looks += 1
-	if _looks % LOOKS_A_GLANCE == 0 and report.is_due(report_every_s):
-		_report()
-	if checkpoint_every > 0 and steps >= _next_checkpoint:
+	if steps >= _next_checkpoint:
 		_checkpoint()
 	if not ended:
 		_offer(fault)
 	else:
 		_next_episodes(fault)
-	if not learns and sessions > 0 and steps >= training_length:
+	if not _learning and sessions > 0 and steps >= training_length:
 		_end_session("")
 
 
@@ -533,7 +546,7 @@ func _checkpoint() -> void:
 
 # Pictures show the world as it is, not as it was when the latest frame was drawn.
 func _draw() -> void:
-	ConsacCameraSensor.draw_now(get_parent(), not _learns())
+	ConsacCameraSensor.draw_now(get_parent(), not _learning)
 
 
 func _offer(fault: String) -> void:
@@ -555,7 +568,7 @@ func _report() -> void:
 # Also the next row of the curve.
 func _tell() -> Dictionary:
 	var updates: int = backend.progress().get("updates", 0)
-	return report.tell({updates = updates} if updates > 0 else {})
+	return report.tell(steps, {updates = updates} if updates > 0 else {})
 
 
 func _end_session(fault: String) -> void:
@@ -567,19 +580,19 @@ func _end_session(fault: String) -> void:
 	_speed.restore()
 	var how := "the session failed"
 	if fault.is_empty():
-		how = "training completed" if backend.completed and _learns() else "the session ended"
-	print("consac: %s: %s%s" % [how, report.summary(), "" if backend.note.is_empty() else "; " + backend.note])
+		how = "training completed" if backend.completed and _learning else "the session ended"
+	print("consac: %s: %s%s" % [how, report.summary(steps, _step_rewards), "" if backend.note.is_empty() else "; " + backend.note])
 	if not fault.is_empty():
 		printerr("consac: ", fault)
 		if counts:
 			_exit_code = 1
-	if _learns() and counts:
+	if _learning and counts:
 		progressed.emit(_tell())
 	session_ended.emit(fault)
 	# Only another trainer may do better: a learner, a model and a rule would meet the same again.
 	if (mode != Mode.SERVE and not fault.is_empty()) or (sessions > 0 and _over >= sessions):
 		_finish("")
-	elif not _learns() and fault.is_empty():
+	elif not _learning and fault.is_empty():
 		_go_on()
 
 
@@ -660,7 +673,7 @@ func _welcome(agent: ConsacAgent) -> String:
 		return _let_play(agent) if fault.is_empty() else fault
 	if not agents_may_leave():
 		return "it has come while others learn; where agents come and go, set room_for_agents"
-	if not _learns() and (_driven.is_empty() or room_for_agents == 0):
+	if not _learning and (_driven.is_empty() or room_for_agents == 0):
 		return _let_play(agent)
 	fault = backend.join(agent)
 	if fault.is_empty():
@@ -676,7 +689,7 @@ func _note_pause() -> void:
 		return
 	_paused = paused
 	backend.set_paused(paused)
-	if not (_in_session and _learns()):
+	if not (_in_session and _learning):
 		return
 	if paused:
 		_speed.restore()
@@ -687,7 +700,7 @@ func _note_pause() -> void:
 ## Stops the world without stopping the window. A world that is moved in a loop stands still by itself, and held it
 ## would hide that the game pauses.
 func _hold(held: bool) -> void:
-	held = held and not (_in_session and loop_mode and _learns())
+	held = held and not (_in_session and loop_mode and _learning)
 	if held == _held or not is_inside_tree():
 		return
 	_held = held
