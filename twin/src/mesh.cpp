@@ -126,12 +126,13 @@ Mesh Weld(const Triangles& triangles) {
     const std::size_t many = begin[p + 1] - begin[p];
     for (std::size_t i = begin[p]; i < begin[p + 1]; ++i) {
       const Vector3 own = area[around[i] / 3];
+      const double length = Norm(own);
       Vector3 sum;
       for (std::size_t k = begin[p]; k < begin[p + 1] && (many <= kMostAround || here.empty()); ++k) {
         const Vector3 other = area[around[k] / 3];
-        if (many > kMostAround || Dot(own, other) >= kSharpCosine * Norm(own) * Norm(other)) sum = sum + other;
+        if (many > kMostAround || Dot(own, other) >= kSharpCosine * length * Norm(other)) sum = sum + other;
       }
-      if (!(Norm(sum) > 0.0)) sum = Norm(own) > 0.0 ? own : Vector3{0, 0, 1};
+      if (!(Norm(sum) > 0.0)) sum = length > 0.0 ? own : Vector3{0, 0, 1};
       const Vector3 unit = (1.0 / Norm(sum)) * sum;
       const std::array<float, 3> normal = {static_cast<float>(unit.x), static_cast<float>(unit.y),
                                            static_cast<float>(unit.z)};
