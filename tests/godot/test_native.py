@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from engine import DEADLINE_S, ROOT, kept_port
+from engine import DEADLINE_S, PROTOCOL_2, ROOT, TEXT1, kept_port
 
 NATIVE = pathlib.Path(__file__).parent / "native"
 # The settings for CartPole that CONSAC's own built-in world suggests, with longer rollouts.
@@ -56,12 +56,12 @@ def script(godot, name, *arguments):
     return godot.start(godot.folder / "godot", "--headless", "--path", godot.project, "--script", f"res://{name}", "--", *arguments)
 
 
-def train(godot, ports, folder, name, steps=None, settings=None, algorithm=None):
+def train(godot, ports, folder, name, steps=None, settings=None, algorithm=None, protocol=PROTOCOL_2):
     arguments = (["--steps", steps] if steps else []) + (["--algo", algorithm] if algorithm else [])
     for key, value in (settings or {}).items():
         arguments += ["--set", f"{key}={value}"]
     return godot.consac("train", *(f"tcp://127.0.0.1:{port}" for port in ports), "--name", name, "--no-table", "--no-progress",
-                        "--json", *arguments, cwd=folder)
+                        "--json", *protocol, *arguments, cwd=folder)
 
 
 def summary(trainer):
@@ -117,7 +117,7 @@ def test_an_engine_is_killed_and_rejoins(godot, tmp_path):
     first, port = serve(godot, "road", "steps=10000000", f"port={kept_port()}")
     _, other_port = serve(godot, "road", "steps=10000000")
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", f"tcp://127.0.0.1:{other_port}", "--name", "rejoin", "--steps",
-                           "100000000", "--log-interval", "1", "--no-progress", cwd=tmp_path)
+                           "100000000", "--log-interval", "1", "--no-progress", *PROTOCOL_2, cwd=tmp_path)
     trainer.wait_for("total_timesteps")
     first.kill()
     trainer.wait_for("an engine is lost")
@@ -131,7 +131,7 @@ def test_an_engine_is_killed_and_rejoins(godot, tmp_path):
 def test_a_model_of_text_protocol_1_acts_in_the_extension(godot, tmp_path):
     """It was learned from nothing but GDScript, and its observations have no names."""
     engine, port = godot.scene("road", "steps=10000", "sessions=1", "quit=1")
-    assert summary(train(godot, [port], tmp_path, "text"))["steps"] == 10000
+    assert summary(train(godot, [port], tmp_path, "text", protocol=TEXT1))["steps"] == 10000
     assert engine.finish()[0] == 0
     acted = recorded(godot, "road", tmp_path / "acted", "mode=act", f"model={tmp_path}/runs/text/model.consac", "fast=0",
                      flags=["--fixed-fps", "60", "--quit-after", "1500"])
@@ -353,7 +353,7 @@ def test_an_environment_is_reset_in_the_midst_of_a_session(godot):
     port = engine.port()
     client = f"""if True:
         import consac, json
-        env = consac.make("tcp://127.0.0.1:{port}")
+        env = consac.make("tcp://127.0.0.1:{port}", protocol=2)
         def episode(seed):
             first, _ = env.reset(seed=seed)
             for _ in range(3):
@@ -374,7 +374,7 @@ def test_a_reset_in_the_midst_of_a_session_that_goes_wrong_ends_it_and_not_the_e
     port = engine.port()
 
     def client(*resets):
-        lines = ["import consac", f"env = consac.make('tcp://127.0.0.1:{port}')"]
+        lines = ["import consac", f"env = consac.make('tcp://127.0.0.1:{port}', protocol=2)"]
         for seed in resets:
             lines += [f"env.reset(seed={seed})", "env.step(env.action_space.low)"]
         return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, timeout=DEADLINE_S,
@@ -487,6 +487,34 @@ func judge() -> void:
 """
 
 
+TELLS = """
+
+var _told := 0
+
+
+func _ready() -> void:
+	process_mode = PROCESS_MODE_ALWAYS
+	get_node("../ConsacSync").progressed.connect(func(_numbers: Dictionary) -> void:
+		_told += 1
+		if _told == 3:
+			print("told three times before a frame")
+			get_tree().quit())
+
+
+func _process(_delta: float) -> void:
+	_told = 0
+"""
+
+
+def test_the_clock_is_looked_at_while_the_world_waits_for_its_learner(godot):
+    """As many ticks as go before a frame wait each, and Ctrl-C is heard where lines are told."""
+    engine = godot.start(*world(godot, "telling", ONE_NUMBER.replace("WHAT", "place") + TELLS), "--", "--consac-mode=train",
+                         "--consac-steps=64", "--consac-set=n_steps:64,noptepochs:100000", "--consac-report=0.01",
+                         "--consac-ticks-a-frame=64", "--consac-sessions=1", "--consac-quit=1")
+    code, output = engine.finish()
+    assert code == 0 and "told three times before a frame" in output, output
+
+
 def test_ctrl_c_is_the_engines_own_once_the_sync_has_stopped(godot):
     engine = godot.start(*world(godot, "stopping", ONE_NUMBER.replace("WHAT", "place") + STOPS), "--", "--consac-mode=train",
                          "--consac-steps=64", "--consac-set=n_steps:64", "--consac-sessions=1")
@@ -516,7 +544,7 @@ def test_the_native_trainer_hears_why_a_session_cannot_go_on(godot, tmp_path):
     engine = godot.start(*world(godot, "muddled", ONE_NUMBER.replace("WHAT", wrong)), "--", "--consac-port=0", "--consac-loop=1",
                          "--consac-steps=500")
     port = engine.port()
-    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "muddled", cwd=tmp_path)
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "muddled", *PROTOCOL_2, cwd=tmp_path)
     assert "ends the session: Agent: observe() gave a String for entry 'place'" in trainer.finish()[1]
     engine.kill()
 
@@ -543,7 +571,7 @@ def test_a_game_that_is_paused_tells_its_trainer(godot, tmp_path, loop):
                          f"--consac-loop={loop}")
     port = engine.port()
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "paused", "--no-table", "--no-progress", "--steps", "200",
-                           "--deadline", "2", cwd=tmp_path)
+                           "--deadline", "2", *PROTOCOL_2, cwd=tmp_path)
     trainer.wait_for("is paused")
     engine.wait_for("training completed: 200 steps")
     assert trainer.finish()[0] == 0

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from engine import DEADLINE_S, ROOT
+from engine import DEADLINE_S, ROOT, TEXT1
 from test_native import ENDED, built, play, tensors  # noqa: F401 (built: the extension must be there)
 
 WORLDS = pathlib.Path(__file__).parent / "worlds"
@@ -153,7 +153,7 @@ def test_a_sensor_without_its_node_is_one_line(godot):
 
 def test_a_trainer_of_text_1_that_wants_fewer_steps_is_no_failure(godot, tmp_path):
     engine, port = godot.scene("road", "steps=5000", "sessions=1", "quit=1")
-    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "short", "--steps", "1000", cwd=tmp_path)
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "short", "--steps", "1000", *TEXT1, cwd=tmp_path)
     assert trainer.finish()[0] == 0
     output = finished(engine)
     assert "the session ended: 1000 steps" in output and "the trainer left after 1000 of 5000 steps" in output, output
@@ -166,7 +166,7 @@ def test_the_example_of_the_readme_learns(godot):
     assert float(re.search(ENDED, output).group(5)) > 155, output  # of 200; whoever pushes at random has less than 147
 
 
-def test_any_project_is_exported_with_its_models(godot, tmp_path):
+def test_any_project_is_exported_with_its_models_and_is_an_engine_too(godot, tmp_path):
     project = tmp_path / "own"
     shutil.copytree(godot.project, project, ignore=shutil.ignore_patterns(".godot"))
     (project / "examples/road").rename(project / "walk")
@@ -181,3 +181,8 @@ def test_any_project_is_exported_with_its_models(godot, tmp_path):
     game = godot.start(tmp_path / "games/road", "--headless", "--", "--consac-mode=act", "--consac-model=res://walk/walker.consac",
                        "--consac-steps=100", "--consac-sessions=1", "--consac-quit=1")
     assert "the session ended: 100 steps" in finished(game)
+    # It is an engine, too, with no project beside it.
+    game, port = godot.scene("road", "steps=20000", "sessions=1", "quit=1", program=tmp_path / "games/road")
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "game", "--no-table", "--no-progress", *TEXT1, cwd=tmp_path)
+    assert trainer.finish()[0] == 0
+    assert float(re.search(ENDED, finished(game)).group(3)) > 0.9

@@ -6,7 +6,7 @@ import time
 import consac
 import numpy as np
 
-environments = consac.make_vec(f"tcp://127.0.0.1:{sys.argv[1]}")
+environments = consac.make_vec(f"tcp://127.0.0.1:{sys.argv[1]}", protocol=2)
 environments.reset(seed=1)
 actions = np.zeros((environments.num_envs, *environments.single_action_space.shape), environments.single_action_space.dtype)
 start, steps = time.monotonic(), 0

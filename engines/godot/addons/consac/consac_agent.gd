@@ -195,7 +195,7 @@ func prepare() -> String:
 	action_row.resize(_plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
 	mask_row.clear()
-	by_rule = control == ControlMode.BY_HAND
+	by_rule = false
 	if fault.is_empty() and control == ControlMode.MODEL and model == null:
 		fault = "%s acts by a model and has none; set model to a .consac file" % name
 	return fault

@@ -6,10 +6,7 @@ extends RefCounted
 
 ## Puts [param body] there with this velocity (pixels a second) and turn (radians a second), awake.
 static func place_2d(body: RigidBody2D, where: Transform2D, velocity := Vector2.ZERO, turn := 0.0) -> void:
-	var id := body.get_rid()
-	PhysicsServer2D.body_set_state(id, PhysicsServer2D.BODY_STATE_TRANSFORM, where)
-	PhysicsServer2D.body_set_state(id, PhysicsServer2D.BODY_STATE_LINEAR_VELOCITY, velocity)
-	PhysicsServer2D.body_set_state(id, PhysicsServer2D.BODY_STATE_ANGULAR_VELOCITY, turn)
+	PhysicsServer2D.body_set_state(body.get_rid(), PhysicsServer2D.BODY_STATE_TRANSFORM, where)
 	body.global_transform = where
 	body.linear_velocity = velocity
 	body.angular_velocity = turn
@@ -19,8 +16,7 @@ static func place_2d(body: RigidBody2D, where: Transform2D, velocity := Vector2.
 
 ## Puts [param body] there with this velocity (metres a second) and turn (radians a second), awake.
 static func place_3d(body: RigidBody3D, where: Transform3D, velocity := Vector3.ZERO, turn := Vector3.ZERO) -> void:
-	var id := body.get_rid()
-	PhysicsServer3D.body_set_state(id, PhysicsServer3D.BODY_STATE_TRANSFORM, where)
+	PhysicsServer3D.body_set_state(body.get_rid(), PhysicsServer3D.BODY_STATE_TRANSFORM, where)
 	body.global_transform = where
 	body.linear_velocity = velocity
 	body.angular_velocity = turn

@@ -145,6 +145,7 @@ var _over := 0  # sessions that are over, of those that have stepped
 var _exit_code := 0
 var _seeds := RandomNumberGenerator.new()
 var _speed := ConsacSpeed.new()
+var _wanted_ticks := ConsacSpeed.TICKS_A_FRAME  # before a frame of this session
 var _budget: ConsacBudget
 
 
@@ -267,8 +268,12 @@ func _physics_process(_delta: float) -> void:
 	_drive()
 
 
-# What the clock decides, and no tick.
 func _process(_delta: float) -> void:
+	_look_at_the_clock()
+
+
+# What the clock decides, and no tick: once a frame, and after each wait, of which there may be many before a frame.
+func _look_at_the_clock() -> void:
 	if _stopped or not _begun:
 		return
 	if backend.interrupted():
@@ -390,13 +395,15 @@ func _drive() -> void:
 		match backend.poll(maxf(0.0, (until - now) / 1e6) if _in_session else 0.0):
 			ConsacBackend.Cue.WAIT:
 				_hold(true)
+				_look_at_the_clock()
 				if not _in_session:
 					OS.delay_usec(IDLE_USEC)
 				return
 			ConsacBackend.Cue.RESET:
 				_in_session = true
 				if _learning:
-					_speed.change(fast, _wanted_ticks_a_frame(fast))
+					_wanted_ticks = _wanted_ticks_a_frame(fast)
+					_speed.change(fast, _wanted_ticks)
 				if fast:
 					_go_on_later(_start_session, 2)  # the frame of the change itself has no sensible length
 				else:
@@ -694,7 +701,7 @@ func _note_pause() -> void:
 	if paused:
 		_speed.restore()
 	else:
-		_speed.change(as_fast_as_possible, _wanted_ticks_a_frame(as_fast_as_possible))
+		_speed.change(as_fast_as_possible, _wanted_ticks)
 
 
 ## Stops the world without stopping the window. A world that is moved in a loop stands still by itself, and held it

@@ -194,12 +194,13 @@ func _create() -> String:
 	var behaviours: Array[Dictionary] = []
 	for b in _herds.size():
 		var herd := _herds[b]
+		var known := _known(b)
 		behaviours.append({
 			name = herd.name,
 			agents = maxi(herd.agents.size(), _sync.room_for_agents),
 			masks_actions = herd.masked,
-			observations = ConsacEntry.tables_for(herd.entries, _known(b, "observations")),
-			actions = ConsacEntry.tables_for(herd.actions, _known(b, "actions")),
+			observations = ConsacEntry.tables_for(herd.entries, known.observations),
+			actions = ConsacEntry.tables_for(herd.actions, known.actions),
 		})
 	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
 	var fault: String = _world.create({
@@ -418,11 +419,11 @@ static func path_of(path: String, behaviour: StringName) -> String:
 
 
 # The entries that the model of a behaviour knows, where one acts; none where it cannot be read, which the world says.
-func _known(b: int, role: String) -> Array:
-	if _mode != ConsacSync.Mode.ACT:
-		return []
+func _known(b: int) -> Dictionary:
 	var model: RefCounted = ClassDB.instantiate(ConsacSync.NATIVE_MODEL)
-	return model.describe()[role] if model.load(path_of(_sync.path_to_model(), _herds[b].name)).is_empty() else []
+	if _mode == ConsacSync.Mode.ACT and model.load(path_of(_sync.path_to_model(), _herds[b].name)).is_empty():
+		return model.describe()
+	return {observations = [], actions = []}
 
 
 static func _alike(agent: ConsacAgent, herd: Herd) -> bool:

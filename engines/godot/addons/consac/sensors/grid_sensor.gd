@@ -40,6 +40,7 @@ func sense(into: Dictionary) -> void:
 	var layer := cells.x * cells.y
 	_map = PackedFloat32Array()
 	_map.resize(classes.size() * layer)
+	_set_up()
 	for cell in layer:
 		for hit: Dictionary in _in_cell(middle_of(cell)):
 			var body := hit.get("collider") as Node
@@ -80,6 +81,11 @@ func lines() -> Array:
 # Override: a point of the grid as the node sees it.
 func _point(_at: Vector2) -> Variant:
 	return Vector2.ZERO
+
+
+# Override: makes the query ready, whose place alone differs from cell to cell.
+func _set_up() -> void:
+	pass
 
 
 # Override: the hits of intersect_shape in the cell around this point of the grid.

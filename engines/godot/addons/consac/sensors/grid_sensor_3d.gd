@@ -17,13 +17,16 @@ func _point(at: Vector2) -> Variant:
 	return point if turned else origin.global_transform.basis.orthonormalized().inverse() * point
 
 
-func _in_cell(at: Vector2) -> Array[Dictionary]:
+func _set_up() -> void:
 	_shape.size = Vector3(cell_size * 0.98, height, cell_size * 0.98)
 	_query.shape = _shape
 	_query.collision_mask = collision_mask
 	_query.collide_with_areas = hit_areas
 	if origin is CollisionObject3D:
 		_query.exclude = [(origin as CollisionObject3D).get_rid()]
+
+
+func _in_cell(at: Vector2) -> Array[Dictionary]:
 	var basis := origin.global_transform.basis.orthonormalized() if turned else Basis()
 	_query.transform = Transform3D(basis, origin.global_position + basis * Vector3(at.x, 0.0, -at.y))
 	return origin.get_world_3d().direct_space_state.intersect_shape(_query, MOST_AT_ONCE)
