@@ -111,8 +111,14 @@ Status Conversation::DoSend(const Case& what) {
     if (world_at_fault_ < 0)
       return Over("nobody takes part whose action can be " + (leaf.empty() ? kind : kind + " by a " + leaf));
   }
-  if (kind.starts_with("goals") && !payloads_.CanBeAsked(kind)) return Over("no observation has such a number");
-  if (!kind.empty()) payload = payloads_.Of(kind, result_, leaf);
+  if (kind == "goals, as they were") {
+    if (paid_.empty()) return Over("no step has led to a row of a behaviour with goals");
+    payload = payloads_.GoalsAsTheyWere(paid_rows_);
+  } else if (kind.starts_with("goals") && !payloads_.CanBeAsked(kind)) {
+    return Over(kind == "goals of others" ? "every behaviour has goals" : "no observation has such a number");
+  } else if (!kind.empty()) {
+    payload = payloads_.Of(kind, result_, leaf);
+  }
   payload.resize(std::max(payload.size(), what.value("blanks", std::size_t{0})), ' ');
   const std::uint64_t request = what["request"] == "next" ? request_ + 1 : what["request"].get<std::uint64_t>();
   return Ask(FrameTypeOf(what["type"]), request, payload, what);
@@ -127,6 +133,10 @@ Status Conversation::Ask(FrameType type, std::uint64_t request, const std::strin
   const bool whole = payload.size() >= protocol2::kActiveOffset + blocks_.environments;
   if ((type == FrameType::kReset || type == FrameType::kStep) && whole && request != judged_)
     check_.Ask(type, std::as_bytes(std::span(payload)).subspan(protocol2::kActiveOffset));
+  const auto is_chosen = [](char chosen) { return chosen == 1; };
+  all_stepped_ = type == FrameType::kStep && whole &&
+                 std::all_of(payload.begin() + protocol2::kActiveOffset,
+                             payload.begin() + protocol2::kActiveOffset + blocks_.environments, is_chosen);
   if (type == FrameType::kRelabel) relabelled_ = Payloads::RowsOf(payload);
   if (request == request_ + 1 && type != FrameType::kHello) request_ = request;
   return Send(type, request, payload, how);
@@ -212,6 +222,8 @@ Status Conversation::DoExpect(const Case& what) {
     return Failed("the payload differs from the one before");
   if (what.contains("begins_as") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["begins_as"]]))
     return Failed("what is looked at differs from the one before");
+  if (what.contains("repeats") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["repeats"]]))
+    return Over("one seed and the same actions bring another RESULT each time");
   if (what.contains("keep")) kept_[what["keep"]] = payload;
   return CheckMessage(what, *frame, payload);
 }
@@ -219,7 +231,7 @@ Status Conversation::DoExpect(const Case& what) {
 Status Conversation::CheckMessage(const Case& what, const Frame& frame, const std::string& payload) {
   if (frame.header.type == FrameType::kSpec) return TakeSpec(what, frame);
   if (frame.header.type == FrameType::kResult) return TakeResult(frame.header.request, payload);
-  if (frame.header.type == FrameType::kRewards) return TakeRewards(payload);
+  if (frame.header.type == FrameType::kRewards) return TakeRewards(what, payload);
   if (frame.header.type != FrameType::kError && frame.header.type != FrameType::kWelcome) return Status::Ok();
   Case message = ReadCase(payload);
   if (!message.is_object()) return Failed("its payload is no JSON object");
@@ -247,6 +259,7 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
   CONSAC_RETURN_IF_ERROR(CheckMembers(what, message));
   if (!what.contains("env")) return Status::Ok();
   const Case env = message.value("env", Case());
+  if (what["env"] == "none") return message.contains("env") ? Failed("it has an env") : Status::Ok();
   if (!env.is_number_integer()) return Failed("it has no env");
   if (what["env"] == "first" && env != world_at_fault_)
     return Failed(fmt::format("env is {}, at fault is {}", JsonText(env), world_at_fault_));
@@ -285,12 +298,21 @@ Status Conversation::TakeResult(std::uint64_t request, const std::string& payloa
   CONSAC_RETURN_IF_ERROR(check_.Judge(std::as_bytes(std::span(payload)), std::as_bytes(std::span(result_))));
   judged_ = request;
   result_ = payload;
+  if (all_stepped_ && paid_.size() < kMostPaid) payloads_.AddPaid(result_, &paid_rows_, &paid_);
   return Status::Ok();
 }
 
-Status Conversation::TakeRewards(const std::string& payload) const {
+Status Conversation::TakeRewards(const Case& what, const std::string& payload) const {
   std::vector<float> rewards(static_cast<std::size_t>(relabelled_));
-  return protocol2::ReadRewards(std::as_bytes(std::span(payload)), relabelled_, rewards.data());
+  CONSAC_RETURN_IF_ERROR(
+      protocol2::ReadRewards(std::as_bytes(std::span(payload)), relabelled_, rewards.data()));
+  for (std::size_t i = 0; what.contains("paid") && i < rewards.size(); ++i) {
+    const double reward = static_cast<double>(rewards[i]);
+    if (std::fabs(reward - paid_[i]) > 1e-4 + 1e-4 * std::fabs(paid_[i]))
+      return Failed(fmt::format("row {} is as a RESULT brought it, which paid {}, and REWARDS says {} (R96)", i,
+                                paid_[i], reward));
+  }
+  return Status::Ok();
 }
 
 Status Conversation::Play(const Case& what) {

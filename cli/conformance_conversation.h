@@ -62,8 +62,8 @@ class Conversation {
   Status TakeSpec(const Case& what, const Frame& frame);
   /// One that comes once more is not judged anew.
   Status TakeResult(std::uint64_t request, const std::string& payload);
-  /// As many numbers as rows were asked for.
-  Status TakeRewards(const std::string& payload) const;
+  /// As many numbers as rows were asked for; "paid": what the RESULTs paid that the rows are from.
+  Status TakeRewards(const Case& what, const std::string& payload) const;
   /// Steps all environments on and on; with `disabled` those whose episode is over are reset. Behind the last step, and
   /// with "somebody" from the first on, it goes on until somebody takes part (R77).
   Status Play(const Case& what);
@@ -74,6 +74,7 @@ class Conversation {
   Status Reconnect();
 
   static constexpr int kMostReconnects = 100;
+  static constexpr std::size_t kMostPaid = 64;  // rows that are kept, and those of one RESULT more
   static constexpr const char* kKeepsNone = "its WELCOME has no `resume`: a lost connection ends a session";
 
   const Endpoint endpoint_;
@@ -89,6 +90,9 @@ class Conversation {
   protocol2::ResultCheck check_;
   std::uint32_t session_ = 0;
   std::uint64_t request_ = 0, judged_ = 0;
+  bool all_stepped_ = false;                      // by the latest request
+  std::string paid_rows_;                         // that steps of all environments led to, and their rewards
+  std::vector<double> paid_;
   std::int64_t relabelled_ = 0;                   // rows of the latest RELABEL
   std::string resume_, result_;                   // result_: the latest RESULT's payload
   Frame held_frame_;                              // WELCOME of a session that was taken up, while held_

@@ -74,10 +74,33 @@ class Payloads {
     return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).second;
   }
 
-  /// Whether a RELABEL can be wrong in that way: where no observation has such a number, it cannot.
+  /// Whether a RELABEL can be so: where no observation has such a number, or every behaviour has goals, it cannot.
   bool CanBeAsked(const std::string& kind) const {
+    if (kind == "goals of others") return Goalless() < env_->behaviours.size();
     std::vector<std::byte> row(Pursuing().observation_layout.row_bytes);
-    return SpoilGoals(Pursuing().observation_layout, kind, row.data());
+    return SpoilGoals(kind, row.data());
+  }
+  /// Rows of the first behaviour with goals that the steps of `result` led to, and what they paid: to `rows`, one behind
+  /// the other, and `rewards`.
+  void AddPaid(const std::string& result, std::string* rows, std::vector<double>* rewards) const {
+    const BehaviourSpec& behaviour = Pursuing();
+    const protocol2::BehaviourBlocks& at = blocks_.behaviours[Goal()];
+    const std::size_t row_bytes = behaviour.observation_layout.row_bytes;
+    for (std::size_t slot = 0; slot < static_cast<std::size_t>(behaviour.slots); ++slot) {
+      if (result[at.states + slot] != protocol2::kActive) continue;  // R67; who ended has a final row
+      rows->append(result, at.observations + slot * row_bytes, row_bytes);
+      double reward = 0.0;
+      std::memcpy(&reward, result.data() + at.rewards + slot * sizeof(reward), sizeof(reward));
+      rewards->push_back(reward);
+    }
+  }
+  /// A RELABEL of such rows.
+  std::string GoalsAsTheyWere(const std::string& rows) const {
+    const auto count = static_cast<std::int64_t>(rows.size() / Pursuing().observation_layout.row_bytes);
+    std::string payload(protocol2::RelabelBytes(Pursuing(), count), '\0');
+    protocol2::WriteRelabel(*env_, {Goal(), count, reinterpret_cast<const std::byte*>(rows.data())},
+                            reinterpret_cast<std::byte*>(payload.data()));
+    return payload;
   }
   /// Rows of a RELABEL, as it says.
   static std::int64_t RowsOf(const std::string& relabel) {
@@ -163,35 +186,61 @@ class Payloads {
     return payload;
   }
   /// The same of a STEP, whose action rows have padding of their own.
-  std::string PaddedStep(std::string payload) const {
-    std::string padded(payload.size(), '\xff');
-    const auto keep = [&](std::size_t at, std::size_t bytes) { std::memcpy(&padded[at], &payload[at], bytes); };
-    keep(0, protocol2::kActiveOffset + blocks_.environments);
-    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b) {
-      const Layout& layout = env_->behaviours[b].action_layout;
-      for (std::size_t slot = 0; slot < static_cast<std::size_t>(env_->behaviours[b].slots); ++slot) {
-        for (const Leaf& leaf : layout.leaves) {
-          const std::size_t row = blocks_.behaviours[b].actions + slot * layout.row_bytes;
-          keep(row + static_cast<std::size_t>(leaf.offset), static_cast<std::size_t>(leaf.count) * SizeOf(leaf.dtype));
-        }
-      }
-    }
+  std::string PaddedStep(const std::string& payload) const {
+    std::string padded = payload.substr(0, protocol2::kActiveOffset + blocks_.environments);
+    padded.resize(payload.size(), '\xff');
+    for (std::size_t b = 0; b < blocks_.behaviours.size(); ++b)
+      CopyRows(env_->behaviours[b].action_layout, static_cast<std::size_t>(env_->behaviours[b].slots), payload,
+               blocks_.behaviours[b].actions, &padded);
     return padded;
   }
+  /// What has a name in `count` rows at `at`.
+  static void CopyRows(const Layout& layout, std::size_t count, const std::string& from, std::size_t at,
+                       std::string* to) {
+    for (std::size_t row = at; row < at + count * layout.row_bytes; row += layout.row_bytes) {
+      for (const Leaf& leaf : layout.leaves) {
+        const std::size_t place = row + static_cast<std::size_t>(leaf.offset);
+        std::memcpy(&(*to)[place], &from[place], static_cast<std::size_t>(leaf.count) * SizeOf(leaf.dtype));
+      }
+    }
+  }
 
-  /// The first behaviour with goals.
+  /// The first behaviour with goals; the first without, and how many there are where all have.
   std::size_t Goal() const {
     for (std::size_t b = 0; b < env_->behaviours.size(); ++b)
       if (protocol2::HasGoals(env_->behaviours[b].observation_layout)) return b;
     return 0;
   }
+  std::size_t Goalless() const {
+    std::size_t b = 0;
+    while (b < env_->behaviours.size() && protocol2::HasGoals(env_->behaviours[b].observation_layout)) ++b;
+    return b;
+  }
   const BehaviourSpec& Pursuing() const { return env_->behaviours[Goal()]; }
-  static bool SpoilGoals(const Layout& layout, const std::string& kind, std::byte* row) {
-    if (kind == "goals, NaN") return MakeNonFinite(layout, std::numeric_limits<double>::quiet_NaN(), row);
-    if (kind == "goals, infinity") return MakeNonFinite(layout, std::numeric_limits<double>::infinity(), row);
+  /// The same rows, of which only what lies in the goals, or only the rest, has a name.
+  static Layout Part(Layout layout, bool of_goals) {
+    std::erase_if(layout.leaves, [&](const Leaf& leaf) {
+      return (PathBelow(kAchievedGoal, leaf) || PathBelow(kDesiredGoal, leaf)) != of_goals;
+    });
+    return layout;
+  }
+  bool SpoilGoals(const std::string& kind, std::byte* row) const {
+    const Layout goals = Part(Pursuing().observation_layout, true), rest = Part(Pursuing().observation_layout, false);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    if (kind == "goals, NaN") return MakeNonFinite(goals, nan, row);
+    if (kind == "goals, infinity") return MakeNonFinite(goals, std::numeric_limits<double>::infinity(), row);
+    if (kind == "goals, far") return MakeFar(goals, row);
+    if (kind == "goals, beyond") return MakeIllegal(goals, "box", row);
+    if (kind == "goals, rest illegal") return MakeNonFinite(rest, nan, row) || MakeIllegal(rest, "", row);
     if (kind != "goals, illegal") return true;
-    return MakeIllegal(layout, "discrete", row) || MakeIllegal(layout, "multi_discrete", row) ||
-           MakeIllegal(layout, "multi_binary", row);
+    return MakeIllegal(goals, "discrete", row) || MakeIllegal(goals, "multi_discrete", row) ||
+           MakeIllegal(goals, "multi_binary", row);
+  }
+  /// What was wanted is as far away as its numbers can be.
+  static bool MakeFar(Layout goals, std::byte* row) {
+    std::erase_if(goals.leaves, [](const Leaf& leaf) { return !PathBelow(kDesiredGoal, leaf); });
+    const auto far = static_cast<double>(std::numeric_limits<float>::max());
+    return MakeNonFinite(goals, far, row);
   }
   /// A RELABEL of one row of its space again and again: twice, or as often as `kind` says.
   std::string Goals(const std::string& kind) const {
@@ -203,12 +252,22 @@ class Payloads {
     SampleRow(layout, rng, seen.data());
     for (std::size_t at = layout.row_bytes; at < seen.size(); at += layout.row_bytes)
       std::memcpy(seen.data() + at, seen.data(), layout.row_bytes);
-    (void)SpoilGoals(layout, kind, seen.data() + seen.size() - layout.row_bytes);
+    (void)SpoilGoals(kind, seen.data() + seen.size() - layout.row_bytes);
     std::string payload(protocol2::RelabelBytes(Pursuing(), rows), '\0');
     protocol2::WriteRelabel(*env_, {Goal(), rows, seen.data()}, reinterpret_cast<std::byte*>(payload.data()));
+    if (kind == "goals, padding") {
+      std::string padded = payload.substr(0, 8);
+      padded.resize(payload.size(), '\xff');
+      CopyRows(layout, static_cast<std::size_t>(rows), payload, 8, &padded);
+      return padded;
+    }
     if (kind == "goals, short") payload.resize(payload.size() - 8);
     if (kind == "goals, long") payload.resize(payload.size() + 8);
     if (kind == "goals of nobody") std::memset(payload.data(), 0xff, 4);
+    if (kind == "goals of others") {
+      const auto place = static_cast<std::uint32_t>(Goalless());
+      std::memcpy(payload.data(), &place, sizeof(place));
+    }
     if (kind == "goals, without end") std::memset(payload.data() + 4, 0xff, 4);
     return payload;
   }

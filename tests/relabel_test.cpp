@@ -12,6 +12,7 @@
 
 #include "run/test/report/files.h"
 #include "run/test/small_run.h"
+#include "tests/mixed_env.h"
 #include "tests/protocol2_peers.h"
 
 namespace consac {
@@ -40,30 +41,6 @@ std::vector<std::byte> Relabelling(const EnvSpec& env, std::int64_t rows, std::s
   WriteRelabel(env, {behaviour, rows, seen.data()}, payload.data());
   return payload;
 }
-
-/// Bit flipping whose agents are of two kinds, of which the second has no goals.
-class MixedEnv final : public VectorEnv {
- public:
-  MixedEnv() : bits_((*worlds::FindWorld(kBits))->create(1)), spec_(bits_->spec()) {
-    spec_.behaviours.push_back(BehaviourSpec::Of("plain", *Space::Box(-1, 1, {2}), *Space::Discrete(2), 1));
-  }
-  const EnvSpec& spec() const override { return spec_; }
-  void Reset(std::uint64_t seed, std::span<Batch> batches) override { bits_->Reset(seed, batches.first(1)); }
-  void Step(std::span<Batch> batches) override {
-    bits_->Step(batches.first(1));
-    batches[1].rewards[0] = 0.0f;
-    batches[1].terminated[0] = batches[1].truncated[0] = 0;
-  }
-  bool prices_goals() const override { return true; }
-  void PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) const override {
-    bits_->PriceGoals(b, observations, rows, rewards);
-  }
-  void Visit(Archive& archive) override { bits_->Visit(archive); }
-
- private:
-  std::unique_ptr<VectorEnv> bits_;
-  EnvSpec spec_;
-};
 
 EnvClientOptions OverProtocol2(bool shared_memory = false) {
   EnvClientOptions options;
@@ -173,6 +150,33 @@ TEST(Relabel, WhatCannotBePricedIsRefusedByItsName) {
   EXPECT_EQ(refusal({good.begin(), good.begin() + 7}), "WRONG_SIZE");
   EXPECT_EQ(refusal({}), "WRONG_SIZE");
   EXPECT_EQ(refusal(Relabelling(env, 0)), "no error");
+}
+
+TEST(Relabel, GoalsAreOfEqualSpaces) {
+  const Space two = *Space::Box(-1, 1, {2}), wider = *Space::Box(-1, 2, {2}), number = *Space::Discrete(3);
+  const auto has_goals = [](const std::vector<std::pair<std::string, Space>>& parts) {
+    return HasGoals(Layout::Of(*Space::Dict(parts)));
+  };
+  EXPECT_TRUE(has_goals({{"achieved_goal", two}, {"desired_goal", two}, {"observation", number}}));
+  EXPECT_FALSE(has_goals({{"achieved_goal", two}, {"desired_goal", wider}}));
+  EXPECT_FALSE(has_goals({{"achieved_goal", two}}));
+  const Space tree = *Space::Dict({{"at", two}, {"kind", number}});
+  EXPECT_TRUE(has_goals({{"achieved_goal", tree}, {"desired_goal", tree}}));
+  EXPECT_FALSE(has_goals({{"achieved_goal", *Space::Dict({{"at", two}})}, {"desired_goal", tree}}));
+}
+
+TEST(Relabel, APriceThatIsInfiniteIsRefused) {
+  const Engine engine({}, "point-reach-dense-v0", 1);
+  auto client = EnvClient::Open(engine.Connect(), OverProtocol2());
+  ASSERT_TRUE(client.ok()) << client.status().message();
+  BatchBuffer buffer((*client)->spec().behaviours[0]);
+  ASSERT_TRUE((*client)->Reset(1, {&buffer.batch(), 1}).ok());
+  const Layout& layout = (*client)->spec().behaviours[0].observation_layout;
+  std::vector<std::byte> row(layout.row_bytes);
+  for (const Leaf& leaf : layout.leaves)
+    if (leaf.name == kDesiredGoal) WriteElement(leaf, row.data(), 0, 3e38);
+  float reward = 0.0f;
+  EXPECT_THAT((*client)->PriceGoals(0, row.data(), 1, &reward).message(), HasSubstr("would have paid -inf"));
 }
 
 // Rows of fewer bytes than a price.

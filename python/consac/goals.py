@@ -15,12 +15,12 @@ _WORDS = struct.Struct("<II")
 
 
 def has_goals(space: spaces.Space) -> bool:
-    """Whether observations have goals, as Gymnasium's worlds with goals have them."""
-    return isinstance(space, spaces.Dict) and ACHIEVED in space.spaces and DESIRED in space.spaces
+    """Whether observations have goals, of equal spaces, as Gymnasium's worlds with goals have them."""
+    return isinstance(space, spaces.Dict) and ACHIEVED in space.spaces and space.spaces[ACHIEVED] == space.spaces.get(DESIRED)
 
 
 def relabel_payloads(behaviours: list[Behaviour], place: int, goals: dict, rows: int, max_frame: int):
-    """RELABELs of `rows` rows, as few as an engine takes: each payload and its rows. `goals`: what stands in the dict of an observation, [rows, ...]; the rest is 0."""
+    """RELABELs of `rows` rows, as few as an engine takes: each payload and its rows. `goals`: what stands in the dict of an observation, [rows, ...]; the rest is 0, which nobody judges (R93)."""
     layout = behaviours[place].observation
     most = max(1, (min(max_frame, LARGEST_RELABEL) // 8 * 8 - 8) // max(layout.row_bytes, 8))
     for begin in range(0, rows, most):
@@ -30,8 +30,6 @@ def relabel_payloads(behaviours: list[Behaviour], place: int, goals: dict, rows:
         for leaf, view in zip(layout.leaves, layout.views(payload, some, 8)):
             if leaf.path[0] in goals:
                 view[:] = np.asarray(layout.pick(goals, leaf))[begin:begin + some]
-            elif isinstance(leaf.space, spaces.Discrete):
-                view[:] = leaf.space.start
         yield payload, some
 
 

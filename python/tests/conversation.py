@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 
 from consac import wire
+from consac.goals import ACHIEVED, DESIRED
 from consac.layout import align
 from result_check import ResultCheck
 
@@ -18,6 +19,7 @@ class Conversation:
 
     def __init__(self, port):
         self.port, self.kept, self.last, self.judged, self.resume, self.over, self.envs, self.held = port, {}, 0, 0, "", False, 1, b""
+        self.paid, self.stepped = [], False
         self.connect()
 
     def connect(self, _=None):
@@ -81,6 +83,7 @@ class Conversation:
         self.ask(kind, request, payload, what)
 
     def ask(self, kind, request, payload, how={}):
+        self.stepped = kind == wire.STEP and bytes(payload[8:8 + self.envs]) == b"\1" * self.envs
         if kind in (wire.RESET, wire.STEP) and len(payload) >= 8 + self.envs and request != self.judged:
             self.check.ask(kind == wire.STEP, payload[8:8 + self.envs])
         if request == self.last + 1 and kind != wire.HELLO:
@@ -119,23 +122,39 @@ class Conversation:
     def goals(self, kind):
         """A RELABEL of one row of its space again and again: twice, or as often as `kind` says; None where no observation has such a number."""
         layout = self.check.behaviours[0].observation
+        if kind == "goals of others":  # there is one behaviour
+            return None
+        if kind == "goals, as they were":
+            self.relabelled = len(self.paid)
+            payload = struct.pack("<II", 0, len(self.paid)) + b"".join(row for row, _ in self.paid)
+            return payload.ljust(align(len(payload)), b"\0")
         size = layout.row_bytes
         rows = {"goals, none": 0, "goals, 1 MiB": (wire.LARGEST_RELABEL - 8) // max(size, 8)}.get(kind, 2)
-        payload = bytearray(align(8 + rows * size))
+        payload = bytearray((b"\xff" if kind == "goals, padding" else b"\0") * align(8 + rows * size))
         struct.pack_into("<II", payload, 0, 0, rows)
         layout.space.seed(1)  # the same row each time
         row = layout.space.sample()
-        spoilt = kind not in ("goals, illegal", "goals, NaN", "goals, infinity")
+        wrongs = {"goals, NaN": np.nan, "goals, infinity": np.inf, "goals, far": np.finfo(np.float32).max, "goals, beyond": 100, "goals, illegal": 100, "goals, rest illegal": np.nan}
+        spoilt = kind not in wrongs
         for leaf, view in zip(layout.leaves, layout.views(payload, rows, 8)):
             view[:] = layout.pick(row, leaf)
-            if leaf.dtype.kind == "f" and kind in ("goals, NaN", "goals, infinity"):
-                view[-1, ..., -1], spoilt = np.nan if kind == "goals, NaN" else np.inf, True
-            if not isinstance(leaf.space, gymnasium.spaces.Box) and kind == "goals, illegal":
-                view[-1], spoilt = 100, True
+            floats, is_goal = leaf.dtype.kind == "f", leaf.path[0] in (ACHIEVED, DESIRED)
+            can_be = {"goals, far": leaf.path[0] == DESIRED and floats, "goals, beyond": is_goal and floats and leaf.space.high.max() < 100,
+                      "goals, illegal": is_goal and not isinstance(leaf.space, gymnasium.spaces.Box), "goals, rest illegal": not is_goal}.get(kind, is_goal and floats)
+            if can_be and kind in wrongs:
+                view[-1:], spoilt = wrongs[kind] if floats else 100, True
         self.relabelled = rows
         payload = {"goals, short": payload[:-8], "goals, long": payload + bytes(8), "goals of nobody": b"\xff" * 4 + payload[4:],
                    "goals, without end": payload[:4] + b"\xff" * 4 + payload[8:]}.get(kind, payload)
         return bytes(payload) if spoilt else None
+
+    def keep_paid(self, payload):
+        """What a STEP led to, of slots that go on, and what it paid."""
+        rewards = align(8 + self.envs * self.row_bytes)
+        for env in range(self.envs if self.stepped else 0):
+            if payload[rewards + 8 * self.envs + env] == wire.ACTIVE:
+                at = 8 + env * self.row_bytes
+                self.paid.append((bytes(payload[at:at + self.row_bytes]), struct.unpack_from("<d", payload, rewards + 8 * env)[0]))
 
     def looked_at(self, payload):
         """Without rows of slots that have none of 16, 1 and 2. One behaviour of one agent and no masks."""
@@ -179,17 +198,21 @@ class Conversation:
         assert said.get("severity") == what.get("severity", said.get("severity")), said
         assert "path" not in what or said["path"] in what["path"], said
         assert frame.type != wire.ERROR or len(frame.payload) <= wire.LARGEST_BEFORE_WELCOME
-        assert "env" not in what or isinstance(said["env"], int)
+        assert "env" not in what or (said.get("env") is None if what["env"] == "none" else isinstance(said["env"], int))
         assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
         assert "text" not in what or bytes(frame.payload) == what["text"].encode()
         payload = bytearray(frame.payload)
         if frame.type == wire.REWARDS:
             assert len(payload) == 8 * self.relabelled and np.isfinite(np.frombuffer(payload)).all()
+            assert "paid" not in what or np.allclose(np.frombuffer(payload), [reward for _, reward in self.paid], rtol=1e-4, atol=1e-4)
         if frame.type == wire.RESULT:
             payload[4:8] = bytes(4)  # the time that the engine took
             if frame.request != self.judged:
                 assert self.check.judge(payload) is None
                 self.judged = frame.request
+                self.keep_paid(payload)
+        if "repeats" in what:  # what is served here is the same each time
+            assert self.looked_at(payload) == self.looked_at(self.kept[what["repeats"]])
         if "same_as" in what:
             assert payload == self.kept[what["same_as"]]
         if "begins_as" in what:

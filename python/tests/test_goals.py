@@ -20,7 +20,7 @@ from program import PROGRAM, needs_program, run
 from test_conformance import CONVERSATIONS
 from toy_server import ToyServer
 
-GOALS = [case for case in CONVERSATIONS if any(rule in ("R90", "R91", "R92", "R93", "R94", "R95", "R96") for rule in case["rules"])]
+GOALS = [case for case in CONVERSATIONS if any(rule in ("R90", "R91", "R92", "R93", "R94", "R95", "R96", "R97", "R98") for rule in case["rules"])]
 
 
 class Reach(gymnasium.Env):
@@ -47,6 +47,30 @@ class Reach(gymnasium.Env):
     def compute_reward(self, achieved_goal, desired_goal, info):
         type(self).calls += 1
         return -(np.linalg.norm(achieved_goal - desired_goal, axis=-1) > 1).astype(np.float32)
+
+
+class Counted(Reach):
+    """Its goals are numbers of a few."""
+
+    goal = spaces.Discrete(9, start=-4)
+    observation_space = spaces.Dict({"achieved_goal": goal, "desired_goal": goal, "observation": spaces.Box(-4, 4, (1,), np.float32)})
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.wanted = int(self.np_random.integers(-4, 5))
+        return self._see(), {}
+
+    def _see(self):
+        return {"achieved_goal": self.at, "desired_goal": self.wanted, "observation": np.array([self.at], np.float32)}
+
+    def compute_reward(self, achieved_goal, desired_goal, info):
+        return -np.abs(np.subtract(achieved_goal, desired_goal, dtype=np.float64))
+
+
+class Unlike(Reach):
+    """What is reached and what is wanted are of two kinds: no goals."""
+
+    observation_space = spaces.Dict(Reach.observation_space.spaces | {"desired_goal": spaces.Box(-4, 5, (2,), np.float32)})
 
 
 class Plain(Reach):
@@ -103,24 +127,34 @@ def wanted(rows, second=0.0):
     return achieved, desired
 
 
+NEVER = "RELABEL of a behaviour without goals"  # this server has one behaviour where it has goals
+
+
 @pytest.mark.parametrize("case", GOALS, ids=lambda case: case["name"])
 def test_every_case_is_offered_and_holds(case):
-    with reaches() as server:
-        conversation = Conversation(server.port)
-        for step in case["steps"]:
-            (name, what), = step.items()
-            getattr(conversation, name)(what)
-            assert not conversation.over, step
-        conversation.sock.close()
+    offered = []
+    for kind in (Reach, Counted):
+        with reaches(kind) as server:
+            conversation = Conversation(server.port)
+            for step in case["steps"]:
+                (name, what), = step.items()
+                if not conversation.over:
+                    getattr(conversation, name)(what)
+            offered.append(not conversation.over)
+            conversation.sock.close()
+    assert any(offered) == (case["name"] != NEVER)
 
 
 @needs_program
 def test_the_doctor_finds_nothing_wrong_and_leaves_nothing_out():
-    with reaches() as server:
-        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
-    assert done.returncode == 0, done.stdout + done.stderr
+    said = ""
+    for kind in (Reach, Counted):
+        with reaches(kind) as server:
+            done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
+        assert done.returncode == 0, done.stdout + done.stderr
+        said += done.stdout
     for case in GOALS:
-        assert f"holds        {case['name']} (" in done.stdout, done.stdout
+        assert (f"holds        {case['name']} (" in said) == (case["name"] != NEVER), said
 
 
 @pytest.mark.parametrize("shared_memory", [True, False])
@@ -147,7 +181,7 @@ def test_a_rounding_is_no_sign_that_the_environment_takes_one_goal_at_a_time():
         assert Rounded.calls == 3 + 1 + 1
     assert rewards[0][0] != Rounded().compute_reward(achieved[0], desired[0], {}), "else nothing is rounded here"
     assert rewards[0] == rewards[1] == Rounded().compute_reward(achieved, desired, {}).tolist()
-    assert rewards[2] == rewards[0][:1], "equal rows have equal rewards (R96)"
+    assert rewards[2] == rewards[0][:1], "equal rows have equal rewards (R97)"
 
 
 def test_two_goals_of_two_numbers_do_not_mislead():
@@ -209,18 +243,19 @@ def test_hindsight_of_stable_baselines3_learns_from_an_engine():
 def test_what_an_environment_cannot_price_harms_nothing_else():
     with reaches(Broken) as server, consac.client.connect(f"tcp://127.0.0.1:{server.port}") as connection:
         connection.reset()
-        for second, why in ((3.0, "no such goal"), (2.0, "NaN or infinity")):
+        for second, why, code in ((3.0, "no such goal", "ENV_FAILED"), (2.0, "gave nan for row 0", "NON_FINITE")):
             achieved, desired = wanted(3, second)
             with pytest.raises(EngineError, match=why) as caught:
                 connection.relabel({"achieved_goal": achieved, "desired_goal": desired}, 3)
-            assert caught.value.code == "ENV_FAILED" and not caught.value.fatal
+            assert caught.value.code == code and not caught.value.fatal
             connection.step()  # no environment needs a RESET
         achieved, desired = wanted(3)
         assert len(connection.relabel({"achieved_goal": achieved, "desired_goal": desired}, 3)) == 3
 
 
-def test_an_engine_without_it_says_so_and_is_not_asked():
-    with Server(lambda: gymnasium.make("CartPole-v1"), envs=1) as server:
+@pytest.mark.parametrize("kind", [lambda: gymnasium.make("CartPole-v1"), Unlike], ids=["no goals", "goals that are not alike"])
+def test_an_engine_without_it_says_so_and_is_not_asked(kind):
+    with Server(kind, envs=1) as server:
         env = consac.make(f"tcp://127.0.0.1:{server.port}")
         assert not hasattr(env.unwrapped, "compute_reward")
         with pytest.raises(ConsacError, match="does not offer the capability `relabel`"):

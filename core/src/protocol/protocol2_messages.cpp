@@ -105,7 +105,7 @@ Result<Welcome> ParseWelcome(std::span<const std::byte> payload) {
   const double heartbeat_s = members.Number("heartbeat_s", 10.0);
   if (!(heartbeat_s > 0.0)) return Fault("MALFORMED", "WELCOME: heartbeat_s is not above 0");
   welcome.heartbeat_s = std::clamp(heartbeat_s, 0.1, 1e6);
-  welcome.last_request = static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole("last_request"), 0));
+  welcome.last_request = static_cast<std::uint64_t>(members.Count("last_request"));
   welcome.resumed = members.Truth("resumed");
   return members.Checked("WELCOME", std::move(welcome));
 }

@@ -16,24 +16,39 @@ namespace {
 
 constexpr std::size_t kRowsOffset = 8;  // in RELABEL
 
-bool HasPart(const Layout& layout, std::string_view part) {
-  return std::any_of(layout.leaves.begin(), layout.leaves.end(),
-                     [part](const Leaf& leaf) { return PathBelow(part, leaf).has_value(); });
+/// The leaf of `desired_goal` that has the same place there as `achieved` has in `achieved_goal`; null: there is none.
+const Leaf* Desired(const Layout& layout, std::string_view below) {
+  const auto found = std::find_if(layout.leaves.begin(), layout.leaves.end(),
+                                  [&](const Leaf& leaf) { return PathBelow(kDesiredGoal, leaf) == below; });
+  return found == layout.leaves.end() ? nullptr : &*found;
 }
 
-Status CheckRelabelledRow(const Layout& layout, const std::byte* row, std::int64_t index) {
-  const RowFault fault = FindRowFault(layout, row, Numbers::kJudged);
-  if (fault.leaf == nullptr) return Status::Ok();
-  const std::string what = "'" + fault.leaf->name + "' in row " + std::to_string(index) + " of RELABEL is ";
-  if (fault.non_finite) return Fault("NON_FINITE", what + "NaN or infinite");
-  return Fault("OUT_OF_RANGE",
-               what + NumberText(fault.value) + ", outside " + NumberText(fault.low) + " to " + NumberText(fault.high));
+Status CheckGoals(const Layout& layout, const std::byte* row, std::int64_t index) {
+  for (const Leaf& leaf : layout.leaves) {
+    if (!PathBelow(kAchievedGoal, leaf) && !PathBelow(kDesiredGoal, leaf)) continue;
+    const RowFault fault = FindLeafFault(leaf, row, Numbers::kJudged);
+    if (fault.leaf == nullptr) continue;
+    const std::string what = "'" + leaf.name + "' in row " + std::to_string(index) + " of RELABEL is ";
+    if (fault.non_finite) return Fault("NON_FINITE", what + "NaN or infinite");
+    return Fault("OUT_OF_RANGE",
+                 what + NumberText(fault.value) + ", outside " + NumberText(fault.low) + " to " + NumberText(fault.high));
+  }
+  return Status::Ok();
 }
 
 }  // namespace
 
 bool HasGoals(const Layout& observation) {
-  return HasPart(observation, kAchievedGoal) && HasPart(observation, kDesiredGoal);
+  std::int64_t achieved = 0, desired = 0;
+  for (const Leaf& leaf : observation.leaves) {
+    desired += PathBelow(kDesiredGoal, leaf).has_value();
+    const auto below = PathBelow(kAchievedGoal, leaf);
+    if (!below.has_value()) continue;
+    ++achieved;
+    const Leaf* like = Desired(observation, *below);
+    if (like == nullptr || !(like->space == leaf.space)) return false;
+  }
+  return achieved > 0 && achieved == desired;
 }
 
 std::size_t RelabelBytes(const BehaviourSpec& behaviour, std::int64_t rows) {
@@ -66,7 +81,7 @@ Result<Relabel> ReadRelabel(const EnvSpec& env, std::span<const std::byte> paylo
                                      std::to_string(env.behaviours.size()));
   const BehaviourSpec& behaviour = env.behaviours[place];
   if (!HasGoals(behaviour.observation_layout))
-    return Fault("UNSUPPORTED", "observations of '" + behaviour.name + "' have no achieved_goal and desired_goal");
+    return Fault("UNSUPPORTED", "observations of '" + behaviour.name + "' have no achieved_goal and desired_goal that are alike");
   // Widened: 2^32 rows of 2^32 bytes are more than a payload has anyway.
   const std::uint64_t row_bytes = behaviour.observation_layout.row_bytes;
   if (rows > payload.size() / std::max<std::uint64_t>(row_bytes, 1) || payload.size() != RelabelBytes(behaviour, rows))
@@ -77,9 +92,18 @@ Result<Relabel> ReadRelabel(const EnvSpec& env, std::span<const std::byte> paylo
   const Relabel relabel{place, rows, payload.data() + kRowsOffset};
   for (std::int64_t i = 0; i < relabel.rows; ++i) {
     const std::byte* row = relabel.observations + static_cast<std::size_t>(i) * row_bytes;
-    CONSAC_RETURN_IF_ERROR(CheckRelabelledRow(behaviour.observation_layout, row, i));
+    CONSAC_RETURN_IF_ERROR(CheckGoals(behaviour.observation_layout, row, i));
   }
   return relabel;
+}
+
+Status CheckRewards(std::span<const float> rewards) {
+  for (std::size_t i = 0; i < rewards.size(); ++i) {
+    if (std::isfinite(rewards[i])) continue;
+    return Fault("NON_FINITE", "row " + std::to_string(i) + " of RELABEL would have paid " +
+                                   NumberText(static_cast<double>(rewards[i])) + "; its goals may be too far apart");
+  }
+  return Status::Ok();
 }
 
 void WriteRewards(std::span<const float> rewards, std::byte* payload) {

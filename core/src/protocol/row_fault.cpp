@@ -25,17 +25,23 @@ bool LeafHasNonFinite(const Leaf& leaf, const std::byte* row) {
 
 }  // namespace
 
+RowFault FindLeafFault(const Leaf& leaf, const std::byte* row, Numbers numbers) {
+  if (leaf.space.kind() == SpaceKind::kBox) {
+    const bool wrong = numbers == Numbers::kJudged && LeafHasNonFinite(leaf, row);
+    return wrong ? RowFault{&leaf, true} : RowFault{};
+  }
+  for (std::int64_t i = 0; i < leaf.count; ++i) {
+    const double value = ReadElement(leaf, row, i);
+    const auto [low, high] = ElementBounds(leaf, i);
+    if (value < low || value > high) return {&leaf, false, i, value, low, high};
+  }
+  return {};
+}
+
 RowFault FindRowFault(const Layout& layout, const std::byte* row, Numbers numbers) {
   for (const Leaf& leaf : layout.leaves) {
-    if (leaf.space.kind() == SpaceKind::kBox) {
-      if (numbers == Numbers::kJudged && LeafHasNonFinite(leaf, row)) return {&leaf, true};
-      continue;
-    }
-    for (std::int64_t i = 0; i < leaf.count; ++i) {
-      const double value = ReadElement(leaf, row, i);
-      const auto [low, high] = ElementBounds(leaf, i);
-      if (value < low || value > high) return {&leaf, false, i, value, low, high};
-    }
+    const RowFault fault = FindLeafFault(leaf, row, numbers);
+    if (fault.leaf != nullptr) return fault;
   }
   return {};
 }

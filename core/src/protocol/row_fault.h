@@ -13,6 +13,8 @@ struct RowFault {
   double value = 0.0, low = 0.0, high = 0.0;
 };
 
+/// Of that leaf alone.
+RowFault FindLeafFault(const Leaf& leaf, const std::byte* row, Numbers numbers);
 /// Whole numbers are looked at, and where `numbers` are judged floating-point ones too.
 RowFault FindRowFault(const Layout& layout, const std::byte* row, Numbers numbers);
 

@@ -181,6 +181,7 @@ Status Session2Server::OnRelabel(std::span<const std::byte> payload) {
   if (!asked.ok()) return Refuse(asked.status());
   prices_.resize(static_cast<std::size_t>(asked->rows));
   env_.PriceGoals(asked->behaviour, asked->observations, asked->rows, prices_.data());
+  if (const Status priced = protocol2::CheckRewards(prices_); !priced.ok()) return Refuse(priced);
   protocol2::WriteRewards(prices_, BeginAnswer(FrameType::kRewards, prices_.size() * sizeof(double)));
   return Deliver(answer_);
 }

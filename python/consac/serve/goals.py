@@ -51,10 +51,14 @@ class Goals:
         if count == 0:
             return b""
         try:
-            return self._prices(layout, rows, count).astype("<f8").tobytes()
+            prices = self._prices(layout, rows, count)
         except FAILURES as error:
             failures.tell(error)
             raise Refused("ENV_FAILED", f"compute_reward failed: {describe(error)}") from error
+        if not np.isfinite(prices).all():
+            row = int(np.argmin(np.isfinite(prices)))
+            raise Refused("NON_FINITE", f"compute_reward gave {prices[row]} for row {row} of RELABEL")
+        return prices.astype("<f8").tobytes()
 
     def _prices(self, layout: Layout, rows: list[np.ndarray], count: int) -> np.ndarray:
         seen = layout.build([view.astype(leaf.space.dtype) for leaf, view in zip(layout.leaves, rows)])
@@ -70,8 +74,6 @@ class Goals:
             self._all_at_once = prices is not None and all(np.isclose(prices[row], one(row)) for row in (0, count - 1))
         if not self._all_at_once or prices is None:
             prices = np.array([one(row) for row in range(count)], np.float64)
-        if not np.isfinite(prices).all():
-            raise ValueError("it gave NaN or infinity")
         return prices
 
     def _price_all(self, achieved, desired, count: int) -> np.ndarray | None:
@@ -86,8 +88,10 @@ class Goals:
 
 
 def _check(layout: Layout, rows: list[np.ndarray]) -> None:
-    """Refuses what is outside its space; boxes are not judged by their bounds."""
+    """Refuses goals outside their space; boxes are not judged by their bounds, nor what else a row holds (R93)."""
     for leaf, view in zip(layout.leaves, rows):
+        if leaf.path[0] not in (ACHIEVED, DESIRED):
+            continue
         space, path = leaf.space, "/".join(map(str, leaf.path))
         if isinstance(space, spaces.Box):
             if view.dtype.kind == "f" and not np.isfinite(view).all():

@@ -19,7 +19,7 @@ struct Relabel {
   const std::byte* observations = nullptr;  // [rows, observation row_bytes]
 };
 
-/// Whether observations have an achieved_goal and a desired_goal, as Gymnasium's worlds with goals have them.
+/// Whether observations have an achieved_goal and a desired_goal of equal spaces, as Gymnasium's worlds with goals have.
 bool HasGoals(const Layout& observation);
 /// Rows of `behaviour` that one RELABEL may have where payloads are at most `max_frame` bytes; at least 1.
 std::int64_t MostRelabelledRows(const BehaviourSpec& behaviour, std::size_t max_frame);
@@ -29,6 +29,8 @@ std::size_t RelabelBytes(const BehaviourSpec& behaviour, std::int64_t rows);
 void WriteRelabel(const EnvSpec& env, const Relabel& relabel, std::byte* payload);
 /// Reads and judges one (R91 to R93); its answer may take `max_frame` bytes.
 Result<Relabel> ReadRelabel(const EnvSpec& env, std::span<const std::byte> payload, std::size_t max_frame);
+/// Whether REWARDS may say them: a Fault NON_FINITE where one is NaN or infinite (R95).
+Status CheckRewards(std::span<const float> rewards);
 /// Writes a REWARDS' payload, 8 bytes for each of `rewards`.
 void WriteRewards(std::span<const float> rewards, std::byte* payload);
 /// Reads and judges the REWARDS of `rows` rows (R94, R95): kProtocol, kNonFinite.

@@ -1,0 +1,25 @@
+// The conformance cases of other goals' rewards before our server, of which the built-in worlds offer no others beside.
+#include <gmock/gmock.h>
+
+#include "tests/cli/program_fixture.h"
+#include "tests/mixed_env.h"
+
+namespace consac::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+using ConformanceOfGoals = ProgramTest;
+
+TEST_F(ConformanceOfGoals, EveryCaseHoldsForABehaviourWithGoalsBesideOneWithout) {
+  EnvServerOptions options;
+  options.training_length = 1000000;
+  const ServedWorld engine(std::make_unique<MixedEnv>(), options);
+  const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("holds        RELABEL of a behaviour without goals"));
+  EXPECT_THAT(outcome.out, HasSubstr("holds        rows as they came are worth what was paid for them"));
+}
+
+}  // namespace
+}  // namespace consac::testing
