@@ -304,8 +304,7 @@ Status Conversation::TakeResult(std::uint64_t request, const std::string& payloa
 
 Status Conversation::TakeRewards(const Case& what, const std::string& payload) const {
   std::vector<float> rewards(static_cast<std::size_t>(relabelled_));
-  CONSAC_RETURN_IF_ERROR(
-      protocol2::ReadRewards(std::as_bytes(std::span(payload)), relabelled_, rewards.data()));
+  CONSAC_RETURN_IF_ERROR(protocol2::ReadRewards(std::as_bytes(std::span(payload)), relabelled_, rewards.data()));
   for (std::size_t i = 0; what.contains("paid") && i < rewards.size(); ++i) {
     const double reward = static_cast<double>(rewards[i]);
     if (std::fabs(reward - paid_[i]) > 1e-4 + 1e-4 * std::fabs(paid_[i]))

@@ -90,8 +90,8 @@ class Conversation {
   protocol2::ResultCheck check_;
   std::uint32_t session_ = 0;
   std::uint64_t request_ = 0, judged_ = 0;
-  bool all_stepped_ = false;                      // by the latest request
-  std::string paid_rows_;                         // that steps of all environments led to, and their rewards
+  bool all_stepped_ = false;  // by the latest request
+  std::string paid_rows_;     // that steps of all environments led to, and their rewards
   std::vector<double> paid_;
   std::int64_t relabelled_ = 0;                   // rows of the latest RELABEL
   std::string resume_, result_;                   // result_: the latest RESULT's payload

@@ -80,8 +80,8 @@ class Payloads {
     std::vector<std::byte> row(Pursuing().observation_layout.row_bytes);
     return SpoilGoals(kind, row.data());
   }
-  /// Rows of the first behaviour with goals that the steps of `result` led to, and what they paid: to `rows`, one behind
-  /// the other, and `rewards`.
+  /// Rows of the first behaviour with goals that the steps of `result` led to, and what they paid: to `rows`, one
+  /// behind the other, and `rewards`.
   void AddPaid(const std::string& result, std::string* rows, std::vector<double>* rewards) const {
     const BehaviourSpec& behaviour = Pursuing();
     const protocol2::BehaviourBlocks& at = blocks_.behaviours[Goal()];

@@ -1,4 +1,4 @@
-// The conformance cases of other goals' rewards before our server, of which the built-in worlds offer no others beside.
+// The conformance cases of other goals by the program (CONSAC_PROGRAM), before a world that has goals and one without.
 #include <gmock/gmock.h>
 
 #include "tests/cli/program_fixture.h"

@@ -30,8 +30,8 @@ Status CheckGoals(const Layout& layout, const std::byte* row, std::int64_t index
     if (fault.leaf == nullptr) continue;
     const std::string what = "'" + leaf.name + "' in row " + std::to_string(index) + " of RELABEL is ";
     if (fault.non_finite) return Fault("NON_FINITE", what + "NaN or infinite");
-    return Fault("OUT_OF_RANGE",
-                 what + NumberText(fault.value) + ", outside " + NumberText(fault.low) + " to " + NumberText(fault.high));
+    return Fault("OUT_OF_RANGE", what + NumberText(fault.value) + ", outside " + NumberText(fault.low) + " to " +
+                                     NumberText(fault.high));
   }
   return Status::Ok();
 }
@@ -81,7 +81,8 @@ Result<Relabel> ReadRelabel(const EnvSpec& env, std::span<const std::byte> paylo
                                      std::to_string(env.behaviours.size()));
   const BehaviourSpec& behaviour = env.behaviours[place];
   if (!HasGoals(behaviour.observation_layout))
-    return Fault("UNSUPPORTED", "observations of '" + behaviour.name + "' have no achieved_goal and desired_goal that are alike");
+    return Fault("UNSUPPORTED",
+                 "observations of '" + behaviour.name + "' have no achieved_goal and desired_goal that are alike");
   // Widened: 2^32 rows of 2^32 bytes are more than a payload has anyway.
   const std::uint64_t row_bytes = behaviour.observation_layout.row_bytes;
   if (rows > payload.size() / std::max<std::uint64_t>(row_bytes, 1) || payload.size() != RelabelBytes(behaviour, rows))

@@ -168,8 +168,9 @@ Status Stepper::Reset(std::span<const std::byte> shared, bool first, std::uint64
   if (first && !all) return Fault("BAD_STATE", "the first RESET is of every environment");
   BeginResult();
   std::fill(begins_.begin(), begins_.end(), std::uint8_t{0});
+  own_seed_ = first ? seed : own_seed_ + blocks_.environments;
   if (!first || seeded) return ResetChosen(seeds, all);
-  BeginAll(seed);
+  BeginAll(own_seed_);
   return Status::Ok();
 }
 
@@ -186,16 +187,16 @@ void Stepper::FinishReset() {
 }
 
 /// The environments that stepped_ names; `seeds` may be empty. An engine that can only begin all of them together
-/// takes seeds that follow one another.
+/// takes seeds that follow one another, and where it is given none those that nobody has had yet.
 Status Stepper::ResetChosen(const std::vector<std::uint64_t>& seeds, bool all) {
   for (std::size_t world = 0; world < blocks_.environments; ++world) {
     if (stepped_[world] == 0) continue;
     const Status reset = ResetOne(world, seeds.empty() ? std::nullopt : std::optional<std::uint64_t>(seeds[world]));
     if (reset.ok()) continue;
-    bool follow = all && world == 0 && !seeds.empty();
+    bool follow = all && world == 0;
     for (std::size_t i = 1; i < seeds.size(); ++i) follow = follow && seeds[i] == seeds[0] + i;
     if (!follow) return reset;
-    BeginAll(seeds[0]);
+    BeginAll(seeds.empty() ? own_seed_ : seeds[0]);
     return Status::Ok();
   }
   return Status::Ok();

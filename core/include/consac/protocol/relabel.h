@@ -19,7 +19,8 @@ struct Relabel {
   const std::byte* observations = nullptr;  // [rows, observation row_bytes]
 };
 
-/// Whether observations have an achieved_goal and a desired_goal of equal spaces, as Gymnasium's worlds with goals have.
+/// Whether observations have an achieved_goal and a desired_goal of equal spaces, as Gymnasium's worlds with goals
+/// have.
 bool HasGoals(const Layout& observation);
 /// Rows of `behaviour` that one RELABEL may have where payloads are at most `max_frame` bytes; at least 1.
 std::int64_t MostRelabelledRows(const BehaviourSpec& behaviour, std::size_t max_frame);
