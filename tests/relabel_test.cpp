@@ -463,7 +463,7 @@ TEST(RelabelInARun, LearningThatAPriceHasBrokenOffIsMadeUpForOnResume) {
     const auto broken = run::Train(config, stop);
     EXPECT_EQ(broken.ok(), stopped) << broken.status().message();
     EXPECT_EQ(pricing.asked, pricing.breaks + 1);
-    const char* const why = stopped ? "" : "which float32 does not have";
+    const char* const why = stopped ? "" : "would have paid inf";
     EXPECT_THAT(broken.status().message(), HasSubstr(why));
     stop = false;
     pricing.answers = true;

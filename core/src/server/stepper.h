@@ -115,7 +115,7 @@ class Stepper {
   std::vector<std::uint8_t> pending_, stepped_;  // per environment: has ended; is stepped (or begins) now
   std::vector<std::uint8_t> begins_;             // per environment: its first rows are still to come
   std::size_t stepped_count_ = 0, result_bytes_ = 0;
-  std::uint64_t own_seed_ = 0;                    // of the latest RESET, where the trainer gives none
+  std::uint64_t own_seed_ = 0;  // of the latest RESET, where the trainer gives none
   std::int64_t agents_stepped_ = 0;
   std::int64_t blamed_ = -1;
   bool begins_next_ = false, has_finals_ = false, said_no_choice_ = false;
