@@ -211,20 +211,29 @@ void RowSegments::Committed() {
   committed_ = SegmentsByPath(segments_);  // a copy first: memory may be short, and half of it would be wrong
 }
 
-void RowSegments::RemoveUnneeded(std::int64_t keep) {
+void RowSegments::RemoveUnneeded(const std::string& checkpoint, std::int64_t keep) {
   std::set<std::string> unneeded;
   for (const std::string& file : FilesIn(folder_)) {
     if (IsSegment(file)) unneeded.insert(file);
   }
   // Which of those that were there before the checkpoints of earlier sessions need is not known: all, for a while.
-  if (!looked_) held_.assign(static_cast<std::size_t>(std::max<std::int64_t>(keep - 1, 0)), unneeded);
+  if (!looked_) earlier_ = unneeded;
   looked_ = true;
-  held_.push_back(FilesOf(committed_));
-  while (held_.size() > static_cast<std::size_t>(std::max<std::int64_t>(keep, 1))) held_.pop_front();
-  for (const std::set<std::string>& held : held_) {
-    for (const std::string& file : held) unneeded.erase(file);
+  if (held_.empty() || held_.back().checkpoint != checkpoint) {  // else it has taken its own place
+    held_.push_back({checkpoint, {}});
+    ++checkpoints_;
   }
+  held_.back().files = FilesOf(committed_);
+  while (held_.size() > static_cast<std::size_t>(keep)) held_.pop_front();
+  if (checkpoints_ >= keep) earlier_.clear();
+  for (const std::string& file : FilesOfHeld()) unneeded.erase(file);
   Remove(unneeded);
+}
+
+std::set<std::string> RowSegments::FilesOfHeld() const {
+  std::set<std::string> files = earlier_;
+  for (const Held& held : held_) files.insert(held.files.begin(), held.files.end());
+  return files;
 }
 
 // Of the same rows as a standing checkpoint's a file has that one's contents, and stays.
@@ -234,9 +243,7 @@ void RowSegments::Abandon() {
   segments_ = std::move(committed);
   std::set<std::string> unneeded = std::exchange(written_, {});
   for (const std::string& file : FilesOf(committed_)) unneeded.erase(file);
-  for (const std::set<std::string>& held : held_) {
-    for (const std::string& file : held) unneeded.erase(file);
-  }
+  for (const std::string& file : FilesOfHeld()) unneeded.erase(file);
   Remove(unneeded);
 }
 

@@ -41,8 +41,9 @@ class RowSegments {
   Status Check(const StateMap& state) const;
   /// A checkpoint that names what was written or read since the last call is on disk. RemoveUnneeded is to follow.
   void Committed();
-  /// Deletes what none of the latest `keep` checkpoints needs.
-  void RemoveUnneeded(std::int64_t keep);
+  /// Deletes what none of the latest `keep` checkpoints, 1 or more, needs; the last is `checkpoint`, a file's name,
+  /// which may take the place of the one before it.
+  void RemoveUnneeded(const std::string& checkpoint, std::int64_t keep);
   /// No checkpoint names what was written since the last one, nor will: deletes it, and the next one writes it anew.
   /// Nothing where all that was written is committed.
   void Abandon();
@@ -51,15 +52,22 @@ class RowSegments {
   using SegmentsByPath = std::map<std::string, std::vector<Segment>>;
   std::string FileOf(const std::string& path, const Segment& segment) const;
   std::set<std::string> FilesOf(const SegmentsByPath& segments) const;
+  std::set<std::string> FilesOfHeld() const;
   void Remove(const std::set<std::string>& files) const;
 
   std::string folder_;
   FolderCheck check_;
-  SegmentsByPath segments_;                 // what the next checkpoint names
-  SegmentsByPath committed_;                // what the latest one on disk names
-  std::set<std::string> written_;           // since then
-  std::deque<std::set<std::string>> held_;  // files that each of the latest checkpoints needs
-  bool looked_ = false;                     // at what was there already
+  SegmentsByPath segments_;        // what the next checkpoint names
+  SegmentsByPath committed_;       // what the latest one on disk names
+  std::set<std::string> written_;  // since then
+  struct Held {
+    std::string checkpoint;
+    std::set<std::string> files;
+  };
+  std::deque<Held> held_;          // what each of the latest checkpoints of this session needs
+  std::set<std::string> earlier_;  // what was there already, until no earlier checkpoint is left
+  std::int64_t checkpoints_ = 0;   // of this session
+  bool looked_ = false;            // at what was there already
 };
 
 /// Collects a state for a checkpoint; rows go into segments, and away again if there is no SaveCheckpoint before this

@@ -202,7 +202,7 @@ Status RunDirectory::SaveCheckpoint(std::int64_t steps, const StateMap& state, c
   CONSAC_RETURN_IF_ERROR(Write(path_ + "/checkpoints/" + name, file.Serialise()));
   segments_->Committed();
   RemoveCheckpoints(name, keep);
-  segments_->RemoveUnneeded(keep);
+  segments_->RemoveUnneeded(name, keep);
   return Status::Ok();
 }
 

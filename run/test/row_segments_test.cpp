@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "consac/run/run_directory.h"
@@ -127,6 +128,33 @@ TEST(RowSegments, ManySmallStepsMakeFewFiles) {
   }
   EXPECT_LE(SegmentFiles(scratch.path()).size(), 12u);
   EXPECT_LE(numbers.copied, 80 * 4 * 10) << "each row a few times";
+}
+
+TEST(RowSegments, ACheckpointThatIsSavedOnceMoreTakesNoOthersPlace) {
+  testing::ScratchFolder scratch("again");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(1000, 4000);
+  numbers.Add(1200);
+  ASSERT_TRUE(Save(*directory, numbers, 2).ok());
+  const std::uint64_t first = HashState(numbers);
+  numbers.Add(1300);  // none of the first one's rows is left
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(Save(*directory, numbers, 2).ok());
+  fs::remove(scratch.path() + "/run/checkpoints/step_000000002500.consac");
+  Numbers again(1000, 4000);
+  const Status loaded = Load(*directory, again);
+  ASSERT_TRUE(loaded.ok()) << loaded.message();
+  EXPECT_EQ(HashState(again), first);
+}
+
+TEST(RowSegments, AsManyCheckpointsAsCanBeAskedForAreKeptAtNoCost) {
+  testing::ScratchFolder scratch("kept");
+  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  Numbers numbers(100, 4000);
+  for (int i = 0; i < 3; ++i) {
+    numbers.Add(200);
+    ASSERT_TRUE(Save(*directory, numbers, std::numeric_limits<std::int64_t>::max()).ok());
+  }
+  EXPECT_EQ(SegmentFiles(scratch.path()).size(), 3u);
 }
 
 // A folder in the checkpoint's place: it cannot be written, and its segments can.
