@@ -339,7 +339,7 @@ def load_policies(path) -> dict[str, Policy]:
     path = Path(path)
     if not path.is_dir():
         files = [path]
-    elif not (files := [path / "model.consac"] if (path / "model.consac").is_file() else sorted(path.glob("*.consac"))):
+    elif not (files := _models_of(path)):
         raise ModelForeign(f"'{path}' is a folder without a model; name a run's folder, or a .consac file")
     policies: dict[str, Policy] = {}
     for file in files:
@@ -347,6 +347,12 @@ def load_policies(path) -> dict[str, Policy]:
         if policies.setdefault(policy.behaviour, policy) is not policy:
             raise ModelDamaged(f"'{file}' is a second model of the behaviour {quote(policy.behaviour)} in its folder; name a file")
     return policies
+
+
+def _models_of(folder: Path) -> list[Path]:
+    """model.consac of a run of one behaviour; else a file for each behaviour, of which one may be called model, too."""
+    lone, files = folder / "model.consac", sorted(folder.glob("*.consac"))
+    return [lone] if lone in files and (len(files) == 1 or _load(lone).behaviour != "model") else files
 
 
 def _load(path: Path) -> Policy:

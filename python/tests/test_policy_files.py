@@ -131,10 +131,12 @@ def test_a_run_with_one_behaviour_and_with_several(tmp_path):
     (tmp_path / "one").mkdir(), (tmp_path / "none").mkdir(), (tmp_path / "several").mkdir()
     (tmp_path / "one/model.consac").write_bytes(model_bytes(spec, tensors))
     assert load_policy(tmp_path / "one").act(np.zeros(3)) == load_policy(str(tmp_path / "one/model.consac")).act(np.zeros(3))
-    for name in ("hunt", "../flee"):
+    (tmp_path / "one/somebodys.consac").write_bytes(b"of his own")
+    assert set(load_policies(tmp_path / "one")) == {"default"}
+    for name in ("hunt", "../flee", "model"):
         named = spec | {"interface": spec["interface"] | {"behaviour": name}}
         (tmp_path / "several" / f"{name.replace('../', '%2E%2E%2F')}.consac").write_bytes(model_bytes(named, tensors))
-    assert set(load_policies(tmp_path / "several")) == {"hunt", "../flee"}
+    assert set(load_policies(tmp_path / "several")) == {"hunt", "../flee", "model"}
     assert load_policy(tmp_path / "several", behaviour="../flee").behaviour == "../flee"
     for folder, named, why in (("several", {}, "'hunt'.*name one"), ("several", {"behaviour": "fly"}, "no model of the behaviour 'fly'"), ("none", {}, "without a model")):
         with pytest.raises(ModelError, match=why):
