@@ -166,9 +166,9 @@ Folder::~Folder() {
 }
 
 // Opened before the check: it is of this folder then, whatever takes its place.
-Status Folder::Open(const std::string& path, const FolderCheck& check) {
+Status Folder::Open(const std::string& path, const FolderCheck& is_ours) {
   CONSAC_RETURN_IF_ERROR(OpenUnasked(path));
-  return check ? check() : Status::Ok();
+  return is_ours ? is_ours() : Status::Ok();
 }
 
 #if defined(_WIN32)

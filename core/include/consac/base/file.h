@@ -32,8 +32,8 @@ class Folder {
   ~Folder();
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
-  /// Opens the folder and then asks `check`: its error, or kDataLoss or kResourceExhausted where it cannot be opened.
-  Status Open(const std::string& path, const FolderCheck& check);
+  /// Opens the folder and then asks `is_ours`: its error, or kDataLoss or kResourceExhausted where it cannot be opened.
+  Status Open(const std::string& path, const FolderCheck& is_ours);
   /// Removes a file in it, if that can be done.
   void Remove(const std::string& name) const;
 
