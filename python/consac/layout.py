@@ -15,22 +15,30 @@ from .wire import DTYPES, NAMES, WireError, shown
 def space_to_json(space: spaces.Space) -> dict:
     """A Gymnasium space as SPEC writes it; TypeError names a kind that has no form there."""
     if isinstance(space, spaces.Discrete):
-        return {"type": "discrete", "n": int(space.n), "start": int(space.start), "dtype": NAMES[np.dtype(space.dtype)]}
+        return {"type": "discrete", "n": int(space.n), "start": int(space.start), "dtype": _dtype_name(space)}
     if isinstance(space, spaces.Box):
-        return {"type": "box", "shape": list(space.shape), "dtype": NAMES[np.dtype(space.dtype)], "low": _bounds(space.low), "high": _bounds(space.high)}
+        return {"type": "box", "shape": list(space.shape), "dtype": _dtype_name(space), "low": _bounds(space.low), "high": _bounds(space.high)}
     if isinstance(space, spaces.MultiDiscrete):
-        out = {"type": "multi_discrete", "nvec": [int(n) for n in np.ravel(space.nvec)], "dtype": NAMES[np.dtype(space.dtype)]}
+        out = {"type": "multi_discrete", "nvec": [int(n) for n in np.ravel(space.nvec)], "dtype": _dtype_name(space)}
         if np.any(space.start):
             raise TypeError(f"{space} starts at {space.start}; MultiDiscrete must start at 0, so wrap it")
         return out if space.nvec.ndim == 1 else out | {"shape": list(space.nvec.shape)}
     if isinstance(space, spaces.MultiBinary):
         out = {"type": "multi_binary", "n": int(np.prod(space.shape))}
         return out if len(space.shape) == 1 else out | {"shape": list(space.shape)}
+    if isinstance(space, (spaces.Dict, spaces.Tuple)) and not space.spaces:
+        raise TypeError(f"the space {space} is empty; put a Box, Discrete, MultiDiscrete or MultiBinary in it, or leave it out")
     if isinstance(space, spaces.Dict):
         return {"type": "dict", "spaces": [{"name": name, "space": space_to_json(space.spaces[name])} for name in sorted(space.spaces, key=str.encode)]}
     if isinstance(space, spaces.Tuple):
         return {"type": "tuple", "spaces": [{"name": str(i), "space": space_to_json(child)} for i, child in enumerate(space.spaces)]}
     raise TypeError(f"{space} cannot be sent; use Box, Discrete, MultiDiscrete, MultiBinary, Dict or Tuple of them")
+
+
+def _dtype_name(space: spaces.Space) -> str:
+    if np.dtype(space.dtype) not in NAMES:
+        raise TypeError(f"{space} has numbers of {space.dtype}, which cannot be sent; use one of {', '.join(map(str, NAMES))}")
+    return NAMES[np.dtype(space.dtype)]
 
 
 def _bounds(bounds: np.ndarray):

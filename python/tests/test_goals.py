@@ -113,6 +113,8 @@ class Broken(Reach):
     def compute_reward(self, achieved_goal, desired_goal, info):
         if achieved_goal.ndim == 1 and desired_goal[1] == 3:
             raise RuntimeError("no such goal")
+        if achieved_goal.ndim == 1 and desired_goal[1] == 4:
+            raise KeyboardInterrupt("of its own")
         return np.nan if desired_goal[..., 1].any() and np.any(desired_goal[..., 1] == 2) else super().compute_reward(achieved_goal, desired_goal, info)
 
 
@@ -243,7 +245,7 @@ def test_hindsight_of_stable_baselines3_learns_from_an_engine():
 def test_what_an_environment_cannot_price_harms_nothing_else():
     with reaches(Broken) as server, consac.client.connect(f"tcp://127.0.0.1:{server.port}") as connection:
         connection.reset()
-        for second, why, code in ((3.0, "no such goal", "ENV_FAILED"), (2.0, "gave nan for row 0", "NON_FINITE")):
+        for second, why, code in ((3.0, "no such goal", "ENV_FAILED"), (4.0, "KeyboardInterrupt: of its own", "ENV_FAILED"), (2.0, "gave nan for row 0", "NON_FINITE")):
             achieved, desired = wanted(3, second)
             with pytest.raises(EngineError, match=why) as caught:
                 connection.relabel({"achieved_goal": achieved, "desired_goal": desired}, 3)

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import tracemalloc
+import types
 
 import gymnasium
 import numpy as np
@@ -82,6 +83,42 @@ def test_an_environment_that_pays_nothing_or_quits_is_told(env, why):
         assert error["code"] == "ENV_FAILED" and why in error["message"]
         assert any(why in line for line in said), said
         assert client.reset().states == [24]
+
+
+class Odd(BaseException):
+    """No Exception, and cannot be shown."""
+
+    def __str__(self):
+        raise ValueError("no words")
+
+
+@pytest.mark.parametrize("error, why", [(KeyboardInterrupt("stopped"), "KeyboardInterrupt: stopped"), (GeneratorExit("left"), "GeneratorExit: left"), (Odd(), "Odd, which cannot be shown")])
+def test_an_environment_that_raises_what_is_no_exception_is_told(error, why):
+    class Raising(Counter):
+        def step(self, action):
+            raise error
+
+    with Server(Raising) as server:
+        client = Raw(server)
+        client.reset()
+        found = client.error(STEP, step_payload(1, [0]))
+        assert found["code"] == "ENV_FAILED" and f"{why} (test_serve_environments.py, line " in found["message"]
+        assert client.reset().states == [24]
+
+
+@pytest.mark.parametrize("space, why", [(spaces.Dict({}), "the space Dict() is empty; put a Box"), (spaces.Tuple(()), "the space Tuple() is empty; put a Box"),
+                                        (spaces.Dict(a=spaces.Discrete(2), b=spaces.Tuple(())), "the space Tuple() is empty; put a Box"),
+                                        (spaces.Box(-1, 1, (2,), np.float16), "numbers of float16, which cannot be sent; use one of bool, uint8")], ids=["dict", "tuple", "within", "float16"])
+@pytest.mark.parametrize("what", ["observation_space", "action_space"])
+def test_spaces_without_a_form_are_told_in_one_line(space, why, what, monkeypatch, capsys):
+    from consac.serve.command import main
+
+    module = types.ModuleType("world_of_a_space")
+    module.Env = type("Env", (Counter,), {what: space})
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    assert main([f"{module.__name__}:Env", "--port", "0"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and said[0].startswith("consac.serve: ") and why in said[0], said
 
 
 def test_a_space_beyond_any_frame_is_refused_before_anything_of_its_size_is_made():

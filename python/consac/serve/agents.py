@@ -4,6 +4,7 @@ from __future__ import annotations
 from consac.wire import ACTIVE, FINAL, FIRST, TERMINATED, TRUNCATED
 
 from .batch import Batch
+from .infos import check_info
 from .refusal import Refusals
 from .rows import Rows
 from .world import World
@@ -30,6 +31,7 @@ class AgentBatch(Batch):
 
     def _begin(self, env: int, seed, options) -> None:
         observations, infos = self._reset(env, seed, options)
+        check_info(infos, "what it gave as infos")
         for agent in self.place:
             rows, slot, number = self._slot(env, agent)
             rows.rewards[slot] = 0
@@ -41,9 +43,9 @@ class AgentBatch(Batch):
 
     def _show(self, rows: Rows, slot: int, number: int, observation, info: dict, infos: list) -> None:
         rows.write(slot, observation)
-        rows.write_mask(slot, info)
         if info:
-            infos.append((number, info))
+            self._keep(number, info, infos, f"the info of {rows.behaviour.agents[slot % len(rows.behaviour.agents)]}")
+        rows.write_mask(slot, info)
 
     def _advance(self, env: int) -> None:
         actions = {}
@@ -52,6 +54,7 @@ class AgentBatch(Batch):
             if rows.states[slot] & ACTIVE:
                 actions[agent] = rows.action(slot)
         observations, rewards, terminations, truncations, infos = self.envs[env].step(actions)
+        check_info(infos, "what it gave as infos")
         ended_now, seen, going_on = [], [], False
         for agent in self.place:
             rows, slot, number = self._slot(env, agent)

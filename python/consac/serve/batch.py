@@ -7,10 +7,12 @@ import numpy as np
 
 from consac import wire
 from consac.layout import align
-from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED
+from consac.names import quote
+from consac.wire import ACTIVE, FINAL, FIRST, HEADER, TERMINATED, TRUNCATED, WireError
 
 from .goals import Goals
-from .refusal import FAILURES, Refusals, Refused, describe
+from .infos import plain_info
+from .refusal import FAILURES, INTERRUPTIBLE, Refusals, Refused, describe
 from .rows import Rows
 from .world import World
 
@@ -43,7 +45,8 @@ class Batch:
         self.broken = [True] * count  # needs a RESET before a STEP
         self.started = False
         self.goals = Goals(world.behaviours, envs[0])
-        self.infos: list[tuple[int, dict]] = []
+        self.masked = any(rows.masks is not None for rows in self.parts)
+        self.infos: list[tuple[int, dict]] = []  # slots, and what JSON has of their infos
         self.final_infos: list[tuple[int, dict]] = []
         self.dropped: set[str] = set()
 
@@ -67,7 +70,7 @@ class Batch:
         for env in self.envs:
             try:
                 env.close()
-            except FAILURES as error:
+            except INTERRUPTIBLE as error:
                 self.warn(f"an environment did not close: {describe(error)}")
 
     # -- requests
@@ -195,12 +198,12 @@ class Batch:
         rows = self.parts[0]
         observation, info = self._reset(env, seed, options)
         rows.write(env, observation)
+        if info:
+            self._keep(env, info, self.infos)
         rows.write_mask(env, info)
         rows.rewards[env] = 0
         self.buffer[rows.states_at + env] = FIRST | ACTIVE
         self.over[env] = False
-        if info:
-            self.infos.append((env, info))
 
     def _reset(self, env: int, seed, options):
         return self.envs[env].reset(seed=seed) if options is None else self.envs[env].reset(seed=seed, options=options)
@@ -215,7 +218,7 @@ class Batch:
             if self.autoreset == "same_step":
                 rows.finals.append((env, rows.row(env)))
                 if info:
-                    self.final_infos.append((env, info))
+                    self._keep(env, info, self.final_infos)
                 observation, info = self._reset(env, None, None)
                 rows.write(env, observation)
                 state |= FINAL | FIRST | ACTIVE
@@ -226,9 +229,15 @@ class Batch:
         rows.rewards[env] = reward
         self.buffer[rows.states_at + env] = state
         if info:
-            self.infos.append((env, info))
+            self._keep(env, info, self.infos)
         if rows.masks is not None:
             rows.write_mask(env, info)
+
+    def _keep(self, slot: int, info, infos: list, whose: str = "the info") -> None:
+        """Adds to `infos` what JSON has of an info, while what it raises is still its environment's failure."""
+        kept = plain_info(info, whose, self._drop, "action_mask" if self.masked else None)
+        if kept:
+            infos.append((slot, kept))
 
     # -- the answer
 
@@ -254,19 +263,12 @@ class Batch:
         return wire.pack(wire.Frame(wire.RESULT, out, request, session, flags))
 
     def _infos_json(self) -> bytes:
-        said, masked = {}, any(rows.masks is not None for rows in self.parts)
+        said = {}
         for name, of in (("infos", self.infos), ("final_infos", self.final_infos)):
             columns: dict = {}
             for slot, info in of:
                 for key, value in info.items():
-                    if masked and key == "action_mask":
-                        continue
-                    try:
-                        value = _plain(value)
-                    except TypeError as error:
-                        self._drop(str(key), f"is {error}, which JSON has not")
-                        continue
-                    column = columns.setdefault(str(key), {"slots": [], "values": []})
+                    column = columns.setdefault(key, {"slots": [], "values": []})
                     column["slots"].append(slot)
                     column["values"].append(value)
             if columns:
@@ -275,6 +277,12 @@ class Batch:
         if len(text) > wire.LARGEST_JSON:
             self._drop("", f"are {len(text)} bytes of JSON, at most {wire.LARGEST_JSON} are sent")
             return b""
+        if len(text) > 2 * wire.MOST_JSON_VALUES:  # a value has two bytes at least, with what follows it
+            try:
+                wire.load_json(text)
+            except WireError as error:
+                self._drop("", f"are more than JSON of a message may be: {error.message} (R7)")
+                return b""
         return text
 
     def drop_infos(self, why: str) -> None:
@@ -285,25 +293,8 @@ class Batch:
     def _drop(self, key: str, why: str) -> None:
         if key not in self.dropped:
             self.dropped.add(key)
-            self.warn(f"info {key!r} {why}; it is not sent" if key else f"the infos {why}; they are not sent")
+            self.warn(f"info {quote(key)} {why}; it is not sent" if key else f"the infos {why}; they are not sent")
 
 
 def pad(out: bytearray) -> None:
     out += bytes(align(len(out)) - len(out))
-
-
-def _plain(value):
-    """A value of an info as JSON has it; TypeError for what has no form there."""
-    if value is None or isinstance(value, (bool, int, str)):
-        return value
-    if isinstance(value, float):
-        return value if value - value == 0 else None
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    raise TypeError(f"a {type(value).__name__}")

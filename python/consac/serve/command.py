@@ -9,7 +9,7 @@ import sys
 from consac.names import printable_line
 
 from .limits import Limits
-from .refusal import FAILURES, describe, place_of, traceback_of
+from .refusal import INTERRUPTIBLE, describe, place_of, traceback_of
 from .server import Server
 from .world import GROUPS, environment_maker, pettingzoo_maker
 
@@ -40,7 +40,7 @@ def main(arguments=None) -> int:
         server = Server(factory, options.envs, host=options.host, port=options.port, token=options.token, protocol=options.protocol,
                         training_length=options.steps, model_name=options.model, seed=options.seed, sessions=options.sessions,
                         limits=Limits(max_sessions=options.max_sessions), group=options.group, log=log)
-    except FAILURES as error:
+    except INTERRUPTIBLE as error:
         if place_of(error):
             for line in traceback_of(error):
                 log(printable_line(line))

@@ -16,8 +16,10 @@ from consac.names import printable_line
 
 CONNECTION_ERRORS = {"BAD_MAGIC", "MALFORMED", "FRAME_TOO_LARGE", "CRC_MISMATCH", "UNSUPPORTED_VERSION", "AUTH_FAILED", "CAPACITY", "SHUTTING_DOWN"}
 
-# What an environment may raise: anything, and sys.exit() ends the environment alone, not the thread that serves it without a word.
-FAILURES = (Exception, SystemExit)
+# What an environment may raise in the thread of a session, where no Ctrl-C of a person's arrives: anything, and sys.exit() or a KeyboardInterrupt of its own
+# ends the environment alone, not the thread that serves it without a word.
+FAILURES = BaseException
+INTERRUPTIBLE = (Exception, SystemExit)  # the same where it may be the main thread
 
 
 class Refused(Exception):
@@ -73,7 +75,10 @@ class Refusals:
 def describe(error: BaseException) -> str:
     """An error in one line; of an environment's, its class and the place in its code where it was raised."""
     place = place_of(error)
-    text = f"{type(error).__name__}: {error}" if place else said(error)
+    try:
+        text = f"{type(error).__name__}: {error}" if place else said(error)
+    except Exception:  # of their own
+        text = f"{type(error).__name__}, which cannot be shown"
     return printable_line(text, 1000).replace("\\x0a", " ") + printable_line(place, 400)
 
 

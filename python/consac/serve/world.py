@@ -18,6 +18,7 @@ from consac.layout import Behaviour, Layout, space_to_json
 from consac.names import check_names_apart, check_names_together, printable_line
 
 from .goals import reward_function
+from .infos import check_info
 
 GROUPS = ("kind", "spaces")
 _OLD = "; one of the old gym package is wrapped first, for example by shimmy"
@@ -62,7 +63,9 @@ class World:
             behaviours = []
             for group, agents, observation, action in groups:
                 layouts = [_layout(observation, "observation"), _layout(action, "action")]
-                mask = (info.get(agents[0]) or {} if multi_agent else info).get("action_mask")
+                first = info.get(agents[0]) or {} if multi_agent else info
+                check_info(first, f"the info of {agents[0]}")
+                mask = first.get("action_mask")
                 masks = mask is not None and layouts[1].mask_bytes > 0 and flat_mask(mask).size == layouts[1].mask_bytes
                 behaviours.append(Behaviour(group, list(map(str, agents)), *layouts, environments * len(agents), masks))
             return cls(printable_line(known, 255), environments, behaviours, multi_agent, getattr(env, "render_mode", None) == "rgb_array" and "rgb_array" in (getattr(env, "metadata", None) or {}).get("render_modes", ()),
