@@ -18,15 +18,14 @@ func _ready() -> void:
 	while not tab.get_parent() is TabContainer:
 		tab = tab.get_parent()
 	tab.get_parent().current_tab = tab.get_index()
-	await _open("res://warned.tscn")
-	var sync := EditorInterface.get_edited_scene_root().get_node("ConsacSync")
+	var sync := (await _open("res://warned.tscn")).get_node("ConsacSync")
 	for warning in sync._get_configuration_warnings():
 		print("drive: warning: ", warning)
 	sync.mode = ConsacSync.Mode.BY_HAND
 	var of_loop := Array(sync._get_configuration_warnings()).filter(func(text: String) -> bool: return text.contains("loop_mode"))
 	print("drive: by hand of loop_mode: ", of_loop.size())
-	await _open("res://examples/road/road.tscn")
-	print("drive: warnings of the road: ", EditorInterface.get_edited_scene_root().get_node("ConsacSync")._get_configuration_warnings())
+	sync = (await _open("res://examples/road/road.tscn")).get_node("ConsacSync")
+	print("drive: warnings of the road: ", sync._get_configuration_warnings())
 	_dock._model.text = "res://docked.consac"
 	_dock._steps.value = 1e9
 	_dock._start.pressed.emit()
@@ -55,12 +54,16 @@ func _ready() -> void:
 	get_tree().quit()
 
 
-func _open(scene: String) -> void:
-	EditorInterface.open_scene_from_path(scene)
-	await _until(func() -> bool:
+# Opens a scene and returns its root, which is in the tree and ready until the next `await`. The editor opens the project's
+# main scene by itself, some time after it has begun: it is asked again then.
+func _open(scene: String) -> Node:
+	while true:
+		EditorInterface.open_scene_from_path(scene)
+		await _wait(0.1)
 		var root := EditorInterface.get_edited_scene_root()
-		return root != null and root.scene_file_path == scene)
-	await get_tree().process_frame  # the nodes are there, and ready
+		if root != null and root.scene_file_path == scene:
+			return root
+	return null
 
 
 # Waits for what must come: without an end, which the test has.
