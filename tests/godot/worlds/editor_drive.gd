@@ -13,6 +13,7 @@ func _ready() -> void:
 	EditorInterface.get_editor_settings().set_setting("run/window_placement/game_embed_mode", -1)
 	var base := EditorInterface.get_base_control()
 	await _until(func() -> bool: return base.find_child("CONSAC", true, false) != null)
+	await _wait(1.0)  # windows of its own beginning are gone
 	_dock = base.find_child("CONSAC", true, false)
 	var tab: Control = _dock
 	while not tab.get_parent() is TabContainer:
