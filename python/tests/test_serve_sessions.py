@@ -231,14 +231,13 @@ def test_a_server_without_descriptors_or_threads_goes_on_when_there_are_some_aga
         Raw(server).close()  # by the accept() that was under way
         second = Raw(server)  # accepted once there are descriptors again
         assert not failures and sum("no more of them" in one for one in said) == 3
-        start = threading.Thread.start
+        start, refusals = threading.Thread.start, ["can't start new thread"]  # of its own: accept() looks at the failures
 
         def no_thread(thread):
-            if failures:
-                raise RuntimeError(failures.pop())
+            if refusals:
+                raise RuntimeError(refusals.pop())
             start(thread)
 
-        failures.append("can't start new thread")
         monkeypatch.setattr(threading.Thread, "start", no_thread)
         refused = Raw(server, hello=False)
         error = json.loads(refused.take().payload)
