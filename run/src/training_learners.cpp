@@ -22,6 +22,8 @@ struct Making {
   Making& operator=(const Making&) = delete;
 };
 
+constexpr std::int64_t kRound = 64;  // optimiser steps between looks at evaluations and checkpoints, without a world
+
 }  // namespace
 
 Status CannotPrice(const RunConfig& config, const learn::Algorithm& algorithm, const std::string& world) {
@@ -106,6 +108,16 @@ Status Training::PriceGoals(std::size_t b, const std::byte* observations, std::i
   }
   if (!latest.ok()) return latest;
   return {StatusCode::kUnavailable, "no engine is left to say what other goals would have paid"};
+}
+
+// A round of learning, or less where `stop_` is set in the middle of it.
+void Training::LearnRound(learn::Learner& learner, learn::LearnPieces& pieces) const {
+  for (std::int64_t left = kRound; left > 0;) {
+    const std::int64_t piece = std::min(left, pieces.budget().gradient_steps);
+    if (!learner.Learn({piece}) || stop_.load(std::memory_order_relaxed) || !learner.health().ok()) return;
+    left -= piece;
+    pieces.Look(Now());
+  }
 }
 
 Status Training::MakeLearners() {

@@ -10,8 +10,7 @@
 namespace consac::run {
 namespace {
 
-constexpr std::int64_t kRound = 64;  // optimiser steps between looks at evaluations and checkpoints, without a world
-constexpr double kRest = 2.0;        // s for steps under way to end before what is kept for saving is given free
+constexpr double kRest = 2.0;  // s for steps under way to end before what is kept for saving is given free
 
 }  // namespace
 
@@ -266,16 +265,6 @@ void Training::SendIdle() {
   const Where where = crew_.size() == 1 ? Where::kHere : Where::kAside;
   for (std::size_t i = 0; i < crew_.size(); ++i) {
     if (!crew_.busy(i) && lost_[i] == 0) Send(i, where);
-  }
-}
-
-// A round of learning, or less where `stop_` is set in the middle of it.
-void Training::LearnRound(learn::Learner& learner, learn::LearnPieces& pieces) const {
-  for (std::int64_t left = kRound; left > 0;) {
-    const std::int64_t piece = std::min(left, pieces.budget().gradient_steps);
-    if (!learner.Learn({piece}) || stop_.load(std::memory_order_relaxed) || !learner.health().ok()) return;
-    left -= piece;
-    pieces.Look(Now());
   }
 }
 

@@ -23,15 +23,19 @@ const Leaf* Desired(const Layout& layout, std::string_view below) {
   return found == layout.leaves.end() ? nullptr : &*found;
 }
 
-Status CheckGoals(const Layout& layout, const std::byte* row, std::int64_t index) {
+/// R93, of `rows` rows.
+Status CheckGoals(const Layout& layout, const std::byte* observations, std::int64_t rows) {
   for (const Leaf& leaf : layout.leaves) {
     if (!PathBelow(kAchievedGoal, leaf) && !PathBelow(kDesiredGoal, leaf)) continue;
-    const RowFault fault = FindLeafFault(leaf, row, Numbers::kJudged);
-    if (fault.leaf == nullptr) continue;
-    const std::string what = "'" + leaf.name + "' in row " + std::to_string(index) + " of RELABEL is ";
-    if (fault.non_finite) return Fault("NON_FINITE", what + "NaN or infinite");
-    return Fault("OUT_OF_RANGE", what + NumberText(fault.value) + ", outside " + NumberText(fault.low) + " to " +
-                                     NumberText(fault.high));
+    for (std::int64_t i = 0; i < rows; ++i) {
+      const RowFault fault =
+          FindLeafFault(leaf, observations + static_cast<std::size_t>(i) * layout.row_bytes, Numbers::kJudged);
+      if (fault.leaf == nullptr) continue;
+      const std::string what = "'" + leaf.name + "' in row " + std::to_string(i) + " of RELABEL is ";
+      if (fault.non_finite) return Fault("NON_FINITE", what + "NaN or infinite");
+      return Fault("OUT_OF_RANGE", what + NumberText(fault.value) + ", outside " + NumberText(fault.low) + " to " +
+                                       NumberText(fault.high));
+    }
   }
   return Status::Ok();
 }
@@ -91,10 +95,7 @@ Result<Relabel> ReadRelabel(const EnvSpec& env, std::span<const std::byte> paylo
     return Fault("UNSUPPORTED", "the REWARDS of " + std::to_string(rows) + " rows are more than max_frame, " +
                                     std::to_string(max_frame) + " bytes; ask for fewer at a time");
   const Relabel relabel{place, rows, payload.data() + kRowsOffset};
-  for (std::int64_t i = 0; i < relabel.rows; ++i) {
-    const std::byte* row = relabel.observations + static_cast<std::size_t>(i) * row_bytes;
-    CONSAC_RETURN_IF_ERROR(CheckGoals(behaviour.observation_layout, row, i));
-  }
+  CONSAC_RETURN_IF_ERROR(CheckGoals(behaviour.observation_layout, relabel.observations, relabel.rows));
   return relabel;
 }
 

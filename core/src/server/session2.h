@@ -88,9 +88,9 @@ class Session2Server final : public Session2 {
   /// A connection and a session begin unpaused: an engine that stands still says so anew.
   Status SayPaused();
 
-  /// The answer to a request: kept, should it be asked for again.
   /// Room for the payload of an answer, behind its header; Deliver(answer_) sends it.
   std::byte* BeginAnswer(FrameType type, std::size_t payload_bytes);
+  /// The answer to a request: kept, should it be asked for again.
   Status Answer(FrameType type, std::span<const std::byte> payload);
   Status Answer(FrameType type, const std::string& json) { return Answer(type, std::as_bytes(std::span(json))); }
   Status Repeat();

@@ -187,7 +187,7 @@ void Stepper::FinishReset() {
 }
 
 /// The environments that stepped_ names; `seeds` may be empty. An engine that can only begin all of them together
-/// takes seeds that follow one another, and where it is given none those that nobody has had yet.
+/// takes seeds that follow one another, and where it is given none those that its session has not given yet.
 Status Stepper::ResetChosen(const std::vector<std::uint64_t>& seeds, bool all) {
   for (std::size_t world = 0; world < blocks_.environments; ++world) {
     if (stepped_[world] == 0) continue;
