@@ -184,6 +184,12 @@ bool IFileManager::MakeDirectory(const TCHAR* path, bool tree) {
   return tree ? std::filesystem::create_directories(folder, error) : std::filesystem::create_directory(folder, error);
 }
 
+uint32 IFileManager::Copy(const TCHAR* to, const TCHAR* from) {
+  std::error_code error;
+  const auto how = std::filesystem::copy_options::overwrite_existing;
+  return std::filesystem::copy_file(Shim::Narrow(from), Shim::Narrow(to), how, error) ? COPY_OK : COPY_Fail;
+}
+
 void FPaths::ShimAdd(std::u16string& whole, const FString& part) {
   if (!whole.empty() && whole.back() != u'/') whole += u'/';
   whole += *part;

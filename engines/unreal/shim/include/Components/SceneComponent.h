@@ -13,9 +13,14 @@ class USceneComponent : public UActorComponent {
   FVector GetComponentLocation() const;
   FVector GetForwardVector() const;
   FVector GetRightVector() const;
+  virtual bool IsSimulatingPhysics(FName bone = NAME_None) const {
+    static_cast<void>(bone);
+    return shim_physics_;
+  }
 
   /// For the shim.
   USceneComponent* shim_parent_ = nullptr;
   FVector shim_location_ = FVector::ZeroVector, shim_scale_{1.0, 1.0, 1.0};
   FQuat shim_rotation_ = FQuat::Identity;
+  bool shim_physics_ = false;
 };

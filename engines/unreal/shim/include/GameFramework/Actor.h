@@ -17,6 +17,7 @@ class AActor : public UObject {
     RootComponent = root;
     return true;
   }
+  USceneComponent* GetRootComponent() const { return RootComponent; }
   void AddInstanceComponent(UActorComponent* component) { static_cast<void>(component); }
   template <class T>
   T* FindComponentByClass() const {

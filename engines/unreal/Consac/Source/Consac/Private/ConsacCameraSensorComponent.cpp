@@ -94,6 +94,12 @@ void UConsacCameraSensorComponent::EndPlay(const EEndPlayReason::Type EndPlayRea
 	Super::EndPlay(EndPlayReason);
 }
 
+FString UConsacCameraSensorComponent::GetFault() const
+{
+	return FApp::CanEverRender() ? FString()
+		: FString(TEXT("this game draws nothing (-nullrhi, or a dedicated server), and a camera would see black; start it with -RenderOffscreen, or without the camera"));
+}
+
 void UConsacCameraSensorComponent::Prepare()
 {
 	if (IsValid(Capture.Get()))

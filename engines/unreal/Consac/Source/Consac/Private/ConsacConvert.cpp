@@ -41,6 +41,16 @@ std::string ToFolder(const FString& Path)
 	return Folder;
 }
 
+std::string ToFolderOrNone(const FString& Path)
+{
+	return Path.IsEmpty() ? std::string() : ToFolder(Path);
+}
+
+double ToSeconds(float Property)
+{
+	return std::isfinite(Property) ? std::clamp(static_cast<double>(Property), 0.0, 60.0) : 0.0;
+}
+
 std::string ToNewFile(const FString& Path)
 {
 	const std::string File = ToFile(Path);

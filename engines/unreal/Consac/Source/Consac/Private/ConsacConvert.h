@@ -15,8 +15,12 @@ std::string ToUtf8(const FString& Text);
 std::string ToFile(const FString& Path);
 /** The same of a folder that is written to, which is made where it is missing. */
 std::string ToFolder(const FString& Path);
+/** The same of a folder that a property names; nowhere where it names none. */
+std::string ToFolderOrNone(const FString& Path);
 /** The same of a file that is to be written: its folder is made. */
 std::string ToNewFile(const FString& Path);
+/** The longest wait of a tick or a stop, as a property says it. */
+double ToSeconds(float Property);
 /** A text from UTF-8. */
 FString FromUtf8(std::string_view Text);
 /** A space; the error says what is wrong with it. */

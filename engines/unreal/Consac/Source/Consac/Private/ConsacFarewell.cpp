@@ -7,6 +7,7 @@
 
 #include "ConsacConvert.h"
 #include "ConsacLog.h"
+#include "HAL/FileManager.h"
 #include "Misc/Paths.h"
 
 // Saves a demonstration, under a name that no file has yet: what a person has shown is not to be had again.
@@ -29,6 +30,16 @@ static consac::Status SaveDemonstration(const consac::host::Recorder& Recorder, 
 	return Status;
 }
 
+// A model of an earlier training stays, beside the one that takes its name.
+static void KeepEarlier(const std::string& File)
+{
+	const std::string Kept = File.substr(0, File.size() - std::string_view(".consac").size()) + ".before.consac";
+	if (FPaths::FileExists(ConsacPlugin::FromUtf8(File)) && IFileManager::Get().Copy(*ConsacPlugin::FromUtf8(Kept), *ConsacPlugin::FromUtf8(File)) == COPY_OK)
+	{
+		UE_LOG(LogConsac, Display, TEXT("the model that was there before is now %s"), *ConsacPlugin::FromUtf8(Kept));
+	}
+}
+
 std::string FConsacFarewell::Save(std::string Fault) const
 {
 	// One after another: two at once may want one file, or find the same name free. The learner's end is not waited for in here.
@@ -36,6 +47,7 @@ std::string FConsacFarewell::Save(std::string Fault) const
 	const std::lock_guard<std::mutex> Lock(Saving);
 	for (const auto& [File, Model] : Models)
 	{
+		KeepEarlier(File);
 		const consac::Status Status = Model.Save(File);
 		if (!Status.ok())
 		{

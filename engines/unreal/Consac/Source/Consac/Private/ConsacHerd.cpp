@@ -95,7 +95,9 @@ consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentCompone
 	{
 		if (Status.ok() && IsValid(Sensor))
 		{
-			Status = ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetSpace(), Kind.Offering.observations, Kind.Seen);
+			const FString Fault = Sensor->GetFault();
+			Status = !Fault.IsEmpty() ? consac::Status(consac::StatusCode::kFailedPrecondition, "the sensor " + ConsacPlugin::ToUtf8(Sensor->GetName()) + ": " + ConsacPlugin::ToUtf8(Fault)) :
+				ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetSpace(), Kind.Offering.observations, Kind.Seen);
 		}
 	}
 	for (const FConsacEntry& Entry : Agent.Actions)

@@ -92,6 +92,7 @@ private:
 	void Judge(consac::host::AgentId Id);
 	void CutOff(consac::host::AgentId Id);
 	void Turn(consac::host::AgentId Id);
+	void NoteLength(const UConsacAgentComponent& Agent);
 	consac::Status Offer();
 
 	std::unique_ptr<consac::host::TickWorld> TheWorld;
@@ -101,6 +102,8 @@ private:
 	TArray<float> Sensed;
 	int32 Ticks = 1;
 	bool bSenses = false;  // somebody has sensors
+	int32 ShortOnes = 0;   // episodes in a row that ended with their first step
+	bool bSaidShort = false;
 	bool bSaidWhoLeft = false;
 	bool bActing = false;
 	bool bJudged = false;  // which episodes end with this step is settled

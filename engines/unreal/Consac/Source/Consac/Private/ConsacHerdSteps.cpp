@@ -165,6 +165,18 @@ void FConsacHerd::CutOff(consac::host::AgentId Id)
 	}
 }
 
+// Something is likely wrong where no episode gets further than its first step.
+void FConsacHerd::NoteLength(const UConsacAgentComponent& Agent)
+{
+	constexpr int32 Many = 20;
+	ShortOnes = Agent.EpisodeSteps == 1 && Agent.MaxEpisodeSteps != 1 ? ShortOnes + 1 : 0;
+	if (ShortOnes == Many && !std::exchange(bSaidShort, true))
+	{
+		UE_LOG(LogConsac, Warning, TEXT("%d episodes in a row ended with their first step, the latest of %s: does On Episode Begin put back all that ends an episode? A body that moves by physics keeps its speed, and Set Actor Location moves it with Teleport alone"),
+			Many, *Agent.GetName());
+	}
+}
+
 // From an episode that ends to the next one.
 void FConsacHerd::Turn(consac::host::AgentId Id)
 {
@@ -181,6 +193,7 @@ void FConsacHerd::Turn(consac::host::AgentId Id)
 		return;
 	}
 	std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
+	NoteLength(*Taken.Agent.Get());
 	BeginEpisode(Id, -1);
 }
 

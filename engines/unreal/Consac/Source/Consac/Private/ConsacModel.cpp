@@ -87,6 +87,81 @@ void UConsacModel::Predict(const TArray<float>& Observation, bool bDeterministic
 	}
 }
 
+namespace ConsacPlugin
+{
+
+// The one row of a leaf; the error says what is wrong with the list.
+static consac::Result<const FConsacNumbers*> RowOf(const consac::Leaf& Leaf, const consac::Layout& Layout, const TArray<FConsacNumbers>& Rows)
+{
+	const FConsacNumbers* Found = nullptr;
+	for (const FConsacNumbers& Row : Rows)
+	{
+		if (Leaf.name.empty() || ToUtf8(Row.Name.ToString().ToLower()) == Leaf.name)
+		{
+			if (Found != nullptr)
+			{
+				return consac::Status(consac::StatusCode::kInvalidArgument, Leaf.name.empty() ? "the model sees one entry alone, and several are given" : "entry '" + Leaf.name + "' is given twice");
+			}
+			Found = &Row;
+		}
+	}
+	if (Found == nullptr)
+	{
+		return consac::Status(consac::StatusCode::kInvalidArgument, Leaf.name.empty() ? "no entry is given" : "entry '" + Leaf.name + "' is missing");
+	}
+	if (Found->Values.Num() != Leaf.count)
+	{
+		return consac::Status(consac::StatusCode::kInvalidArgument, "entry '" + ToUtf8(Found->Name.ToString().ToLower()) + "' has " + std::to_string(Found->Values.Num()) +
+			" numbers; the model sees " + std::to_string(Leaf.count));
+	}
+	if (Rows.Num() != static_cast<int32>(Layout.leaves.size()))
+	{
+		for (const FConsacNumbers& Row : Rows)
+		{
+			const std::string Name = ToUtf8(Row.Name.ToString().ToLower());
+			if (std::none_of(Layout.leaves.begin(), Layout.leaves.end(), [&Name](const consac::Leaf& Other) { return Other.name == Name; }))
+			{
+				return consac::Status(consac::StatusCode::kNotFound, "the model sees no entry '" + Name + "'");
+			}
+		}
+	}
+	return Found;
+}
+
+}
+
+void UConsacModel::PredictByNames(const TArray<FConsacNumbers>& Observations, bool bDeterministic, EConsacResult& Result, TArray<FConsacNumbers>& Actions, FString& Error)
+{
+	const TArray<FConsacNumbers> Given = Observations; // a node may be given one list as its input and its output
+	Actions.Reset();
+	consac::Status Status = State->Policy ? consac::Status::Ok() : ConsacPlugin::NoModel();
+	TArray<float> Numbers;
+	if (State->Policy)
+	{
+		const consac::Layout& Layout = State->Policy->observation_layout();
+		for (const consac::Leaf& Leaf : Layout.leaves)
+		{
+			const consac::Result<const FConsacNumbers*> Row = Status.ok() ? ConsacPlugin::RowOf(Leaf, Layout, Given) : consac::Result<const FConsacNumbers*>(Status);
+			Status = Row.status();
+			if (Status.ok())
+			{
+				Numbers.Append((*Row)->Values);
+			}
+		}
+	}
+	Status = Status.ok() ? ConsacPlugin::ActFor(*State, Numbers, 1, bDeterministic) : Status;
+	if (ConsacPlugin::Answer(Status, Result, Error))
+	{
+		for (const consac::Leaf& Leaf : State->Policy->action_layout().leaves)
+		{
+			FConsacNumbers Row;
+			Row.Name = Leaf.name.empty() ? FName(TEXT("action")) : FName(*ConsacPlugin::FromUtf8(Leaf.name));
+			ConsacPlugin::ReadLeaf(Leaf, State->Actions.data(), Row.Values);
+			Actions.Add(Row);
+		}
+	}
+}
+
 void UConsacModel::PredictMany(const TArray<float>& Observations, bool bDeterministic, EConsacResult& Result, TArray<float>& Actions, FString& Error)
 {
 	// A node may be given one list as its input and its output.

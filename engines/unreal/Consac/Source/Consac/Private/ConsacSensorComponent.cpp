@@ -10,6 +10,11 @@ FConsacSpace UConsacSensorComponent::GetSpace() const
 	return FConsacSpace();
 }
 
+FString UConsacSensorComponent::GetFault() const
+{
+	return FString();
+}
+
 void UConsacSensorComponent::Prepare()
 {
 }

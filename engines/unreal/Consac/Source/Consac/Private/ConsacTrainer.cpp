@@ -7,46 +7,15 @@
 #include "ConsacFarewell.h"
 #include "ConsacHyperparametersBase.h"
 #include "ConsacLog.h"
-#include "ConsacStats.h"
 #include "ConsacSubsystem.h"
 #include "ConsacTrainerState.h"
 #include "Engine/EngineBaseTypes.h"
 #include "Engine/World.h"
 #include "Logging/LogMacros.h"
-#include "Misc/App.h"
 #include "Templates/PimplPtr.h"
 #include "UObject/ObjectMacros.h"
 #include "UObject/UObjectGlobals.h"
 #include "UObject/WeakObjectPtrTemplates.h"
-
-namespace ConsacPlugin
-{
-
-// The longest wait of a tick or a stop, as a property says it.
-static double SecondsOf(float Property)
-{
-	return std::isfinite(Property) ? std::clamp(static_cast<double>(Property), 0.0, 60.0) : 0.0;
-}
-
-// A list, which is empty afterwards.
-static std::vector<TWeakObjectPtr<UConsacAgentComponent>> Taken(std::vector<TWeakObjectPtr<UConsacAgentComponent>>& List)
-{
-	return std::exchange(List, {});
-}
-
-// The first failure of two.
-static consac::Status FirstFailure(const consac::Status& One, const consac::Status& Other)
-{
-	return One.ok() ? Other : One;
-}
-
-// Where a folder that a property names is; nowhere where it names none.
-static std::string FolderOf(const FString& Property)
-{
-	return Property.IsEmpty() ? std::string() : ToFolder(Property);
-}
-
-}
 
 AConsacTrainer::AConsacTrainer()
 	: State(MakePimpl<FConsacTrainerState>())
@@ -89,12 +58,12 @@ void AConsacTrainer::Stop()
 	{
 		return;
 	}
-	const double Until = consac::Now() + ConsacPlugin::SecondsOf(MaxWaitSeconds);
+	const double Until = consac::Now() + ConsacPlugin::ToSeconds(MaxWaitSeconds);
 	State->bBusy = true; // whoever hears of the end may call anything: it is done after this
 	TellCompleted(Until - consac::Now());
 	State->bBusy = false;
-	const std::string Kept = State->Driver && !State->bCompleted ? ConsacPlugin::FolderOf(SaveFolder) : std::string();
-	const std::string Records = State->Driver ? ConsacPlugin::FolderOf(RecordFolder) : std::string();
+	const std::string Kept = State->Driver && !State->bCompleted ? ConsacPlugin::ToFolderOrNone(SaveFolder) : std::string();
+	const std::string Records = State->Driver ? ConsacPlugin::ToFolderOrNone(RecordFolder) : std::string();
 	const std::string Fault = State->End(Kept, Records, Until - consac::Now());
 	if (!Fault.empty())
 	{
@@ -138,7 +107,7 @@ void AConsacTrainer::SaveModel(const FString& Behaviour, const FString& Path, EC
 
 FConsacProgress AConsacTrainer::GetTrainerProgress() const
 {
-	return State->Driver ? ConsacPlugin::ToProgress(State->Driver->progress()) : State->Last;
+	return State->Driver ? State->Progress() : State->Last;
 }
 
 bool AConsacTrainer::IsTraining() const
@@ -187,167 +156,6 @@ void AConsacTrainer::EndPlay(const EEndPlayReason::Type EndPlayReason)
 	Stop();
 	State->bStarted = false;
 	Super::EndPlay(EndPlayReason);
-}
-
-void AConsacTrainer::Tick(float DeltaSeconds)
-{
-	const bool bPaused = GetWorld() != nullptr && GetWorld()->IsPaused();
-	if (State->Driver && State->bPaused != bPaused)
-	{
-		State->bPaused = bPaused;
-		State->Driver->SetPaused(bPaused);
-	}
-	if (bPaused)
-	{
-		State->SetSpeed(false); // nothing moves: no card is to draw it 100,000 times a second
-		return;
-	}
-	Super::Tick(DeltaSeconds);
-	State->bTicked = true;
-	StartInTurn();
-	Advance();
-	const bool bTrains = State->bMet && !State->bCompleted && (Mode == EConsacMode::Serve || Mode == EConsacMode::Train);
-	State->SetSpeed(State->Driver && bFullSpeed && bTrains);
-	if (State->Driver)
-	{
-		Show();
-	}
-}
-
-// Begins by itself once, or because Start Training was called before the first tick, when it is its turn; while no agent is there, or another game of this computer has the port, it is tried
-// again every second, and each reason is told once.
-void AConsacTrainer::StartInTurn()
-{
-	const UConsacSubsystem* Subsystem = (bAutoStart || State->bAsked) && !State->bStarted ? UConsacSubsystem::Of(this) : nullptr;
-	if (Subsystem == nullptr || Subsystem->GetTrainer() != this || consac::Now() < State->TryAgainAt)
-	{
-		return;
-	}
-	const bool bNobody = Subsystem->GetAgents().IsEmpty();
-	const consac::Status Status = State->Begin(*this);
-	const bool bLater = bNobody || Status.code() == consac::StatusCode::kAlreadyExists;
-	State->bStarted = !bLater;
-	State->TryAgainAt = bLater ? consac::Now() + 1.0 : 0.0;
-	const bool bNew = std::exchange(State->Told, Status.message()) != Status.message();
-	if (!Status.ok() && bNew)
-	{
-		Report(ConsacPlugin::FromUtf8(bNobody ? Status.message() + "; it begins by itself once one has come" : Status.message()));
-	}
-}
-
-void AConsacTrainer::Advance()
-{
-	// Events of agents may call Stop Training or End Play: what they work on stays until this has come to its end.
-	State->bBusy = true;
-	TellCompleted(0.0);
-	for (const TWeakObjectPtr<UConsacAgentComponent>& Newcomer : ConsacPlugin::Taken(State->Newcomers))
-	{
-		UConsacAgentComponent* Agent = Newcomer.Get();
-		if (State->Driver && IsValid(Agent) && Agent->HasBegunPlay()) // it may have ended to play since
-		{
-			const consac::Status Status = State->Herd->Join(*Agent);
-			if (!Status.ok())
-			{
-				Report(ConsacPlugin::FromUtf8(Status.message()));
-			}
-		}
-	}
-	const int32 Steps = State->Driver && State->Herd->Period() == 1 && MaxStepsPerTick > 1 ? MaxStepsPerTick : 1;
-	const bool bWaits = bLockStep || FApp::IsUnattended();
-	const double Until = consac::Now() + (bWaits ? ConsacPlugin::SecondsOf(MaxWaitSeconds) : 0.0); // of all steps together
-	for (int32 Step = 0; Step < Steps && State->Driver && !State->bStopWanted; ++Step)
-	{
-		if (!DoStep(Until))
-		{
-			break;
-		}
-	}
-	State->bBusy = false;
-	if (State->bStopWanted)
-	{
-		Stop();
-	}
-}
-
-bool AConsacTrainer::DoStep(double Until)
-{
-	using consac::host::Cue;
-	FConsacHerd& Herd = *State->Herd;
-	consac::Status Status;
-	if (Herd.IsActing())
-	{
-		if (++State->TicksPassed < Herd.Period())
-		{
-			return false;
-		}
-		Status = Herd.Settle();
-	}
-	Status = ConsacPlugin::FirstFailure(Status, State->Poll(Until - consac::Now()));
-	if (Herd.World().cue() == Cue::kReset)
-	{
-		Status = ConsacPlugin::FirstFailure(Status, Herd.Begin());
-		Status = ConsacPlugin::FirstFailure(Status, State->Poll(Until - consac::Now()));
-	}
-	if (!Status.ok())
-	{
-		Report(ConsacPlugin::FromUtf8(Status.message()));
-	}
-	if (!State->Driver->finished())
-	{
-		State->bCompleted = false; // a further trainer has come
-	}
-	else if (!State->bCompleted)
-	{
-		Complete();
-	}
-	if (Herd.World().cue() != Cue::kAct || State->bStopWanted)
-	{
-		return false;
-	}
-	State->TicksPassed = 0;
-	Herd.Act(Mode == EConsacMode::ByHand);
-	return true;
-}
-
-void AConsacTrainer::Complete()
-{
-	State->bCompleted = State->bUntold = true;
-	const std::string Folder = ConsacPlugin::FolderOf(SaveFolder);
-	const std::string Fault = Folder.empty() ? Folder : State->Keep(Folder);
-	if (!Fault.empty())
-	{
-		Report(ConsacPlugin::FromUtf8(Fault));
-	}
-	TellCompleted(0.0);
-}
-
-// Once the models are written, which no tick waits for: whoever hears of it may load them.
-void AConsacTrainer::TellCompleted(double MostSeconds)
-{
-	if (!State->bUntold || !State->HasKept(MostSeconds))
-	{
-		return;
-	}
-	State->bUntold = false;
-	const std::string Fault = State->LeaveKeeping();
-	if (!Fault.empty())
-	{
-		Report(ConsacPlugin::FromUtf8(Fault));
-	}
-	OnTrainingCompleted.Broadcast();
-}
-
-void AConsacTrainer::Show()
-{
-	const FConsacProgress Progress = GetTrainerProgress();
-	ConsacPlugin::ShowStats(Progress);
-	const double Now = consac::Now();
-	if (LogSeconds > 0.0f && Now - State->LoggedAt >= static_cast<double>(LogSeconds))
-	{
-		State->LoggedAt = Now;
-		UE_LOG(LogConsac, Log, TEXT("%s: step %lld of %lld, %.0f steps/s, %.3f ms a step, %lld episodes, mean reward %.3f"), *Progress.State, Progress.Steps,
-			Progress.TotalSteps, Progress.StepsPerSecond, Progress.PollMilliseconds, Progress.Episodes, Progress.MeanEpisodeReward);
-	}
 }
 
 void AConsacTrainer::StartProgram()

@@ -1,14 +1,58 @@
 // Copyright CONSAC authors. MIT License.
 #include "ConsacTrainerState.h"
 
+#include "Components/SceneComponent.h"
 #include "ConsacAgentComponent.h"
 #include "ConsacConvert.h"
 #include "ConsacFarewell.h"
+#include "ConsacLog.h"
 #include "ConsacSubsystem.h"
 #include "ConsacTrainer.h"
 #include "ConsacTrainerDrivers.h"
 #include "Engine/EngineBaseTypes.h"
 #include "Engine/World.h"
+#include "GameFramework/Actor.h"
+#include "Logging/LogMacros.h"
+
+namespace ConsacPlugin
+{
+
+// What moves by physics stands still from one step of a tick to the next.
+static consac::Status CheckSteps(const AConsacTrainer& Trainer, const TArray<UConsacAgentComponent*>& Agents)
+{
+	for (const UConsacAgentComponent* Agent : Agents)
+	{
+		const AActor* Actor = Agent->GetOwner();
+		const USceneComponent* Root = Actor != nullptr ? Actor->GetRootComponent() : nullptr;
+		if (Trainer.MaxStepsPerTick > 1 && Root != nullptr && Root->IsSimulatingPhysics())
+		{
+			return consac::Status(consac::StatusCode::kInvalidArgument, "Max Steps Per Tick is " + std::to_string(Trainer.MaxStepsPerTick) + ", and " +
+				ToUtf8(Actor->GetName()) + " moves by physics, which stands still from one step of a tick to the next; set it to 1");
+		}
+	}
+	return consac::Status::Ok();
+}
+
+// Agents together with who decides for them, as the trainer's properties say.
+static consac::Status MakeHerd(const AConsacTrainer& Trainer, const TArray<UConsacAgentComponent*>& Agents, int32 Room, FConsacFurther& Into)
+{
+	CONSAC_RETURN_IF_ERROR(CheckSteps(Trainer, Agents));
+	Into.Herd = std::make_unique<FConsacHerd>();
+	CONSAC_RETURN_IF_ERROR(Into.Herd->Gather(Agents, Room));
+	FDriverResult Made = DriverFor(Trainer, Into.Herd->World());
+	if (!Made.ok())
+	{
+		return Made.status();
+	}
+	Into.Driver = std::move(*Made);
+	if (!Trainer.RecordFolder.IsEmpty())
+	{
+		Into.Herd->Record();
+	}
+	return consac::Status::Ok();
+}
+
+}
 
 bool FConsacTrainerState::IsAway(const AConsacTrainer& Trainer)
 {
@@ -51,21 +95,17 @@ consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 	{
 		return Status(StatusCode::kFailedPrecondition, "there is no actor with a Consac Agent");
 	}
-	std::unique_ptr<FConsacHerd> Gathered = std::make_unique<FConsacHerd>();
-	CONSAC_RETURN_IF_ERROR(Gathered->Gather(Agents, Trainer.RoomForAgents));
-	ConsacPlugin::FDriverResult Made = ConsacPlugin::DriverFor(Trainer, Gathered->World());
-	if (!Made.ok())
-	{
-		return Made.status();
-	}
-	Herd = std::move(Gathered);
-	Driver = std::move(*Made);
+	FConsacFurther Made;
+	CONSAC_RETURN_IF_ERROR(ConsacPlugin::MakeHerd(Trainer, Agents, Trainer.RoomForAgents, Made));
+	Herd = std::move(Made.Herd);
+	Driver = std::move(Made.Driver);
+	bOpen = Trainer.Mode == EConsacMode::Act || Trainer.Mode == EConsacMode::ByHand;
 	TicksPassed = 0;
 	Ended = 0;
 	bMet = bCompleted = false;
-	if (!Trainer.RecordFolder.IsEmpty())
+	if (!bOpen && Trainer.bFullSpeed && !Trainer.bFixedStep)
 	{
-		Herd->Record();
+		UE_LOG(LogConsac, Display, TEXT("without Fixed Step a tick is as long as it takes: at full speed things that move, timers and physics get less far from one decision to the next than in the game; with it they get as far"));
 	}
 	const UWorld* World = Trainer.GetWorld();
 	if (World != nullptr && Trainer.bFixedStep && std::isfinite(Trainer.FixedStepSeconds) && Trainer.FixedStepSeconds > 0.0f)
@@ -73,6 +113,74 @@ consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 		Steps = std::make_unique<FConsacStepGuard>(static_cast<double>(Trainer.FixedStepSeconds), *World);
 	}
 	return Status::Ok();
+}
+
+consac::Status FConsacTrainerState::Welcome(AConsacTrainer& Trainer, UConsacAgentComponent& Agent)
+{
+	using consac::Status;
+	using consac::StatusCode;
+	const Status Joined = Herd->Join(Agent);
+	const bool bNoPlace = Joined.code() == StatusCode::kResourceExhausted;
+	if (Joined.ok() || !(bNoPlace || Joined.code() == StatusCode::kNotFound))
+	{
+		return Joined;
+	}
+	if (!bOpen)
+	{
+		return bNoPlace ? Status(Joined.code(), Joined.message() + "; this one takes no part. Room For Agents is for more than there are at the beginning") : Joined;
+	}
+	for (FConsacFurther& Others : Further)
+	{
+		if (Others.Herd->Join(Agent).ok())
+		{
+			return Status::Ok();
+		}
+	}
+	constexpr int32 Fewest = 8, Most = 1024;
+	int32 Room = std::max(Fewest, Trainer.RoomForAgents);
+	for (std::size_t Herds = 0; Herds < Further.size() && Room < Most; ++Herds)
+	{
+		Room *= 2; // few herds for many agents
+	}
+	TArray<UConsacAgentComponent*> Agents;
+	Agents.Add(&Agent);
+	FConsacFurther Made;
+	CONSAC_RETURN_IF_ERROR(ConsacPlugin::MakeHerd(Trainer, Agents, Room, Made));
+	Further.push_back(std::move(Made));
+	return Status::Ok();
+}
+
+void FConsacTrainerState::StepFurther(AConsacTrainer& Trainer)
+{
+	for (std::size_t Index = 0; Index < Further.size() && !bStopWanted; ++Index)
+	{
+		FConsacFurther& Others = Further[Index];
+		FConsacHerd& Theirs = *Others.Herd;
+		if (Theirs.IsActing() && ++Others.TicksPassed < Theirs.Period())
+		{
+			continue;
+		}
+		const consac::Status Status = ConsacPlugin::Decide(Theirs, [&Others] { return Others.Driver->Poll(0.0); });
+		if (!Status.ok())
+		{
+			Trainer.Report(ConsacPlugin::FromUtf8(Status.message()));
+		}
+		if (Theirs.World().cue() == consac::host::Cue::kAct && !bStopWanted)
+		{
+			Others.TicksPassed = 0;
+			Theirs.Act(Trainer.Mode == EConsacMode::ByHand);
+		}
+	}
+}
+
+FConsacProgress FConsacTrainerState::Progress() const
+{
+	FConsacProgress Now = ConsacPlugin::ToProgress(Driver->progress());
+	for (const FConsacFurther& Others : Further)
+	{
+		Now.Steps += Others.Driver->progress().steps;
+	}
+	return Now;
 }
 
 consac::Status FConsacTrainerState::Poll(double WaitSeconds)
@@ -121,13 +229,24 @@ std::string FConsacTrainerState::End(const std::string& ModelFolder, const std::
 	FConsacFarewell Training;
 	if (Driver)
 	{
-		Last = ConsacPlugin::ToProgress(Driver->progress());
+		Last = Progress();
 		Training.Driver = std::move(Driver);
 		Herd->Release(Training);
 		Training.ModelFolder = ModelFolder;
 		Training.RecordFolder = RecordFolder;
 	}
 	const bool bSomething = Training.Driver != nullptr;
+	for (FConsacFurther& Others : std::exchange(Further, {}))
+	{
+		FConsacFarewell Theirs;
+		Theirs.Driver = std::move(Others.Driver);
+		Others.Herd->Release(Theirs);
+		Theirs.RecordFolder = RecordFolder;
+		if (!RecordFolder.empty())
+		{
+			ConsacPlugin::Leave(ConsacPlugin::SendOut(std::move(Theirs)));
+		}
+	}
 	Herd.reset();
 	Steps.reset();
 	Speed.reset();

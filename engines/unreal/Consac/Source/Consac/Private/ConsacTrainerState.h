@@ -17,6 +17,41 @@ namespace ConsacPlugin
 struct FLeaving;
 }
 
+namespace ConsacPlugin
+{
+
+/** What came of a herd's decision, whose ticks have passed, and the next cue. The first failure of several. */
+template <class TPoll>
+consac::Status Decide(FConsacHerd& Herd, const TPoll& Poll)
+{
+	consac::Status Status = Herd.IsActing() ? Herd.Settle() : consac::Status();
+	const auto Note = [&Status](consac::Status Next)
+	{
+		if (Status.ok())
+		{
+			Status = std::move(Next);
+		}
+	};
+	Note(Poll());
+	if (Herd.World().cue() == consac::host::Cue::kReset)
+	{
+		Note(Herd.Begin());
+		Note(Poll());
+	}
+	return Status;
+}
+
+}
+
+/** Agents that came where nobody learns and found no place: a herd of their own, by the same models or rules. */
+struct FConsacFurther
+{
+	// In this order: the driver goes before the world that it drives.
+	std::unique_ptr<FConsacHerd> Herd;
+	std::unique_ptr<consac::host::Driver> Driver;
+	int32 TicksPassed = 0;
+};
+
 struct FConsacTrainerState
 {
 	// In this order: the driver goes before the world that it drives.
@@ -24,6 +59,8 @@ struct FConsacTrainerState
 	std::unique_ptr<consac::host::Driver> Driver;
 	std::unique_ptr<FConsacStepGuard> Steps;
 	std::unique_ptr<FConsacSpeedGuard> Speed;
+	std::vector<FConsacFurther> Further;
+	bool bOpen = false;          // nobody learns: whoever comes finds a place
 	int32 TicksPassed = 0;
 	int64 Ended = 0;             // sessions of the driver that came to an end
 	bool bStarted = false;       // it has begun or was stopped once: nothing begins by itself any more
@@ -50,6 +87,12 @@ struct FConsacTrainerState
 	consac::Status MayBegin(const AConsacTrainer& Trainer) const;
 	/** Gathers the agents and begins. */
 	consac::Status Begin(AConsacTrainer& Trainer);
+	/** Gives an agent that comes meanwhile a place. The error says why there is none. */
+	consac::Status Welcome(AConsacTrainer& Trainer, UConsacAgentComponent& Agent);
+	/** A step of those that found no place among the others. */
+	void StepFurther(AConsacTrainer& Trainer);
+	/** How it stands. */
+	FConsacProgress Progress() const;
 	/** Polls the driver, for at most so long, and notes what came of it. */
 	consac::Status Poll(double WaitSeconds);
 	/** Begins to write what was learned into a folder. What went wrong, or nothing. */

@@ -33,6 +33,7 @@ public:
 	bool bGray = true;
 
 	virtual FConsacSpace GetSpace() const override;
+	virtual FString GetFault() const override;
 	virtual void Prepare() override;
 	virtual void Sense(TArray<float>& Values) override;
 	virtual void BeginPlay() override;

@@ -19,12 +19,20 @@ public:
 	UConsacModel();
 
 	/** The action for one observation. Fails when the observation has another number of values than the model wants.
+	 *  @param Observation The numbers of all entries, one entry after the other in the alphabet's order of their names, whatever their order in
+	 *  Observations and Sensors; Describe Model lists them. Predict By Names takes them in any order.
 	 *  @param bDeterministic The best action; otherwise one drawn as the training did. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Predict", ExpandEnumAsExecs="Result"))
 	void Predict(const TArray<float>& Observation, bool bDeterministic, EConsacResult& Result, FConsacAction& Action, FString& Error);
 
+	/** The same by the names of the entries, in any order. Fails when one is missing, is there twice, is unknown, or has another number of
+	 *  values. An entry that is alone has no name in a model: it may have any, and an action that is alone is called action.
+	 *  @param Actions An entry each, in the alphabet's order of their names. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Predict By Names", ExpandEnumAsExecs="Result"))
+	void PredictByNames(const TArray<FConsacNumbers>& Observations, bool bDeterministic, EConsacResult& Result, TArray<FConsacNumbers>& Actions, FString& Error);
+
 	/** The actions for many observations in one go.
-	 *  @param Observations One after the other, Get Observation Size numbers each.
+	 *  @param Observations One after the other, Get Observation Size numbers each, in the order that Predict takes.
 	 *  @param Actions One after the other, Get Action Size numbers each. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Model", meta=(DisplayName="Predict Many", ExpandEnumAsExecs="Result"))
 	void PredictMany(const TArray<float>& Observations, bool bDeterministic, EConsacResult& Result, TArray<float>& Actions, FString& Error);
@@ -47,7 +55,7 @@ public:
 	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Get Action Size"))
 	int32 GetActionSize() const;
 
-	/** The behaviour, the spaces and how many parameters the network has, in a line. */
+	/** The behaviour, the spaces with their entries in the order that Predict takes, and how many parameters the network has, in a line. */
 	UFUNCTION(BlueprintPure, Category="Consac|Model", meta=(DisplayName="Describe Model"))
 	FString DescribeModel() const;
 

@@ -25,6 +25,9 @@ public:
 	/** What it can see. */
 	virtual FConsacSpace GetSpace() const;
 
+	/** Why it cannot look in this game; empty where it can. A training does not begin with one that cannot. */
+	virtual FString GetFault() const;
+
 	/** It is about to look. All sensors of all agents are told so before the first looks: what takes its time elsewhere, on the
 	 *  graphics card for instance, begins here. */
 	virtual void Prepare();

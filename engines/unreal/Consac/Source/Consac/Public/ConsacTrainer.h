@@ -87,8 +87,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int64 Seed = 0;
 
-	/** Agents of each kind that may be there at once, where they come and go; 0: as many as are there from the start. No step of an
-	 *  agent that was destroyed counts, and a newcomer may have its place. */
+	/** Serve and Train: agents of each kind that may be there at once, where they come and go; 0: as many as are there from the start. No step of an
+	 *  agent that was destroyed counts, and a newcomer may have its place. In Act and By Hand whoever comes finds a place. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int32 RoomForAgents = 0;
 
@@ -122,7 +122,8 @@ public:
 	EConsacWhileLearning WhileLearning = EConsacWhileLearning::GoOn;
 
 	/** Train Inside: the folder where each kind of agent's model is saved, as BEHAVIOUR.consac at the end, and as
-	 *  BEHAVIOUR.stopped.consac when it is stopped before. What could not be written at the end, as On Trainer Error says, a stop does
+	 *  BEHAVIOUR.stopped.consac when it is stopped before; one of an earlier training that is written over is kept as BEHAVIOUR.before.consac
+	 *  or BEHAVIOUR.stopped.before.consac. What could not be written at the end, as On Trainer Error says, a stop does
 	 *  not try again: Save Model does. A relative path is one below Saved/Consac of the project; empty: nothing is
 	 *  saved. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
@@ -146,7 +147,8 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.001", ClampMax="60"))
 	float MaxWaitSeconds = 1.0f;
 
-	/** Most decisions within one tick. Above 1 only for worlds whose actions are complete when On Action returns. */
+	/** Most decisions within one tick. Above 1 only for worlds whose actions are complete when On Action returns: no time passes in between,
+	 *  and an agent that moves by physics is refused. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="1"))
 	int32 MaxStepsPerTick = 1;
 
@@ -235,6 +237,8 @@ public:
 	void AgentCame(UConsacAgentComponent* Agent);
 
 private:
+	friend struct FConsacTrainerState;
+
 	void Report(const FString& Error);
 	void Stop();
 	void Advance();

@@ -143,6 +143,21 @@ struct CONSAC_API FConsacAction
 	TArray<float> Values;
 };
 
+/** The numbers of a named part of what an agent sees or does. */
+USTRUCT(BlueprintType)
+struct CONSAC_API FConsacNumbers
+{
+	GENERATED_BODY()
+
+	/** Of the entry. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Model")
+	FName Name;
+
+	/** As many as its space has; the choice where it is Discrete. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Model")
+	TArray<float> Values;
+};
+
 /** How a training stands. */
 USTRUCT(BlueprintType)
 struct CONSAC_API FConsacProgress
