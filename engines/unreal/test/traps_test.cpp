@@ -96,7 +96,8 @@ TEST(Traps, WhereNobodyLearnsWhoeverComesPlays) {
   errors.clear();  // nobody was there
   std::vector<std::unique_ptr<RoadAgent>> agents;
   agents.push_back(std::make_unique<RoadAgent>(game, 1));
-  ASSERT_TRUE(TickUntil(20.0, [&] { game.Tick(); }, [&] { return trainer->IsTraining(); }));
+  ASSERT_TRUE(TickUntil(
+      20.0, [&] { game.Tick(); }, [&] { return trainer->IsTraining(); }));
   for (std::uint64_t k = 2; k <= 40; ++k) {
     agents.push_back(std::make_unique<RoadAgent>(game, k));
     if (k % 4 == 0) Shim::Destroy(*agents[k / 2]->actor);
@@ -149,7 +150,8 @@ TEST(Traps, AFinishedModelIsNotLostToTheNextTraining) {
     trainer->bLockStep = true;
     bool done = false;
     trainer->OnTrainingCompleted.ShimBind(nullptr, [&done] { done = true; });
-    ASSERT_TRUE(TickUntil(60.0, [&] { game.Tick(); }, [&] { return done; }));
+    ASSERT_TRUE(TickUntil(
+        60.0, [&] { game.Tick(); }, [&] { return done; }));
     EXPECT_EQ(errors, std::vector<std::string>());
     auto bytes = ReadFile(file);
     ASSERT_TRUE(bytes.ok()) << bytes.status().message();
@@ -207,9 +209,8 @@ TEST(Traps, EpisodesThatEndWithTheirFirstStepAreToldOf) {
   Shim::ForgetLog();
   std::vector<std::string> errors;
   RoadAgent agent(game, 1);
-  agent.agent->OnAction.ShimBind(agent.agent, [](UConsacAgentComponent* which) {
-    which->EndEpisode(EConsacEpisodeEnd::Terminated);
-  });
+  agent.agent->OnAction.ShimBind(
+      agent.agent, [](UConsacAgentComponent* which) { which->EndEpisode(EConsacEpisodeEnd::Terminated); });
   SpawnTrainer(game, EConsacMode::ByHand, &errors);
   for (int k = 0; k < 19; ++k) game.Tick();
   EXPECT_FALSE(Logged("ended with their first step"));
