@@ -73,7 +73,7 @@ everything() {
   shift 2
   compile "$build/$folder" "$@" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: $said: what is staged compiles"
-  for module in Consac ConsacSamples ConsacTests; do
+  for module in Consac ConsacEditor ConsacSamples ConsacTests; do
     folders+=(-I"$from/$module/Public" -I"$from/$module/Private")
     if [ "${plugin:-}" = joined ]; then mapfile -t -O ${#sources[@]} sources < <(joined "$build/joined-$module" "$from/$module"/Private/*.cpp)
     else sources+=("$from/$module"/Private/*.cpp); fi

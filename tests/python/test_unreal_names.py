@@ -16,7 +16,7 @@ from unreal_lint.model import Plugin  # noqa: E402
 
 CLASS = re.compile(r'^class (\w+)\((\w+)[^)]*\):\n(?:    r?"""(.*?)""")?', re.M | re.S)
 # Known to the header tool by itself, not by a header of their own.
-BUILT_IN = {"UObject", "UInterface", "UEditorEngine"}
+BUILT_IN = {"UObject", "UClass", "UInterface", "UEditorEngine"}
 
 
 @functools.cache

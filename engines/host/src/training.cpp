@@ -9,6 +9,7 @@
 #include "consac/learn/algo/learn_pieces.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/policy/policy.h"
+#include "consac/policy/training_facts.h"
 #include "learning_thread.h"
 #include "turn.h"
 
@@ -102,7 +103,7 @@ class TrainingDriver final : public Driver {
     if (b >= pupils_.size()) return Driver::Model(b);
     if (failed_ || (phase_ == Phase::kLearning && !at_every_step_)) return pupils_[b].policy->ToFile();
     const auto mine = sharing_.Mine();
-    Result<Policy> now = Policy::Create(pupils_[b].learner->Snapshot(), 1);
+    Result<Policy> now = Policy::Create(Snapshot(b), 1);
     if (!now.ok()) return now.status();
     return now->ToFile();
   }
@@ -223,6 +224,12 @@ class TrainingDriver final : public Driver {
     return health_.ok() ? health_ : Fail();
   }
 
+  PolicyData Snapshot(std::size_t b) const {
+    PolicyData data = pupils_[b].learner->Snapshot();
+    data.training_json = WithAlgorithm(data.training_json, options_.algorithm);
+    return data;
+  }
+
   Status ActByWhatIsLearned() {
     for (std::size_t b = 0; b < pupils_.size(); ++b) CONSAC_RETURN_IF_ERROR(Learned(b));
     TakeOverLearned();
@@ -238,7 +245,7 @@ class TrainingDriver final : public Driver {
   }
 
   Status Learned(std::size_t b) {
-    Result<Policy> policy = Policy::Create(pupils_[b].learner->Snapshot(), world_.spec().behaviours[b].slots);
+    Result<Policy> policy = Policy::Create(Snapshot(b), world_.spec().behaviours[b].slots);
     if (!policy.ok()) return policy.status();
     pupils_[b].learned = std::move(*policy);
     return Status::Ok();

@@ -23,6 +23,7 @@ def class_body(type_) -> list[str]:
             *([] if own else [f"{type_.name}() = default;"]),
             f"explicit {type_.name}(FVTableHelper& helper) : Super(helper) {{}}",
             f"virtual void ShimReferences(Shim::References& references) const override {{ Super::ShimReferences(references); {added(type_)} }}",
+            f"void ShimLoad(const {type_.name}& saved) {{ (void)saved; {kept(type_)} }}",
             f'static UClass* StaticClass() {{ static UClass made("{type_.name}", {base}::StaticClass()); return &made; }}',
             "friend struct ShimAddresses;", "virtual UClass* ShimClass() const override { return StaticClass(); }", "private:"]
 
@@ -30,6 +31,12 @@ def class_body(type_) -> list[str]:
 def added(type_) -> str:
     """Says what a type's reflected members keep alive."""
     return " ".join(f"references.Add({member.name});" for member in type_.members if member.kind == "UPROPERTY")
+
+
+def kept(type_) -> str:
+    """What comes back of an object that was saved: its reflected members that are not Transient."""
+    return " ".join(f"{member.name} = saved.{member.name};" for member in type_.members
+                    if member.kind == "UPROPERTY" and not member.has("Transient"))
 
 
 def generated_header(file) -> str:

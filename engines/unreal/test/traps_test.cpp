@@ -5,6 +5,7 @@
 #include "ConsacHyperparameters.h"
 #include "Misc/App.h"
 #include "consac/nn/net_arch.h"
+#include "consac/policy/training_facts.h"
 #include "graphs.h"
 
 namespace consac::testing {
@@ -153,6 +154,9 @@ TEST(Traps, AFinishedModelIsNotLostToTheNextTraining) {
     ASSERT_TRUE(TickUntil(
         60.0, [&] { game.Tick(); }, [&] { return done; }));
     EXPECT_EQ(errors, std::vector<std::string>());
+    auto policy = Policy::Load(file, 1);
+    ASSERT_TRUE(policy.ok()) << policy.status().message();
+    EXPECT_EQ(FactsOf(policy->data().training_json).algorithm, "ppo2") << "an asset shows it";
     auto bytes = ReadFile(file);
     ASSERT_TRUE(bytes.ok()) << bytes.status().message();
     if (training == 1) {

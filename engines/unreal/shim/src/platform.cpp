@@ -184,6 +184,15 @@ bool IFileManager::MakeDirectory(const TCHAR* path, bool tree) {
   return tree ? std::filesystem::create_directories(folder, error) : std::filesystem::create_directory(folder, error);
 }
 
+void IFileManager::FindFiles(TArray<FString>& found, const TCHAR* folder, const TCHAR* ending) const {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(Shim::Narrow(folder), error)) {
+    const std::string name = entry.path().filename().string();
+    const bool fits = ending == nullptr || entry.path().extension().string() == "." + Shim::Narrow(ending);
+    if (entry.is_regular_file(error) && fits) found.Add(FString(Shim::Wide(name).c_str()));
+  }
+}
+
 uint32 IFileManager::Copy(const TCHAR* to, const TCHAR* from) {
   std::error_code error;
   const auto how = std::filesystem::copy_options::overwrite_existing;

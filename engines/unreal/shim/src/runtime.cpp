@@ -61,6 +61,7 @@ UWorld* UObject::GetWorld() const {
 }
 
 FString UObject::GetName() const {
+  if (!(shim_name_ == NAME_None)) return shim_name_.ToString();
   return FString((Shim::Wide(ShimClass()->ShimName() + 1) + u"_" + Shim::Wide(std::to_string(shim_number_))).c_str());
 }
 
@@ -75,6 +76,12 @@ void Adopt(UObject* object, UObject* outer) {
   object->shim_outer_ = outer;
   object->shim_number_ = ++count;
   Heap().push_back(object);
+}
+
+UObject* Find(const UObject* outer, FName name) {
+  for (UObject* object : Heap())
+    if (object->ShimOuter() == outer && object->ShimName() == name && !object->ShimDead()) return object;
+  return nullptr;
 }
 
 std::size_t Objects() {

@@ -22,6 +22,7 @@ public class Consac : ModuleRules
 		if (Target.bBuildEditor)
 		{
 			PrivateDependencyModuleNames.Add("UnrealEd"); // so that the editor does not sleep in the background
+			PrivateDependencyModuleNames.Add("AssetTools"); // so that trained models become assets
 		}
 		// What Start Trainer Program starts, as a file beside the game: a packaged game that is tested may train.
 		string Program = Target.Platform == UnrealTargetPlatform.Win64 ? "Win64/consac.exe" : "Linux/consac";

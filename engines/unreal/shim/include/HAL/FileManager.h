@@ -10,5 +10,7 @@ class IFileManager {
   static IFileManager& Get();
   /// `tree`: those above it too.
   bool MakeDirectory(const TCHAR* path, bool tree = false);
+  /// Names without their folder, of files that end so.
+  void FindFiles(TArray<FString>& found, const TCHAR* folder, const TCHAR* ending = nullptr) const;
   uint32 Copy(const TCHAR* to, const TCHAR* from);
 };

@@ -1,5 +1,6 @@
 #pragma once
 #include "CoreMinimal.h"
+#include "UObject/Class.h"
 
 class UObject;
 class UWorld;
@@ -8,20 +9,6 @@ class FObjectInitializer {};
 class FVTableHelper {};
 template <class T>
 class TObjectPtr;
-
-/// A class as a value: whom it derives from.
-class UClass {
- public:
-  UClass(const char* shim_name, const UClass* shim_base) : shim_name_(shim_name), shim_base_(shim_base) {}
-  const char* ShimName() const { return shim_name_; }
-  bool ShimIsA(const UClass* other) const {
-    return this == other || (shim_base_ != nullptr && shim_base_->ShimIsA(other));
-  }
-
- private:
-  const char* shim_name_;
-  const UClass* shim_base_;
-};
 
 namespace Shim {
 /// What an object keeps alive: its reflected members that are, or hold, a TObjectPtr.
@@ -80,7 +67,18 @@ class UObject {
     return made;
   }
 
+  /// Its package is to be saved; so says the editor.
+  bool MarkPackageDirty() const {
+    shim_dirty_ = true;
+    return true;
+  }
+  virtual void PostEditChange() { ++shim_edited_; }
+
   /// For the shim.
+  void ShimRename(FName name) { shim_name_ = name; }
+  FName ShimName() const { return shim_name_; }
+  mutable bool shim_dirty_ = false;
+  int shim_edited_ = 0;
   UObject* ShimOuter() const { return shim_outer_; }
   bool ShimDead() const { return shim_dead_; }
   void ShimKill() { shim_dead_ = true; }
@@ -96,6 +94,7 @@ class UObject {
   std::shared_ptr<UObject*> shim_token_;
   UObject* shim_outer_ = nullptr;
   std::vector<UObject*> shim_subobjects_;
+  FName shim_name_;
   int shim_number_ = 0;
   bool shim_dead_ = false;
   bool shim_begun_destroy_ = false;

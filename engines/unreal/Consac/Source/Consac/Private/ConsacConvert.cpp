@@ -10,6 +10,11 @@
 namespace ConsacPlugin
 {
 
+std::span<const std::byte> BytesOf(const TArray<uint8>& Bytes)
+{
+	return { reinterpret_cast<const std::byte*>(Bytes.GetData()), static_cast<std::size_t>(Bytes.Num()) };
+}
+
 std::string ToUtf8(const FString& Text)
 {
 	const FTCHARToUTF8 Converted(*Text);

@@ -9,6 +9,8 @@
 namespace ConsacPlugin
 {
 
+/** The bytes of an array; they live as long as it stays as it is. */
+std::span<const std::byte> BytesOf(const TArray<uint8>& Bytes);
 /** A text in UTF-8. */
 std::string ToUtf8(const FString& Text);
 /** Where a file is: a path that does not begin at a root is one below Saved/Consac of the project. */

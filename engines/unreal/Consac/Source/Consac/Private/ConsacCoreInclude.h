@@ -21,6 +21,7 @@ THIRD_PARTY_INCLUDES_START
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,7 @@ THIRD_PARTY_INCLUDES_START
 #include "consac/host/socket.h"
 #include "consac/host/tick_world.h"
 #include "consac/policy/policy.h"
+#include "consac/policy/training_facts.h"
 #pragma pop_macro("PI")
 #pragma pop_macro("TEXT")
 #pragma pop_macro("ensure")

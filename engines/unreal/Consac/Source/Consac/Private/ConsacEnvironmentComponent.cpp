@@ -10,6 +10,7 @@
 #include "Engine/EngineBaseTypes.h"
 #include "Engine/World.h"
 #include "Templates/PimplPtr.h"
+#include "UObject/UObjectGlobals.h"
 
 // What the next call of Training brings.
 enum class EConsacExpected : uint8
@@ -263,14 +264,15 @@ bool UConsacEnvironmentComponent::IsTrainingCompleted() const
 void UConsacEnvironmentComponent::ModelConnection(UConsacModel* Model, EConsacResult& Result, FString& Error)
 {
 	consac::Status Status = State->World ? consac::Status::Ok() : ConsacPlugin::NotSetUp();
-	if (Status.ok() && (Model == nullptr || !Model->GetState()->Policy))
+	if (Status.ok() && (!IsValid(Model) || Model->GetFile().IsEmpty()))
 	{
-		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "there is no model; connect the one that Load Model gave");
+		Status = consac::Status(consac::StatusCode::kFailedPrecondition, "there is no model; connect an asset, or the one that Load Model gave");
 	}
 	if (Status.ok())
 	{
-		consac::Result<std::unique_ptr<consac::host::Driver>> Driver =
-			consac::host::Act(*State->World, std::span(&Model->GetState()->Bytes, 1), consac::host::ActOptions());
+		const std::span<const std::byte> File = ConsacPlugin::BytesOf(Model->GetFile());
+		const std::vector<std::byte> Bytes(File.begin(), File.end());
+		consac::Result<std::unique_ptr<consac::host::Driver>> Driver = consac::host::Act(*State->World, std::span(&Bytes, 1), consac::host::ActOptions());
 		Status = Driver.status();
 		if (Driver.ok())
 		{

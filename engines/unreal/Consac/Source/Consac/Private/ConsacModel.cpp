@@ -3,6 +3,7 @@
 
 #include "ConsacConvert.h"
 #include "ConsacCoreInclude.h"
+#include "ConsacLog.h"
 #include "ConsacModelState.h"
 #include "Templates/PimplPtr.h"
 
@@ -11,7 +12,7 @@ namespace ConsacPlugin
 
 static consac::Status NoModel()
 {
-	return consac::Status(consac::StatusCode::kFailedPrecondition, "there is no model yet; Load Model gives one");
+	return consac::Status(consac::StatusCode::kFailedPrecondition, "there is no model yet; an asset is one, Load Model gives one");
 }
 
 // Acts for so many rows; the actions are in State.Actions.
@@ -41,6 +42,17 @@ static consac::Status ActFor(FConsacModelState& State, const TArray<float>& Valu
 	return consac::Status::Ok();
 }
 
+// An entry of a space each.
+static TArray<FString> EntriesOf(const consac::Layout& Layout)
+{
+	TArray<FString> Entries;
+	for (const consac::Leaf& Leaf : Layout.leaves)
+	{
+		Entries.Add(FromUtf8(Leaf.name.empty() ? Leaf.space.ToString() : Leaf.name + ": " + Leaf.space.ToString()));
+	}
+	return Entries;
+}
+
 }
 
 UConsacModel::UConsacModel()
@@ -50,7 +62,24 @@ UConsacModel::UConsacModel()
 
 FConsacModelState* UConsacModel::GetState() const
 {
-	return State.Get();
+	if (!State->Policy && !File.IsEmpty() && !std::exchange(State->bTried, true))
+	{
+		consac::Result<consac::Policy> Policy = consac::Policy::FromBytes(ConsacPlugin::BytesOf(File), 1);
+		if (Policy.ok())
+		{
+			State->Policy.emplace(std::move(*Policy));
+		}
+		else
+		{
+			ConsacPlugin::LogError(FString::Printf(TEXT("the model %s: %s"), *GetName(), *ConsacPlugin::FromUtf8(Policy.status().message())));
+		}
+	}
+	return State->Policy ? State.Get() : nullptr;
+}
+
+const TArray<uint8>& UConsacModel::GetFile() const
+{
+	return File;
 }
 
 bool UConsacModel::Load(const FString& Path, FString& Error)
@@ -61,21 +90,43 @@ bool UConsacModel::Load(const FString& Path, FString& Error)
 		return ConsacPlugin::Explain(Bytes.status(), Error);
 	}
 	consac::Result<consac::Policy> Policy = consac::Policy::FromBytes(*Bytes, 1);
+	if (Policy.ok() && Bytes->size() > static_cast<std::size_t>(std::numeric_limits<int32>::max()))
+	{
+		return ConsacPlugin::Explain(consac::Status(consac::StatusCode::kResourceExhausted, "the model is larger than 2 GiB, which no asset can be"), Error);
+	}
 	if (!Policy.ok())
 	{
 		return ConsacPlugin::Explain(Policy.status(), Error);
 	}
-	State->Bytes = std::move(*Bytes);
+	File.SetNumUninitialized(static_cast<int32>(Bytes->size()));
+	std::memcpy(File.GetData(), Bytes->data(), Bytes->size());
 	State->Policy.emplace(std::move(*Policy));
 	State->Begins.clear();
+	Describe();
 	return ConsacPlugin::Explain(consac::Status::Ok(), Error);
+}
+
+// For the Details panel, which shows what is saved.
+void UConsacModel::Describe()
+{
+	const consac::PolicyData& Data = State->Policy->data();
+	const consac::TrainingFacts Facts = consac::FactsOf(Data.training_json);
+	Behaviour = ConsacPlugin::FromUtf8(Data.behaviour);
+	Sees = ConsacPlugin::EntriesOf(State->Policy->observation_layout());
+	Does = ConsacPlugin::EntriesOf(State->Policy->action_layout());
+	ObservationSize = ConsacPlugin::CountOf(State->Policy->observation_layout());
+	ActionSize = ConsacPlugin::CountOf(State->Policy->action_layout());
+	Algorithm = ConsacPlugin::FromUtf8(Facts.algorithm);
+	TrainedSteps = Facts.steps;
+	Parameters = static_cast<int64>(Data.parameters.size());
+	bRemembers = State->Policy->recurrent();
 }
 
 void UConsacModel::Predict(const TArray<float>& Observation, bool bDeterministic, EConsacResult& Result, FConsacAction& Action, FString& Error)
 {
 	Action = FConsacAction();
 	consac::Status Status = ConsacPlugin::NoModel();
-	if (State->Policy)
+	if (GetState() != nullptr)
 	{
 		const int64 Wanted = GetObservationSize();
 		Status = Observation.Num() == Wanted ? ConsacPlugin::ActFor(*State, Observation, 1, bDeterministic)
@@ -134,9 +185,9 @@ void UConsacModel::PredictByNames(const TArray<FConsacNumbers>& Observations, bo
 {
 	const TArray<FConsacNumbers> Given = Observations; // a node may be given one list as its input and its output
 	Actions.Reset();
-	consac::Status Status = State->Policy ? consac::Status::Ok() : ConsacPlugin::NoModel();
+	consac::Status Status = GetState() != nullptr ? consac::Status::Ok() : ConsacPlugin::NoModel();
 	TArray<float> Numbers;
-	if (State->Policy)
+	if (GetState() != nullptr)
 	{
 		const consac::Layout& Layout = State->Policy->observation_layout();
 		for (const consac::Leaf& Leaf : Layout.leaves)
@@ -170,7 +221,7 @@ void UConsacModel::PredictMany(const TArray<float>& Observations, bool bDetermin
 	consac::Status Status = ConsacPlugin::NoModel();
 	const int64 Size = GetObservationSize();
 	const int64 Rows = Size > 0 ? Given.Num() / Size : 0;
-	if (State->Policy)
+	if (GetState() != nullptr)
 	{
 		Status = Rows * Size == Given.Num() ? consac::Status::Ok()
 			: consac::Status(consac::StatusCode::kInvalidArgument, std::to_string(Given.Num()) + " numbers are no whole number of observations of " + std::to_string(Size));
@@ -208,7 +259,7 @@ void UConsacModel::CheckModelSpaces(const FConsacSpace& ObservationSpace, const 
 {
 	const consac::Result<consac::Space> Seen = ConsacPlugin::ToSpace(ObservationSpace);
 	const consac::Result<consac::Space> Done = ConsacPlugin::ToSpace(ActionSpace);
-	consac::Status Status = !State->Policy ? ConsacPlugin::NoModel() : !Seen.ok() ? Seen.status() : Done.status();
+	consac::Status Status = GetState() == nullptr ? ConsacPlugin::NoModel() : !Seen.ok() ? Seen.status() : Done.status();
 	if (Status.ok())
 	{
 		Status = State->Policy->Fits(consac::BehaviourSpec::Of(State->Policy->data().behaviour, *Seen, *Done, 1));
@@ -218,17 +269,17 @@ void UConsacModel::CheckModelSpaces(const FConsacSpace& ObservationSpace, const 
 
 int32 UConsacModel::GetObservationSize() const
 {
-	return State->Policy ? ConsacPlugin::CountOf(State->Policy->observation_layout()) : 0;
+	return GetState() != nullptr ? ConsacPlugin::CountOf(State->Policy->observation_layout()) : 0;
 }
 
 int32 UConsacModel::GetActionSize() const
 {
-	return State->Policy ? ConsacPlugin::CountOf(State->Policy->action_layout()) : 0;
+	return GetState() != nullptr ? ConsacPlugin::CountOf(State->Policy->action_layout()) : 0;
 }
 
 FString UConsacModel::DescribeModel() const
 {
-	if (!State->Policy)
+	if (GetState() == nullptr)
 	{
 		return TEXT("no model");
 	}

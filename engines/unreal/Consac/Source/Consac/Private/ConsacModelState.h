@@ -7,8 +7,8 @@
 
 struct FConsacModelState
 {
-	std::vector<std::byte> Bytes;          // the file, for drivers that make models of their own
-	std::optional<consac::Policy> Policy;  // none until Load
+	std::optional<consac::Policy> Policy;  // none until the file is asked for
+	bool bTried = false;                   // to read the file of an asset
 	std::vector<std::uint8_t> Begins;      // of each row of a call: its agent's episode begins
 	std::vector<std::byte> Observations;
 	std::vector<std::byte> Actions;

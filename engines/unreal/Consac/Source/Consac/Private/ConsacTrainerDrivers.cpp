@@ -50,9 +50,11 @@ static consac::Result<std::vector<std::byte>> ModelBytes(const AConsacTrainer& T
 		if (ToUtf8(Row.Behaviour) == Behaviour)
 		{
 			const UConsacModel* Model = Row.Model.Get();
-			if (IsValid(Model) && Model->GetState()->Policy)
+			if (IsValid(Model))
 			{
-				return Model->GetState()->Bytes;
+				const std::span<const std::byte> File = BytesOf(Model->GetFile());
+				return !File.empty() ? consac::Result<std::vector<std::byte>>(std::vector<std::byte>(File.begin(), File.end()))
+					: consac::Status(consac::StatusCode::kFailedPrecondition, "the Model given for behaviour '" + Behaviour + "' is empty; import a .consac file, or take it out of Models");
 			}
 			return consac::ReadFile(ToFile(Row.Path));
 		}

@@ -48,11 +48,11 @@ struct CONSAC_API FConsacBehaviourModel
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	FString Behaviour = TEXT("default");
 
-	/** A .consac file; a relative path is one below Saved/Consac of the project. */
+	/** A .consac file, where Model is none; a relative path is one below Saved/Consac of the project. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	FString Path;
 
-	/** A model that was loaded already, instead of Path. */
+	/** An asset, which is packed with the game, or a model that was loaded; it wins over Path. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	TObjectPtr<UConsacModel> Model;
 };
@@ -227,6 +227,12 @@ public:
 	 *  copied from. */
 	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Stop Trainer Program For This"))
 	void StopProgram();
+
+	/** In the editor: the models in Save Folder, and those of the program's run, become assets below Content/Consac, in a folder of that
+	 *  name; those that are there already are imported again, and whoever refers to them has the new ones. A button of the trainer; in a
+	 *  packaged game it does nothing. */
+	UFUNCTION(BlueprintCallable, CallInEditor, Category="Consac|Trainer", meta=(DisplayName="Import Trained Models"))
+	void ImportModels();
 
 	virtual void BeginPlay() override;
 	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;

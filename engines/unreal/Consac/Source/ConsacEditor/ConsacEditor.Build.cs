@@ -1,0 +1,12 @@
+// Copyright CONSAC authors. MIT License.
+using UnrealBuildTool;
+
+public class ConsacEditor : ModuleRules
+{
+	public ConsacEditor(ReadOnlyTargetRules Target) : base(Target)
+	{
+		PCHUsage = PCHUsageMode.UseExplicitOrSharedPCHs;
+		CppStandard = CppStandardVersion.Cpp20;
+		PrivateDependencyModuleNames.AddRange(new string[] { "Core", "CoreUObject", "Engine", "UnrealEd", "Consac" });
+	}
+}

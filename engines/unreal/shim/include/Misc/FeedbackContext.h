@@ -1,0 +1,3 @@
+#pragma once
+/// Whom an import tells of its warnings.
+class FFeedbackContext {};
