@@ -11,8 +11,6 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "tools"))
 from unreal_lint.model import Plugin  # noqa: E402
 
-EVENTS = ("BlueprintNativeEvent", "BlueprintImplementableEvent")
-
 
 def class_body(type_) -> list[str]:
     """What GENERATED_BODY stands for in a UCLASS; access is private after it, as in Unreal."""
@@ -20,12 +18,29 @@ def class_body(type_) -> list[str]:
     base = type_.bases[0]
     return ["public:", f"using Super = {base};", f"using ThisClass = {type_.name};",
             f"{type_.name}(const {type_.name}&) = delete;", f"{type_.name}& operator=(const {type_.name}&) = delete;",
-            *([] if own else [f"{type_.name}() = default;"]),
+            *native_events(type_), *([] if own else [f"{type_.name}() = default;"]),
             f"explicit {type_.name}(FVTableHelper& helper) : Super(helper) {{}}",
             f"virtual void ShimReferences(Shim::References& references) const override {{ Super::ShimReferences(references); {added(type_)} }}",
             f"void ShimLoad(const {type_.name}& saved) {{ (void)saved; {kept(type_)} }}",
             f'static UClass* StaticClass() {{ static UClass made("{type_.name}", {base}::StaticClass()); return &made; }}',
             "friend struct ShimAddresses;", "virtual UClass* ShimClass() const override { return StaticClass(); }", "private:"]
+
+
+def event_parts(member) -> tuple[str, str, str]:
+    """(parameters, arguments, const) of an event as the header writes them."""
+    parameters = ", ".join(f"{parameter.type} {parameter.name}" for parameter in member.parameters)
+    return parameters, ", ".join(parameter.name for parameter in member.parameters), " const" if "const" in member.words_after else ""
+
+
+def native_events(type_) -> list[str]:
+    """What the header tool declares for each BlueprintNativeEvent, and where a test puts what a Blueprint overrides it with."""
+    lines = []
+    for member in type_.members:
+        if member.kind == "UFUNCTION" and member.has("BlueprintNativeEvent"):
+            parameters, _, const = event_parts(member)
+            lines += [f"virtual {member.type} {member.name}_Implementation({parameters}){const};",
+                      f"std::function<{member.type}({parameters})> shim_blueprint_{member.name};"]
+    return lines
 
 
 def added(type_) -> str:
@@ -60,7 +75,7 @@ def bases(plugin: Plugin, type_):
 
 
 def source_of(plugin: Plugin) -> str:
-    includes, lines = set(), []
+    includes, lines, bodies = set(), [], []
     for file, type_ in plugin.types:
         if type_.kind != "UCLASS":
             continue
@@ -69,17 +84,24 @@ def source_of(plugin: Plugin) -> str:
         for member in type_.members:
             if member.kind != "UFUNCTION":
                 continue
-            if member.has(*EVENTS):
-                raise SystemExit(f"{file.path}:{member.line}: the shim has no events that Blueprint implements; use a delegate")
+            if member.has("BlueprintImplementableEvent"):
+                raise SystemExit(f"{file.path}:{member.line}: the shim has no events without a body; use BlueprintNativeEvent or a delegate")
+            if member.has("BlueprintNativeEvent"):
+                parameters, arguments, const = event_parts(member)
+                bodies.append(f"{member.type} {type_.name}::{member.name}({parameters}){const} {{\n  return shim_blueprint_{member.name} ? "
+                              f"shim_blueprint_{member.name}({arguments}) : {member.name}_Implementation({arguments});\n}}")
             includes.add(file.name)
             lines.append(f"Addressed(&{type_.name}::{member.name});")
         for base in {"UGameInstanceSubsystem", "UWorldSubsystem"} & set(bases(plugin, type_)):
             lines.append(f"Shim::AddSubsystem([]() -> {base}* {{ return new {type_.name}(); }});")
-    body = "\n".join(f"    {line}" for line in lines)
+    body, thunks = "\n".join(f"    {line}" for line in lines), "\n".join(bodies)
     return "\n".join([f'#include "{name}"' for name in sorted(includes)]) + f"""
 #include "Shim/Runtime.h"
 #include "Subsystems/GameInstanceSubsystem.h"
 #include "Subsystems/WorldSubsystem.h"
+
+// Events that a Blueprint may override.
+{thunks}
 
 /// A friend of every reflected class.
 struct ShimAddresses {{

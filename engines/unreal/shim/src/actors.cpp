@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "CollisionQueryParams.h"
+#include "CollisionShape.h"
 #include "Engine/HitResult.h"
+#include "Engine/OverlapResult.h"
 #include "Engine/World.h"
 #include "GameFramework/Actor.h"
 #include "Shim/Play.h"
@@ -49,6 +51,25 @@ FVector USceneComponent::GetForwardVector() const {
 FVector USceneComponent::GetRightVector() const {
   const FVector forward = GetForwardVector();
   return FVector(-forward.Y, forward.X, 0.0);
+}
+
+bool UWorld::OverlapMultiByChannel(TArray<FOverlapResult>& found, const FVector& place, const FQuat&,
+                                   ECollisionChannel channel, const FCollisionShape& shape,
+                                   const FCollisionQueryParams& parameters) const {
+  found.Reset();
+  const std::vector<ECollisionChannel>& blocked = Shim::blocked_channels;
+  if (std::find(blocked.begin(), blocked.end(), channel) == blocked.end()) return false;
+  for (AActor* actor : shim_actors_) {
+    const FVector at = actor->GetActorLocation(), half = shape.shim_half_;
+    const bool within =
+        std::abs(at.X - place.X) < half.X && std::abs(at.Y - place.Y) < half.Y && std::abs(at.Z - place.Z) < half.Z;
+    if (within && actor != parameters.ShimIgnored()) {
+      FOverlapResult one;
+      one.shim_actor_ = actor;
+      found.Add(one);
+    }
+  }
+  return !found.IsEmpty();
 }
 
 bool UWorld::LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end,

@@ -13,7 +13,7 @@ public class Consac : ModuleRules
 		FPSemantics = FPSemanticsMode.Precise;
 		CppStandard = CppStandardVersion.Cpp20;
 		PublicDependencyModuleNames.AddRange(new string[] { "Core", "CoreUObject", "Engine" });
-		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "Projects", "RenderCore", "RHI" });
+		PrivateDependencyModuleNames.AddRange(new string[] { "ConsacCore", "ConsacLearn", "PhysicsCore", "Projects", "RenderCore", "RHI" });
 		if (Target.Platform == UnrealTargetPlatform.Win64)
 		{
 			// Compilers since Visual Studio 17.10 make a std::mutex that a player's older runtime library cannot lock.

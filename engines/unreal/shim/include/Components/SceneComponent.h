@@ -13,6 +13,8 @@ class USceneComponent : public UActorComponent {
   FVector GetComponentLocation() const;
   FVector GetForwardVector() const;
   FVector GetRightVector() const;
+  FVector GetUpVector() const { return FVector(0.0, 0.0, 1.0); }
+  FQuat GetComponentQuat() const { return shim_rotation_; }
   virtual bool IsSimulatingPhysics(FName bone = NAME_None) const {
     static_cast<void>(bone);
     return shim_physics_;

@@ -10,6 +10,8 @@ class AActor;
 class AWorldSettings;
 class UGameInstance;
 struct FCollisionQueryParams;
+struct FCollisionShape;
+struct FOverlapResult;
 struct FHitResult;
 
 /// The world of a running game.
@@ -29,6 +31,10 @@ class UWorld : public UObject {
   bool IsPaused() const { return shim_paused_; }
   bool LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end, ECollisionChannel channel,
                                 const FCollisionQueryParams& parameters) const;
+  /// Actors of the world are points here, in boxes that are not turned.
+  bool OverlapMultiByChannel(TArray<FOverlapResult>& found, const FVector& place, const FQuat& turned,
+                             ECollisionChannel channel, const FCollisionShape& shape,
+                             const FCollisionQueryParams& parameters) const;
   template <class T>
   T* SpawnActor(const FVector& location, const FRotator& rotation) {
     static_cast<void>(rotation);

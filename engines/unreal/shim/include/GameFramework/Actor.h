@@ -17,6 +17,8 @@ class AActor : public UObject {
     RootComponent = root;
     return true;
   }
+  bool ActorHasTag(FName tag) const { return Tags.Contains(tag); }
+  TArray<FName> Tags;
   USceneComponent* GetRootComponent() const { return RootComponent; }
   void AddInstanceComponent(UActorComponent* component) { static_cast<void>(component); }
   template <class T>

@@ -51,6 +51,7 @@ struct FTransform {
 struct FColor {
   uint8 B, G, R;
   FColor() : B(0xCD), G(0xCD), R(0xCD) {}
+  FColor(uint8 r, uint8 g, uint8 b) : B(b), G(g), R(r) {}
 };
 struct FLinearColor {};
 

@@ -96,7 +96,7 @@ void UConsacCameraSensorComponent::EndPlay(const EEndPlayReason::Type EndPlayRea
 
 FString UConsacCameraSensorComponent::GetFault() const
 {
-	return FApp::CanEverRender() ? FString()
+	return FApp::CanEverRender() ? Super::GetFault()
 		: FString(TEXT("this game draws nothing (-nullrhi, or a dedicated server), and a camera would see black; start it with -RenderOffscreen, or without the camera"));
 }
 

@@ -91,13 +91,13 @@ consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentCompone
 	{
 		Status = Status.ok() ? ConsacPlugin::AddEntry(Entry.Name, Entry.Space, Kind.Offering.observations, Kind.Seen) : Status;
 	}
-	for (const UConsacSensorComponent* Sensor : Agent.Sensors)
+	for (UConsacSensorComponent* Sensor : Agent.Sensors)
 	{
 		if (Status.ok() && IsValid(Sensor))
 		{
 			const FString Fault = Sensor->GetFault();
 			Status = !Fault.IsEmpty() ? consac::Status(consac::StatusCode::kFailedPrecondition, "the sensor " + ConsacPlugin::ToUtf8(Sensor->GetName()) + ": " + ConsacPlugin::ToUtf8(Fault)) :
-				ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetSpace(), Kind.Offering.observations, Kind.Seen);
+				ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetStackedSpace(), Kind.Offering.observations, Kind.Seen);
 		}
 	}
 	for (const FConsacEntry& Entry : Agent.Actions)

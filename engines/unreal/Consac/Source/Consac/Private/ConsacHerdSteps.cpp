@@ -13,6 +13,13 @@ void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
 	{
 		Agent->EpisodeSteps = 0;
 		Agent->EpisodeReward = 0.0f;
+		for (UConsacSensorComponent* Sensor : Agent->Sensors)
+		{
+			if (IsValid(Sensor))
+			{
+				Sensor->ForgetLooks();
+			}
+		}
 		Agent->OnEpisodeBegin.Broadcast(Agent, Seed);
 	}
 }
@@ -46,7 +53,7 @@ void FConsacHerd::Observe(consac::host::AgentId Id)
 		UConsacSensorComponent* Sensor = Agent->Sensors[Index];
 		if (IsValid(Sensor))
 		{
-			Sensor->Sense(Sensed);
+			Sensor->SenseStacked(Sensed);
 			const consac::Status Status = SetObservation(*Agent, Sensor->ObservationName, Sensed.GetData(), Sensed.Num());
 			if (!Status.ok())
 			{

@@ -5,14 +5,104 @@
 #include "ConsacLog.h"
 #include "GameFramework/Actor.h"
 
-FConsacSpace UConsacSensorComponent::GetSpace() const
+FConsacSpace UConsacSensorComponent::GetSeenSpace_Implementation() const
 {
 	return FConsacSpace();
 }
 
+void UConsacSensorComponent::Look_Implementation(TArray<float>& Values)
+{
+	Values.Reset();
+}
+
+FConsacSpace UConsacSensorComponent::GetSpace() const
+{
+	return GetSeenSpace();
+}
+
+FConsacSpace UConsacSensorComponent::GetStackedSpace()
+{
+	FConsacSpace Space = GetSpace();
+	Channelled = Space.Shape.Num() > 1 ? Space.Shape.Last() : 0;
+	if (Stack <= 1)
+	{
+		return Space;
+	}
+	const TArray<float> Low = Space.Low;
+	const TArray<float> High = Space.High;
+	for (int32 Before = 1; Before < Stack; ++Before)
+	{
+		if (Low.Num() > 1) // one for all stays one for all
+		{
+			Space.Low.Append(Low);
+		}
+		if (High.Num() > 1)
+		{
+			Space.High.Append(High);
+		}
+	}
+	Space.Size *= Stack;
+	if (!Space.Shape.IsEmpty())
+	{
+		Space.Shape.Last() *= Stack;
+	}
+	return Space;
+}
+
+void UConsacSensorComponent::ForgetLooks()
+{
+	Kept = 0;
+}
+
+// No memory is asked for once the first look has been taken.
+void UConsacSensorComponent::SenseStacked(TArray<float>& Values)
+{
+	if (Stack <= 1)
+	{
+		Sense(Values);
+		return;
+	}
+	Sense(Now);
+	const int32 Size = Now.Num();
+	const int32 Looks = Stack - 1;
+	if (Past.Num() != Looks * Size)
+	{
+		Past.SetNumUninitialized(Looks * Size);
+		Kept = 0;
+	}
+	if (Kept == 0)
+	{
+		for (int32 Index = 0; Index < Past.Num(); ++Index)
+		{
+			Past[Index] = Now[Index % Size];
+		}
+		Kept = Looks;
+	}
+	// A picture's numbers lie point by point: the looks of a point come together, as channels do.
+	const int32 Channels = Channelled > 0 && Size % Channelled == 0 ? Channelled : Size;
+	Values.SetNumUninitialized(Stack * Size);
+	int32 To = 0;
+	for (int32 From = 0; From < Size; From += Channels)
+	{
+		for (int32 At = 0; At < Stack; ++At)
+		{
+			const float* Source = At < Looks ? Past.GetData() + At * Size : Now.GetData();
+			for (int32 Channel = 0; Channel < Channels; ++Channel)
+			{
+				Values[To++] = Source[From + Channel];
+			}
+		}
+	}
+	for (int32 Index = 0; Index < Past.Num(); ++Index)
+	{
+		Past[Index] = Index + Size < Past.Num() ? Past[Index + Size] : Now[Index + Size - Past.Num()];
+	}
+}
+
 FString UConsacSensorComponent::GetFault() const
 {
-	return FString();
+	const bool bNumbers = Stack <= 1 || GetSpace().Kind == EConsacSpaceKind::Box;
+	return bNumbers ? FString() : FString(TEXT("only numbers (Box) can be stacked; set Stack to 1"));
 }
 
 void UConsacSensorComponent::Prepare()
@@ -21,7 +111,7 @@ void UConsacSensorComponent::Prepare()
 
 void UConsacSensorComponent::Sense(TArray<float>& Values)
 {
-	Values.Reset();
+	Look(Values);
 }
 
 TArray<float> UConsacSensorComponent::GetSensorValues()

@@ -7,8 +7,9 @@
 #include "ConsacTypes.h"
 #include "ConsacSensorComponent.generated.h"
 
-/** What an agent sees without a graph: put it on the actor that has a Consac Agent. */
-UCLASS(Abstract, ClassGroup=(Consac))
+/** What an agent sees without a graph: put it on the actor that has a Consac Agent. For one of your own make a Blueprint class of this and
+ *  override Get Seen Space and Look. */
+UCLASS(Abstract, Blueprintable, ClassGroup=(Consac), meta=(BlueprintSpawnableComponent))
 class CONSAC_API UConsacSensorComponent : public USceneComponent
 {
 	GENERATED_BODY()
@@ -18,11 +19,24 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor")
 	FName ObservationName;
 
-	/** Looks anew, and gives the numbers. */
+	/** How many looks the agent sees at once: this one and those before, the oldest first; at the beginning of an episode the first look
+	 *  stands for those that there were not. A list of numbers is as many times longer, a picture has as many times more channels. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Sensor", meta=(ClampMin="1", ClampMax="64"))
+	int32 Stack = 1;
+
+	/** Looks anew, and gives the numbers, without those of before. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Sensor", meta=(DisplayName="Get Sensor Values"))
 	TArray<float> GetSensorValues();
 
-	/** What it can see. */
+	/** For a Blueprint's own sensor: what it can see. Asked when the training begins, and for each agent that comes. */
+	UFUNCTION(BlueprintNativeEvent, Category="Consac|Sensor", meta=(DisplayName="Get Seen Space"))
+	FConsacSpace GetSeenSpace() const;
+
+	/** For a Blueprint's own sensor: looks. As many numbers as Get Seen Space has; a choice is one. */
+	UFUNCTION(BlueprintNativeEvent, Category="Consac|Sensor", meta=(DisplayName="Look"))
+	void Look(TArray<float>& Values);
+
+	/** What it can see. In C++ this is what to override, and costs no call of Blueprint's machine. */
 	virtual FConsacSpace GetSpace() const;
 
 	/** Why it cannot look in this game; empty where it can. A training does not begin with one that cannot. */
@@ -35,6 +49,21 @@ public:
 	/** Looks: writes as many numbers as its space has. */
 	virtual void Sense(TArray<float>& Values);
 
+	/** For the plugin's own code: what an agent sees of it, with its looks of before. */
+	FConsacSpace GetStackedSpace();
+
+	/** For the plugin's own code: looks, and gives this and the looks of before. */
+	void SenseStacked(TArray<float>& Values);
+
+	/** For the plugin's own code: an episode begins, and what was seen before is forgotten. */
+	void ForgetLooks();
+
 	virtual void BeginPlay() override;
 	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
+
+private:
+	TArray<float> Past; // the latest looks, oldest first, without the one that is being taken
+	TArray<float> Now;
+	int32 Kept = 0;       // of these
+	int32 Channelled = 0; // channels of a picture; 0: a list of numbers
 };
