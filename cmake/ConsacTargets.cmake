@@ -49,9 +49,9 @@ function(consac_define_where_used DEFINITION)
 endfunction()
 
 # One test program per part; private headers of the part may be included. EXCLUDE: a folder that is a program of its own.
-# EACH_FILE_ALONE: its files share names. WITH_THREADS: which of its tests have threads; ThreadSanitizer runs those alone.
+# WITH_THREADS: which of its tests have threads; ThreadSanitizer runs those alone.
 function(consac_tests NAME FOLDER)
-  cmake_parse_arguments(ARG "EACH_FILE_ALONE" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)
   if(ARG_EXCLUDE)
     list(FILTER sources EXCLUDE REGEX "/${ARG_EXCLUDE}/")
@@ -61,9 +61,7 @@ function(consac_tests NAME FOLDER)
   endif()
   add_executable(consac_${NAME}_tests ${sources})
   target_compile_options(consac_${NAME}_tests PRIVATE ${CONSAC_WARNINGS} ${CONSAC_TEST_OPTIONS})
-  if(ARG_EACH_FILE_ALONE)
-    set_target_properties(consac_${NAME}_tests PROPERTIES UNITY_BUILD OFF)
-  endif()
+  set_target_properties(consac_${NAME}_tests PROPERTIES UNITY_BUILD_BATCH_SIZE 7)
   target_include_directories(consac_${NAME}_tests PRIVATE ${FOLDER}/src ${PROJECT_SOURCE_DIR})
   consac_define_where_used(CONSAC_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOURCES ${sources})
   target_link_libraries(consac_${NAME}_tests PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)

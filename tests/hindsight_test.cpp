@@ -18,8 +18,7 @@ namespace {
 using learn::Setting;
 using learn::Settings;
 using run::RunConfig;
-
-const std::atomic<bool> kUntilItEnds{false};
+using testing::kUntilItEnds;
 
 std::unique_ptr<VectorEnv> Bits(const std::string& algorithm, std::int32_t copies) {
   return (*worlds::FindWorld(algorithm == "dqn" ? "bit-flipping-v0" : "bit-flipping-continuous-v0"))->create(copies);

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/files.h"
+
 namespace consac::testing {
 
 /// One limit of the system.
@@ -42,14 +44,6 @@ inline void Impose(const std::vector<Limit>& limits) {
 /// The exit code of a process, 128 + N when signal N ended it.
 inline int CodeOf(int status) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
-
-/// All of a file.
-inline std::string TextOf(const std::string& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 /// What a finished program left.

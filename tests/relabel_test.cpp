@@ -24,7 +24,6 @@ using ::testing::HasSubstr;
 
 constexpr const char* kBits = "bit-flipping-v0";
 constexpr std::int64_t kRowBytes = 30;  // of its observations: three times ten bits
-const std::atomic<bool> kUntilItEnds{false};
 
 /// `rows` observations of bit flipping, of which every third one is where it is to be.
 std::vector<std::byte> BitRows(std::int64_t rows) {
@@ -360,7 +359,7 @@ TEST(Relabel, ASessionThatIsOverIsNotAskedAgain) {
 }
 
 TEST(Relabel, APingFollowsTheLatestAnswerByHalfAHeartbeat) {
-  run::testing::FakeClock clock;
+  run::FakeClock clock;
   const PromptSession session;
   ASSERT_NE(session.client, nullptr);
   const auto pings_after = [&](double seconds) {

@@ -17,6 +17,9 @@
 
 namespace consac::testing {
 
+/// For who trains until it ends: nothing stops it.
+inline const std::atomic<bool> kUntilItEnds{false};
+
 /// A folder of its own below the system's temporary one, removed at the end.
 class ScratchFolder {
  public:

@@ -89,7 +89,7 @@ TEST(Evaluate, WhatDoesNotFitIsRefused) {
   EXPECT_THAT(error([](EvaluateOptions& o) { o.episodes = 0; }), HasSubstr("at least 1"));
 }
 
-EnvServerOptions Asking() {
+EnvServerOptions AskingForAMillion() {
   EnvServerOptions options;
   options.training_length = 1000000;
   return options;
@@ -108,7 +108,7 @@ void TrainIn(std::unique_ptr<VectorEnv> world, const std::string& directory, con
 TEST(Evaluate, AnEngineMayHaveMoreAgentsThanAnEvaluationCopies) {
   consac::testing::ScratchFolder scratch("many_agents");
   TrainPole(scratch.path());
-  const ServedWorld engine((*worlds::FindWorld("cartpole-v1"))->create(40), Asking());
+  const ServedWorld engine((*worlds::FindWorld("cartpole-v1"))->create(40), AskingForAMillion());
   EvaluateOptions options = Options(scratch.path());
   options.world = engine.url();
   options.episodes = 50;
@@ -121,7 +121,7 @@ TEST(Evaluate, AnEngineMayHaveMoreAgentsThanAnEvaluationCopies) {
 TEST(Evaluate, AbsentAgentsHaveNoEpisodes) {
   consac::testing::ScratchFolder scratch("swarm_judged");
   TrainIn(std::make_unique<consac::testing::Swarm>(2, 3, false), scratch.path(), "pole");
-  const ServedWorld engine(std::make_unique<consac::testing::Swarm>(2, 3, false), Asking());
+  const ServedWorld engine(std::make_unique<consac::testing::Swarm>(2, 3, false), AskingForAMillion());
   EvaluateOptions options = Options(scratch.path());
   options.world = engine.url();
   options.episodes = 18;
@@ -138,7 +138,8 @@ TEST(Evaluate, APlaceThatNobodyTakesHoldsNothingUp) {
   consac::testing::ScratchFolder scratch("empty_place");
   TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
   const ServedWorld engine(
-      std::make_unique<TwoWorlds>(Half{"walker", "road-v0", 3}, Half{"balancer", "cartpole-v1", 2, 1}), Asking());
+      std::make_unique<TwoWorlds>(Half{"walker", "road-v0", 3}, Half{"balancer", "cartpole-v1", 2, 1}),
+      AskingForAMillion());
   EvaluateOptions options = Options(scratch.path());
   options.model = "two";
   options.world = engine.url();
@@ -151,7 +152,7 @@ TEST(Evaluate, APlaceThatNobodyTakesHoldsNothingUp) {
 TEST(Evaluate, EveryBehaviourIsJudgedByItsOwnModel) {
   consac::testing::ScratchFolder scratch("two_judged");
   TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
-  const ServedWorld engine(std::make_unique<TwoWorlds>(), Asking());
+  const ServedWorld engine(std::make_unique<TwoWorlds>(), AskingForAMillion());
   EvaluateOptions options = Options(scratch.path());
   options.world = engine.url();
   options.max_episode_steps = 50;
@@ -171,7 +172,7 @@ TEST(Evaluate, EveryBehaviourIsJudgedByItsOwnModel) {
 TEST(Evaluate, AModelForEachBehaviourIsWantedAndTheirNamesAreSaid) {
   consac::testing::ScratchFolder scratch("two_refused");
   TrainIn(std::make_unique<TwoWorlds>(), scratch.path(), "two");
-  const ServedWorld engine(std::make_unique<TwoWorlds>(), Asking());
+  const ServedWorld engine(std::make_unique<TwoWorlds>(), AskingForAMillion());
   const auto error = [&](const std::string& model) {
     EvaluateOptions options = Options(scratch.path());
     options.model = model;

@@ -7,6 +7,7 @@
 
 #include "consac/base/path.h"
 #include "report/console.h"
+#include "run/test/report/files.h"
 #include "session.h"
 #include "small_run.h"
 #include "tests/two_worlds.h"
@@ -46,11 +47,6 @@ Result<RunSummary> RunWith(const std::string& directory, SessionRequest request,
   return RunSession(config, Length::kOfEngine, Only(std::make_unique<AskingLink>(std::move(request), id)), kNeverStop);
 }
 
-std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(RunNames, AWorldsLongNameIsCut) {
   testing::ScratchFolder scratch("long");
   const Result<RunSummary> summary = RunWith(scratch.path(), {10, ""}, std::string(137, 'w'));
@@ -72,11 +68,11 @@ TEST(RunNames, BehavioursNamedLikePathsStayInTheRunsFolder) {
                                                     testing::Half{"config.yaml", "road-v0"});
   const auto summary = RunSession(config, Length::kOfCaller, Only(MakeLocalLink(std::move(world))), kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
-  EXPECT_EQ(Contents(above), "somebody's");
+  EXPECT_EQ(TextOf(above), "somebody's");
   const std::string run = scratch.path() + "/runs/two/";
   EXPECT_TRUE(fs::exists(ToPath(run + "%2E.%2F..%2Fabove.consac")));
   EXPECT_TRUE(fs::exists(ToPath(run + "config.yaml.consac")));
-  EXPECT_NE(Contents(run + "config.yaml").find("world:"), std::string::npos) << "not a model";
+  EXPECT_NE(TextOf(run + "config.yaml").find("world:"), std::string::npos) << "not a model";
   EXPECT_EQ(std::distance(fs::directory_iterator(ToPath(scratch.path() + "/runs")), {}), 1);
 }
 

@@ -12,6 +12,7 @@
 #include "judgement.h"
 #include "session.h"
 #include "small_run.h"
+#include "tests/files.h"
 
 namespace consac::run {
 namespace {
@@ -59,16 +60,6 @@ EnvSpec First() {
   return Offer(*Space::Box(0, 40, {2}), *Space::Discrete(3));
 }
 
-std::map<std::string, std::string> FilesBelow(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    std::ifstream file(entry.path());
-    files[entry.path().generic_string()] = std::string((std::istreambuf_iterator<char>(file)), {});
-  }
-  return files;
-}
-
 Result<RunSummary> TrainIn(const EnvSpec& offered, RunConfig config) {
   EnvServerOptions options;
   options.training_length = 64;
@@ -85,7 +76,7 @@ TEST(Offer, AnEngineThatOffersSomethingElseIsRefusedAndNothingIsTouched) {
   config.steps = 64;
   config.tensorboard = true;
   ASSERT_TRUE(TrainIn(First(), config).ok());
-  const auto before = FilesBelow(scratch.path());
+  const auto before = testing::FilesBelow(scratch.path());
   config.resume = true;
   config.steps = 128;
   const auto refused = [&](const EnvSpec& other, const std::string& saved, const std::string& offered) {
@@ -93,7 +84,7 @@ TEST(Offer, AnEngineThatOffersSomethingElseIsRefusedAndNothingIsTouched) {
     ASSERT_FALSE(resumed.ok()) << offered;
     EXPECT_EQ(resumed.status().code(), StatusCode::kInvalidArgument);
     EXPECT_THAT(resumed.status().message(), AllOf(HasSubstr(saved), HasSubstr(offered), HasSubstr("another --name")));
-    EXPECT_EQ(FilesBelow(scratch.path()), before) << offered;
+    EXPECT_EQ(testing::FilesBelow(scratch.path()), before) << offered;
   };
   const Space seen = *Space::Box(0, 40, {2}), done = *Space::Discrete(3);
   refused(Offer(*Space::Box(0, 4000, {2}), done), "high '40.0' was expected", "offers '4000.0'");

@@ -11,18 +11,16 @@
 
 #include "consac/model/model_file.h"
 #include "consac/run/run_directory.h"
+#include "tests/files.h"
 
 namespace consac::run {
 
+using testing::Put;
+
 /// Every file below a folder, with what is in it, but for the lock.
 inline std::map<std::string, std::string> Contents(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    std::error_code looping;
-    if (!entry.is_regular_file(looping) || entry.path().filename() == ".lock") continue;
-    std::ifstream file(entry.path());
-    files[entry.path().generic_string()] = std::string((std::istreambuf_iterator<char>(file)), {});
-  }
+  std::map<std::string, std::string> files = testing::FilesBelow(folder);
+  std::erase_if(files, [](const auto& file) { return file.first.ends_with("/.lock"); });
   return files;
 }
 
@@ -37,12 +35,6 @@ inline std::string Differences(const std::map<std::string, std::string>& before,
   }
   for (const auto& [path, text] : after) names += path + " ";
   return names;
-}
-
-/// Writes a file, and the folders that it is in.
-inline void Put(const std::string& path, const std::string& text) {
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
-  std::ofstream(path) << text;
 }
 
 /// Begins a new run in the place of root/run.

@@ -70,7 +70,7 @@ class Numbers final : public StateRows {
   std::map<std::int64_t, std::int64_t> numbers_;
 };
 
-std::unique_ptr<RunDirectory> Open(const std::string& folder, ExistingRun existing) {
+std::unique_ptr<RunDirectory> OpenRun(const std::string& folder, ExistingRun existing) {
   auto directory = RunDirectory::Open(folder, "run", existing);
   EXPECT_TRUE(directory.ok()) << directory.status().message();
   std::ofstream(folder + "/run/config.yaml") << "x: 1\n";
@@ -103,7 +103,7 @@ std::vector<std::string> SegmentFiles(const std::string& folder) {
 
 TEST(RowSegments, ACheckpointWritesWhatIsNewAndIsReadBackWhole) {
   testing::ScratchFolder scratch("segments");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(2500, 4000);  // segments below 1049 rows are small
   for (const std::int64_t more : {0, 1, 1200, 1100, 3, 2, 1, 1, 2000, 1500, 0, 12}) {
     numbers.Add(more);
@@ -120,7 +120,7 @@ TEST(RowSegments, ACheckpointWritesWhatIsNewAndIsReadBackWhole) {
 
 TEST(RowSegments, ManySmallStepsMakeFewFiles) {
   testing::ScratchFolder scratch("small");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(3000, 16);
   for (int i = 0; i < 80; ++i) {
     numbers.Add(1 + i % 7);
@@ -132,7 +132,7 @@ TEST(RowSegments, ManySmallStepsMakeFewFiles) {
 
 TEST(RowSegments, ACheckpointThatIsSavedOnceMoreTakesNoOthersPlace) {
   testing::ScratchFolder scratch("again");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(1000, 4000);
   numbers.Add(1200);
   ASSERT_TRUE(Save(*directory, numbers, 2).ok());
@@ -148,7 +148,7 @@ TEST(RowSegments, ACheckpointThatIsSavedOnceMoreTakesNoOthersPlace) {
 
 TEST(RowSegments, AsManyCheckpointsAsCanBeAskedForAreKeptAtNoCost) {
   testing::ScratchFolder scratch("kept");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(100, 4000);
   for (int i = 0; i < 3; ++i) {
     numbers.Add(200);
@@ -160,7 +160,7 @@ TEST(RowSegments, AsManyCheckpointsAsCanBeAskedForAreKeptAtNoCost) {
 // A folder in the checkpoint's place: it cannot be written, and its segments can.
 TEST(RowSegments, ThoseOfACheckpointThatCannotBeWrittenGoAndTheNextOneHasAllRows) {
   testing::ScratchFolder scratch("failed");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   const auto fail = [&](Numbers& numbers) {
     const std::string place = directory->File(fmt::format("checkpoints/step_{:012d}.consac", numbers.end_row()));
     fs::create_directory(place);
@@ -195,7 +195,7 @@ TEST(RowSegments, ThoseOfACheckpointThatCannotBeWrittenGoAndTheNextOneHasAllRows
 #if !defined(_WIN32)  // where a folder with an open file is not moved
 TEST(RowSegments, AFolderThatIsExchangedWhileOneIsWrittenIsNotWrittenTo) {
   testing::ScratchFolder scratch("exchanged");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   const std::string other = scratch.path() + "/other", theirs = "learner.rows_000000000000_000000000010.rows";
   fs::create_directories(other + "/checkpoints");
   for (const std::string& file : {std::string(".lock"), "checkpoints/" + theirs})
@@ -214,7 +214,7 @@ TEST(RowSegments, AFolderThatIsExchangedWhileOneIsWrittenIsNotWrittenTo) {
 
 TEST(RowSegments, ADamagedOneMakesItsCheckpointBePassedOver) {
   testing::ScratchFolder scratch("damaged");
-  std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(2500, 4000), before(2500, 4000);
   numbers.Add(1100);
   before.Add(1100);
@@ -227,7 +227,7 @@ TEST(RowSegments, ADamagedOneMakesItsCheckpointBePassedOver) {
   file.put('x');
   file.close();
   directory.reset();
-  directory = Open(scratch.path(), ExistingRun::kResume);
+  directory = OpenRun(scratch.path(), ExistingRun::kResume);
   Numbers again(2500, 4000);
   ASSERT_TRUE(Load(*directory, again).ok());
   EXPECT_EQ(HashState(before), HashState(again)) << "of the checkpoint before";
@@ -251,7 +251,7 @@ constexpr const char* kWhyNot = "no regular file";
 // It may be whole, and then an older checkpoint would be gone on from for nothing.
 TEST(RowSegments, OneThatCannotBeReadIsAnErrorThatLosesNothing) {
   testing::ScratchFolder scratch("unreadable");
-  const std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  const std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(2500, 4000);
   for (const std::int64_t more : {1100, 1200}) {
     numbers.Add(more);
@@ -280,14 +280,14 @@ TEST(RowSegments, OneThatCannotBeReadIsAnErrorThatLosesNothing) {
 
 TEST(RowSegments, AnotherRowSizeIsRefusedAndForceClearsThem) {
   testing::ScratchFolder scratch("force");
-  std::unique_ptr<RunDirectory> directory = Open(scratch.path(), ExistingRun::kRefuse);
+  std::unique_ptr<RunDirectory> directory = OpenRun(scratch.path(), ExistingRun::kRefuse);
   Numbers numbers(50, 64), wider(50, 128), fewer(10, 64);
   numbers.Add(40);
   ASSERT_TRUE(Save(*directory, numbers, 3).ok());
   EXPECT_EQ(Load(*directory, wider).code(), StatusCode::kDataLoss);
   EXPECT_THAT(Load(*directory, fewer).message(), HasSubstr("'numbers/rows'"));
   directory.reset();
-  directory = Open(scratch.path(), ExistingRun::kOverwrite);
+  directory = OpenRun(scratch.path(), ExistingRun::kOverwrite);
   EXPECT_TRUE(SegmentFiles(scratch.path()).empty());
 }
 

@@ -15,13 +15,17 @@
 
 #include "consac/base/file.h"
 #include "consac/model/model_file.h"
+#include "tests/files.h"
 #include "tests/support.h"
 
 namespace consac::run {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::FilesBelow;
 using ::testing::HasSubstr;
+using testing::Put;
+using testing::TextOf;
 
 StateMap State(float value) {
   StateMap state;
@@ -36,11 +40,6 @@ float ValueOf(const RunDirectory& directory) {
   float value = 0.0f;
   if (state.ok()) std::memcpy(&value, state->at("value").bytes.data(), sizeof(value));
   return value;
-}
-
-std::string TextOf(const std::string& file) {
-  const auto bytes = ReadFile(file);
-  return bytes.ok() ? std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()) : "";
 }
 
 std::unique_ptr<RunDirectory> Open(const std::string& root, ExistingRun existing) {
@@ -169,30 +168,14 @@ TEST(RunDirectory, WhenAllCheckpointsAreDamagedThatIsAnError) {
   EXPECT_EQ(state.status().code(), StatusCode::kDataLoss);
 }
 
-/// Every file below a folder, with what is in it.
-std::map<std::string, std::string> FilesBelow(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    std::ifstream file(entry.path());
-    files[entry.path().generic_string()] = std::string((std::istreambuf_iterator<char>(file)), {});
-  }
-  return files;
-}
-
-void Write(const std::string& path, const std::string& text) {
-  fs::create_directories(fs::path(path).parent_path());
-  std::ofstream(path) << text;
-}
-
 // Beside every file that is saved by another name first.
 TEST(RunDirectory, WhatAKilledProcessHasHalfWrittenGoes) {
   testing::ScratchFolder scratch("half_written");
   const std::string run = scratch.path() + "/run/";
   const char* const files[] = {"config.yaml.tmp-12", "model.consac.tmp-12", "curve.svg.tmp-12",
                                "checkpoints/step_000000000100.consac.tmp-12", "best/model.consac.tmp-12"};
-  for (const char* file : files) Write(run + file, "half");
-  for (const char* file : {"config.yaml", "best/model.consac", "best/notes.tmp-12"}) Write(run + file, "whole");
+  for (const char* file : files) Put(run + file, "half");
+  for (const char* file : {"config.yaml", "best/model.consac", "best/notes.tmp-12"}) Put(run + file, "whole");
   ASSERT_NE(Open(scratch.path(), ExistingRun::kResume), nullptr);
   for (const char* file : files) EXPECT_FALSE(fs::exists(run + file)) << file;
   EXPECT_TRUE(fs::exists(run + "best/model.consac") && fs::exists(run + "best/notes.tmp-12"));
@@ -203,7 +186,7 @@ TEST(RunDirectory, AFolderThatIsNoRunsLosesNothing) {
   for (const char* file : {"progress.csv", "thesis.tmp-1", "model.consac", "checkpoints/mine.consac", "deep/er/x"}) {
     const std::string run = scratch.path() + "/run";
     fs::remove_all(run);
-    Write(run + "/" + file, "mine");
+    Put(run + "/" + file, "mine");
     const auto before = FilesBelow(run);
     for (const ExistingRun existing : {ExistingRun::kRefuse, ExistingRun::kOverwrite}) {
       const auto directory = RunDirectory::Open(scratch.path(), "run", existing);
@@ -231,7 +214,7 @@ TEST(RunDirectory, FilesThatAreNoneOrAreSomebodyElsesTooAreNotGoneOnWith) {
   const std::string run = scratch.path() + "/run/";
   const auto said = [&](const std::string& name, auto&& make) {
     fs::remove_all(run);
-    for (const char* file : {"config.yaml", "monitor.csv", "model.consac"}) Write(run + file, "old");
+    for (const char* file : {"config.yaml", "monitor.csv", "model.consac"}) Put(run + file, "old");
     fs::remove(run + name);
     make(run + name);
     const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kResume);
@@ -246,7 +229,7 @@ TEST(RunDirectory, FilesThatAreNoneOrAreSomebodyElsesTooAreNotGoneOnWith) {
     EXPECT_THAT(said(name, [](const std::string& path) { fs::create_symlink("/dev/full", path); }),
                 HasSubstr(std::string(name) + "' is "));
   }
-  Write(scratch.path() + "/theirs", "theirs");
+  Put(scratch.path() + "/theirs", "theirs");
   for (const char* name : {"monitor.csv", "config.yaml", "model.consac", "curve.svg", "curve.png", ".lock",
                            "progress.csv", "hunter.monitor.csv"}) {
     EXPECT_THAT(said(name, [&](const std::string& path) { fs::create_hard_link(scratch.path() + "/theirs", path); }),
@@ -258,11 +241,11 @@ TEST(RunDirectory, FilesThatAreNoneOrAreSomebodyElsesTooAreNotGoneOnWith) {
   EXPECT_THAT(said("hunter.consac",
                    [&](const std::string& path) {
                      fs::create_hard_link(scratch.path() + "/theirs", path);
-                     Write(run + "hunter.monitor.csv", "old");
+                     Put(run + "hunter.monitor.csv", "old");
                    }),
               HasSubstr("hunter.consac' has another name"));
   fs::remove_all(run);
-  Write(run + "config.yaml", "old");
+  Put(run + "config.yaml", "old");
   fs::create_hard_link(scratch.path() + "/theirs", run + "mine.consac");
   EXPECT_TRUE(RunDirectory::Open(scratch.path(), "run", ExistingRun::kResume).ok());
 }
@@ -282,7 +265,7 @@ TEST(RunDirectory, CheckpointsThatCannotBeLookedAtMayBeWhole) {
   testing::ScratchFolder scratch("closed");
   const auto directory = Open(scratch.path(), ExistingRun::kRefuse);
   std::filesystem::remove_all(scratch.path() + "/run/checkpoints");
-  Write(scratch.path() + "/run/checkpoints", "no folder");  // which nobody can look into, root neither
+  Put(scratch.path() + "/run/checkpoints", "no folder");  // which nobody can look into, root neither
   const Result<StateMap> state = directory->LoadCheckpoint();
   EXPECT_EQ(state.status().code(), StatusCode::kDataLoss);
   EXPECT_THAT(state.status().message(), HasSubstr("may be whole"));
@@ -290,8 +273,8 @@ TEST(RunDirectory, CheckpointsThatCannotBeLookedAtMayBeWhole) {
 
 TEST(RunDirectory, AFolderThatCannotBeMadeIsTheOneThatIsNamed) {
   testing::ScratchFolder scratch("no_folder");
-  Write(scratch.path() + "/run/config.yaml", "seed: 1\n");
-  Write(scratch.path() + "/run/checkpoints", "no folder");
+  Put(scratch.path() + "/run/config.yaml", "seed: 1\n");
+  Put(scratch.path() + "/run/checkpoints", "no folder");
   const auto directory = RunDirectory::Open(scratch.path(), "run", ExistingRun::kResume);
   EXPECT_THAT(directory.status().message(), HasSubstr("cannot make folder '" + scratch.path() + "/run/checkpoints'"));
 }

@@ -5,7 +5,7 @@
 namespace consac::run {
 namespace {
 
-std::string TextOf(const TimeSpent& spent, const char* world) {
+std::string Said(const TimeSpent& spent, const char* world) {
   fmt::memory_buffer out;
   AppendBudget(spent, world, &out);
   return {out.data(), out.size()};
@@ -20,10 +20,10 @@ TEST(Budget, SaysWhereTheTimeOfAStepGoesAndWhatItAllows) {
   spent.rounds = 100;
   spent.agent_steps = 800;
   EXPECT_EQ(
-      TextOf(spent, "engine"),
+      Said(spent, "engine"),
       "a step takes 13 ms: engine 8.1 ms 62 %, wire 0.21 ms 2 %, inference 0.4 ms 3 %, learning 4.3 ms 33 %; that "
       "allows 615 steps/s");
-  EXPECT_EQ(TextOf({}, "engine"), "") << "nothing to tell yet";
+  EXPECT_EQ(Said({}, "engine"), "") << "nothing to tell yet";
 }
 
 TEST(Budget, ForgetsWhatIsLongAgo) {

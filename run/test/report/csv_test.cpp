@@ -10,10 +10,6 @@
 namespace consac::run {
 namespace {
 
-using testing::Contents;
-using testing::Put;
-using testing::TestFolder;
-
 Row ShortRow(double steps) {
   return {{"fps", 10, CellKind::kInteger}, {"total_timesteps", steps, CellKind::kInteger}};
 }
@@ -26,7 +22,7 @@ TEST(ProgressCsv, NewKeysBecomeColumnsOnTheRight) {
   longer.push_back({"ep_reward_mean", 1.0 / 3.0, CellKind::kDouble});
   csv->Append(longer);
   csv->Append(ShortRow(300));
-  EXPECT_EQ(Contents(folder.File("progress.csv")),
+  EXPECT_EQ(TextOf(folder.File("progress.csv")),
             "fps,total_timesteps,ep_reward_mean\n"
             "10,100,\n"
             "10,200,0.3333333333333333\n"
@@ -40,13 +36,13 @@ TEST(ProgressCsv, AResumedRunDropsWhatItWillRepeat) {
   const ProgressCsv::Resume resume{true, "total_timesteps", 200};
   Put(path, "fps,total_timesteps\n1,100\n1,200\n1,300\n1,40");
   (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
-  EXPECT_EQ(Contents(path), "fps,total_timesteps\n1,100\n1,200\n10,300\n");
+  EXPECT_EQ(TextOf(path), "fps,total_timesteps\n1,100\n1,200\n10,300\n");
   Put(path, "cut in its first l");
   (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
-  EXPECT_EQ(Contents(path), "fps,total_timesteps\n10,300\n");
+  EXPECT_EQ(TextOf(path), "fps,total_timesteps\n10,300\n");
   std::filesystem::remove(path);
   (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
-  EXPECT_EQ(Contents(path), "fps,total_timesteps\n10,300\n");
+  EXPECT_EQ(TextOf(path), "fps,total_timesteps\n10,300\n");
 }
 
 // Of a long file only its end is read, and nothing is written again.
@@ -59,7 +55,7 @@ TEST(ProgressCsv, GoesOnInALongFileByItsEnd) {
   ASSERT_TRUE(csv.ok()) << csv.status().message();
   (*csv)->Append(ShortRow(300));
   EXPECT_TRUE((*csv)->status().ok()) << (*csv)->status().message();
-  EXPECT_EQ(Contents(path), "fps,total_timesteps\r\n" + zeros + "\n1,200\r\n10,300\n");
+  EXPECT_EQ(TextOf(path), "fps,total_timesteps\r\n" + zeros + "\n1,200\r\n10,300\n");
   std::filesystem::resize_file(path, std::uint64_t{2} << 30);
   const Status refused = ProgressCsv::Open(path, {true, "total_timesteps", 200}).status();
   EXPECT_EQ(refused.code(), StatusCode::kDataLoss);
@@ -70,7 +66,7 @@ TEST(ProgressCsv, ANewRunStartsAnew) {
   const TestFolder folder;
   Put(folder.File("progress.csv"), "a,b\n1,2\n");
   (*ProgressCsv::Open(folder.File("progress.csv"), {}))->Append(ShortRow(1));
-  EXPECT_EQ(Contents(folder.File("progress.csv")), "fps,total_timesteps\n10,1\n");
+  EXPECT_EQ(TextOf(folder.File("progress.csv")), "fps,total_timesteps\n10,1\n");
 }
 
 TEST(MonitorCsv, IsStableBaselinesFormat) {
@@ -80,7 +76,7 @@ TEST(MonitorCsv, IsStableBaselinesFormat) {
   monitor->Append(21.0, 104, 0.5182041);
   monitor->Append(-1234.56789012, 200, 12345.0);
   monitor->Flush();
-  EXPECT_EQ(Contents(folder.File("monitor.csv")),
+  EXPECT_EQ(TextOf(folder.File("monitor.csv")),
             "#{\"t_start\":1700000000.25,\"env_id\":\"a \\\"world\\\"\"}\n"
             "r,l,t\n"
             "21.0,104,0.518204\n"
@@ -95,11 +91,11 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
     auto monitor = std::move(*MonitorCsv::Open(path, "w", 1.0, OpenMode::kTruncate));
     monitor->Append(1.0, 10, 0.1);
     monitor->Visit(checkpoint);
-    EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n")
+    EXPECT_EQ(TextOf(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n")
         << "a checkpoint writes out what it counts";
     monitor->Append(2.0, 20, 0.2);
   }
-  const std::string at_kill = Contents(path);
+  const std::string at_kill = TextOf(path);
   ASSERT_NE(at_kill.find("2.0,20,0.2\n"), std::string::npos);
   Put(path, at_kill + "3.0,3");
   auto monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
@@ -108,7 +104,7 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
   ASSERT_TRUE(reader.status().ok()) << reader.status().message();
   monitor->Append(4.0, 40, 0.4);
   monitor->Flush();
-  EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n4.0,40,0.4\n");
+  EXPECT_EQ(TextOf(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n4.0,40,0.4\n");
 
   // What comes after the checkpoint is not looked at, however long; what it cannot have counted is refused unread.
   std::filesystem::resize_file(path, std::uint64_t{20} << 30);
@@ -116,7 +112,7 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
   StateReader again(checkpoint.fields());
   monitor->Visit(again);
   ASSERT_TRUE(again.status().ok()) << again.status().message();
-  EXPECT_EQ(Contents(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n");
+  EXPECT_EQ(TextOf(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n");
   std::filesystem::resize_file(path, std::uint64_t{20} << 30);
   StateMap forged = checkpoint.fields();
   const std::uint64_t bytes = std::uint64_t{20} << 30;

@@ -12,9 +12,6 @@
 namespace consac::run {
 namespace {
 
-using testing::Contents;
-using testing::TestFolder;
-
 TEST(EpisodeCurve, KeepsEveryEpisodeWhileThereIsRoom) {
   EpisodeCurve curve;
   for (int i = 0; i < 100; ++i) curve.Add(10 * i, i, i / 2.0);
@@ -122,7 +119,7 @@ TEST(CurveDrawing, BothPicturesAreWhole) {
   for (const int count : {0, 1, 50, 4097}) {
     const TestFolder folder;
     ASSERT_TRUE(DrawCurve(folder.File("curve"), labels, SomePoints(count), {}).ok());
-    const std::string svg = Contents(folder.File("curve.svg")), png = Contents(folder.File("curve.png"));
+    const std::string svg = TextOf(folder.File("curve.svg")), png = TextOf(folder.File("curve.png"));
     EXPECT_EQ(svg.rfind("<?xml", 0), 0u);
     EXPECT_EQ(svg.substr(svg.size() - 7), "</svg>\n");
     EXPECT_LT(svg.size(), 400000u);

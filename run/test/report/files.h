@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of reports share: a folder of their own, whole files as text, and a clock that they set.
+// What the tests of reports share: a folder of their own, a clock that they set, and a limit.
 
 #include <gtest/gtest.h>
 #if !defined(_WIN32)
@@ -9,13 +9,15 @@
 #include <csignal>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "consac/base/hooks.h"
+#include "tests/files.h"
 
-namespace consac::run::testing {
+namespace consac::run {
+
+using testing::Put;
+using testing::TextOf;
 
 /// A folder that is gone when the test is.
 class TestFolder {
@@ -38,17 +40,6 @@ class TestFolder {
  private:
   std::string path_;
 };
-
-/// A whole file; empty when there is none.
-inline std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-/// Makes or replaces a file.
-inline void Put(const std::string& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
-}
 
 /// Time stands still until the test moves it.
 class FakeClock {
@@ -85,4 +76,4 @@ class FileSizeLimit {
 };
 #endif
 
-}  // namespace consac::run::testing
+}  // namespace consac::run

@@ -10,17 +10,13 @@
 namespace consac::run {
 namespace {
 
-using testing::Contents;
-using testing::Put;
-using testing::TestFolder;
-
 TEST(OutputFile, TruncatesOrGoesOn) {
   const TestFolder folder;
   Put(folder.File("a"), "old\n");
   (*OutputFile::Open(folder.File("a"), OpenMode::kAppend))->Append("new\n");
-  EXPECT_EQ(Contents(folder.File("a")), "old\nnew\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "old\nnew\n");
   (*OutputFile::Open(folder.File("a"), OpenMode::kTruncate))->Append("only\n");
-  EXPECT_EQ(Contents(folder.File("a")), "only\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "only\n");
 }
 
 // A power cut leaves zeros, and many; byte by byte these would be minutes. What they cannot come from stays, and is not
@@ -31,15 +27,15 @@ TEST(OutputFile, IsCutToItsLastLineHoweverFarBackThatIs) {
   Put(folder.File("a"), "first\n" + text + "\n" + text);
   const auto file = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
   ASSERT_TRUE(file->CutToLine(file->size()).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "first\n" + text + "\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "first\n" + text + "\n");
   ASSERT_TRUE(file->CutToLine(file->size() - 1).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "first\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "first\n");
   std::filesystem::resize_file(folder.File("a"), std::uint64_t{60} << 20);
   const auto zeros = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
   ASSERT_TRUE(zeros->CutToLine(zeros->size()).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "first\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "first\n");
   ASSERT_TRUE(zeros->CutToLine(5).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "");
+  EXPECT_EQ(TextOf(folder.File("a")), "");
   std::filesystem::resize_file(folder.File("a"), std::uint64_t{20} << 30);
   const auto many = *OutputFile::Open(folder.File("a"), OpenMode::kAppend);
   for (const Status& refused :
@@ -62,7 +58,7 @@ TEST(OutputFile, AnErrorNamesTheFile) {
 TEST(OutputFile, AFullDiskLosesRecordsNeverHalfOfOne) {
   const TestFolder folder;
   auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kTruncate));
-  const testing::FileSizeLimit limit(10);
+  const FileSizeLimit limit(10);
   file->Append("12345\n");
   file->Flush();
   EXPECT_TRUE(file->status().ok());
@@ -70,10 +66,10 @@ TEST(OutputFile, AFullDiskLosesRecordsNeverHalfOfOne) {
   file->Flush();
   EXPECT_EQ(file->status().code(), StatusCode::kResourceExhausted);
   EXPECT_NE(file->status().message().find(folder.File("a")), std::string::npos);
-  EXPECT_EQ(Contents(folder.File("a")), "12345\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "12345\n");
   file->Append("abc\n");  // it fits
   file->Flush();
-  EXPECT_EQ(Contents(folder.File("a")), "12345\nabc\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "12345\nabc\n");
   EXPECT_EQ(file->size(), 10u);
   EXPECT_EQ(file->status().code(), StatusCode::kResourceExhausted) << "the first failure stays";
 }
@@ -87,7 +83,7 @@ TEST(OutputFile, ALinkIsNotFollowed) {
     ASSERT_FALSE(file.ok());
     EXPECT_NE(file.status().message().find("is a link"), std::string::npos) << file.status().message();
   }
-  EXPECT_EQ(Contents(folder.File("theirs")), "theirs\n");
+  EXPECT_EQ(TextOf(folder.File("theirs")), "theirs\n");
 }
 
 TEST(OutputFile, ADeviceThatIsFull) {
@@ -107,7 +103,7 @@ TEST(OutputFile, ReplacesAllAndGoesOnBehindIt) {
   file->Append("four\n");
   file->Flush();
   EXPECT_TRUE(file->status().ok());
-  EXPECT_EQ(Contents(folder.File("a")), "two\nthree\nfour\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "two\nthree\nfour\n");
 }
 
 #if !defined(_WIN32)  // where a file that is open is not moved
@@ -121,8 +117,8 @@ TEST(OutputFile, AnotherFileUnderItsNameIsNotReplaced) {
   EXPECT_EQ(file->Replace("two\n").code(), StatusCode::kDataLoss);
   file->Append("three\n");
   file->Flush();
-  EXPECT_EQ(Contents(folder.File("a")), "theirs\n");
-  EXPECT_EQ(Contents(folder.File("moved")), "one\nthree\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "theirs\n");
+  EXPECT_EQ(TextOf(folder.File("moved")), "one\nthree\n");
 }
 #endif
 
@@ -140,14 +136,14 @@ TEST(OutputFile, CutsLinesOffItsEnd) {
   };
   ASSERT_TRUE(cut('b').ok());
   EXPECT_EQ(seen, "c-xb");
-  EXPECT_EQ(Contents(folder.File("a")), "head\nb\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "head\nb\n");
   EXPECT_EQ(*file->FirstLine(), "head");
   file->Append(text);
   file->Append("d\n");
   ASSERT_TRUE(cut('d').ok());
-  EXPECT_EQ(Contents(folder.File("a")), "head\nb\n" + text + "d\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "head\nb\n" + text + "d\n");
   ASSERT_TRUE(file->CutLinesWhile([](std::string_view) { return true; }).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "");
+  EXPECT_EQ(TextOf(folder.File("a")), "");
 }
 
 TEST(OutputFile, TakesARecordThatIsLongerThanItsBuffer) {
@@ -158,7 +154,7 @@ TEST(OutputFile, TakesARecordThatIsLongerThanItsBuffer) {
   file->Append(row);
   file->Append("last\n");
   file->Flush();
-  EXPECT_EQ(Contents(folder.File("a")), "first\n" + row + "last\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "first\n" + row + "last\n");
 }
 
 TEST(OutputFile, CutsAtTheEndOfALine) {
@@ -166,12 +162,12 @@ TEST(OutputFile, CutsAtTheEndOfALine) {
   Put(folder.File("a"), "one\ntwo\nthree\n");
   auto file = std::move(*OutputFile::Open(folder.File("a"), OpenMode::kAppend));
   ASSERT_TRUE(file->CutToLine(100).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "one\ntwo\nthree\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "one\ntwo\nthree\n");
   ASSERT_TRUE(file->CutToLine(10).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "one\ntwo\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "one\ntwo\n");
   file->Append("more\n");
   ASSERT_TRUE(file->CutToLine(4).ok());
-  EXPECT_EQ(Contents(folder.File("a")), "one\n");
+  EXPECT_EQ(TextOf(folder.File("a")), "one\n");
 }
 
 }  // namespace

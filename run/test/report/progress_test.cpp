@@ -117,7 +117,7 @@ TEST(Console, PrintingMovesTheBarDown) {
 
 // A session that is over by then is told of elsewhere.
 TEST(Console, WhatIsHeldComesWithWhatIsSaidLaterOrNotAtAll) {
-  testing::FakeClock clock;
+  FakeClock clock;
   std::FILE* stream = std::tmpfile();
   ASSERT_NE(stream, nullptr);
   const ConsoleOptions options{stream, true, false, 80, clock.now + 1.0};

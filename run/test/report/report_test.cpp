@@ -16,11 +16,6 @@
 namespace consac::run {
 namespace {
 
-using testing::Contents;
-using testing::FakeClock;
-using testing::Put;
-using testing::TestFolder;
-
 const std::atomic<bool> kGoesOn{false};  // nobody stops
 
 constexpr learn::Metric kSb2Metrics[] = {{"policy_loss", "loss/policy_gradient_loss", -0.0125, true},
@@ -88,7 +83,7 @@ ReportOptions Options(const std::string& directory = "") {
 
 std::string EventsOf(const std::string& folder) {
   std::string bytes;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) bytes += Contents(entry.path().string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) bytes += TextOf(entry.path().string());
   return bytes;
 }
 
@@ -168,7 +163,7 @@ TEST(Report, LogIntervalQuietensTheTableNotTheFiles) {
     tables += report.Text().empty() ? 0 : 1;
   }
   EXPECT_EQ(tables, 3) << "1 (as Stable Baselines 2 does), 3 and 6";
-  const std::string csv = Contents(folder.File("progress.csv"));
+  const std::string csv = TextOf(folder.File("progress.csv"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 8);
 }
 
@@ -213,7 +208,7 @@ TEST(Report, ATerminalIsNotFloodedAndShowsTheLastTable) {
     const std::string end = report.Text();
     EXPECT_EQ(TablesIn(end), terminal ? 1 : 0);
     EXPECT_EQ(end.find("| total_timesteps    | 179200 ") != std::string::npos, terminal) << end;
-    const std::string csv = Contents(folder.File("progress.csv"));
+    const std::string csv = TextOf(folder.File("progress.csv"));
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 351) << "the files have all of them";
   }
 }
@@ -296,7 +291,7 @@ TEST(Report, TwoBehavioursShareNoKeyTagOrFile) {
   report->OnUpdates({&second, 1}, 640);
   ASSERT_TRUE(report->Finish().ok());
   report->DrawCurves(kGoesOn);
-  const std::string csv = Contents(folder.File("progress.csv"));
+  const std::string csv = TextOf(folder.File("progress.csv"));
   EXPECT_EQ(
       csv.rfind("total_timesteps,hunter/ep_len_mean,hunter/ep_reward_mean,hunter/explained_variance,hunter/fps,", 0),
       0u)
@@ -305,7 +300,7 @@ TEST(Report, TwoBehavioursShareNoKeyTagOrFile) {
       << csv << "fps of prey is of its own last update; what hunter did not learn is empty";
   for (const char* file : {"hunter.monitor.csv", "prey.monitor.csv", "hunter.curve.svg", "prey.curve.png"})
     EXPECT_TRUE(std::filesystem::exists(folder.File(file))) << file;
-  EXPECT_NE(Contents(folder.File("prey.monitor.csv")).find("\nr,l,t\n-4.0,10,1.0\n"), std::string::npos);
+  EXPECT_NE(TextOf(folder.File("prey.monitor.csv")).find("\nr,l,t\n-4.0,10,1.0\n"), std::string::npos);
   const std::string events = EventsOf(folder.File("tensorboard/PPO2_1"));
   for (const char* tag : {"hunter/episode_reward", "prey/episode_reward", "hunter/loss/value_function_loss",
                           "prey/loss/value_function_loss"}) {
@@ -322,7 +317,7 @@ TEST(Report, ANameWithACommaOrASlashIsOneColumnAndOneSection) {
   Printed report(options);
   UpdateBoth(report, clock, kSb2Metrics);
   ASSERT_TRUE(report->Finish().ok());
-  const std::string csv = Contents(folder.File("progress.csv"));
+  const std::string csv = TextOf(folder.File("progress.csv"));
   EXPECT_EQ(csv.rfind("total_timesteps,hunter%2C red%2Fleft/ep_len_mean,hunter%2C red%2Fleft/", 0), 0u) << csv;
   const std::string header = csv.substr(0, csv.find('\n')),
                     row = csv.substr(header.size() + 1, csv.find('\n', header.size() + 1) - header.size() - 1);
@@ -342,7 +337,7 @@ TEST(Report, TwoBehavioursOfTheSecondGenerationToo) {
   ASSERT_NE(section, std::string::npos) << table;
   EXPECT_EQ(table.find("|    rollout/ep_len_mean"), table.find('\n', section + 1) + 1) << table;
   ASSERT_TRUE(report->Finish().ok());
-  const std::string csv = Contents(folder.File("progress.csv"));
+  const std::string csv = TextOf(folder.File("progress.csv"));
   EXPECT_EQ(csv.rfind("hunter/rollout/ep_len_mean,hunter/rollout/ep_rew_mean,hunter/time/fps,", 0), 0u) << csv;
   const std::string events = EventsOf(folder.File("tensorboard/PPO2_1"));
   for (const char* tag : {"hunter/rollout/ep_rew_mean", "prey/time/fps", "prey/train/loss"})
@@ -403,11 +398,11 @@ TEST(Report, WritesEveryFile) {
   report.Update(kSb2Metrics, 512, 1, 512);
   ASSERT_TRUE(report->Finish().ok());
   report->DrawCurves(kGoesOn);
-  EXPECT_EQ(Contents(folder.File("progress.csv")),
+  EXPECT_EQ(TextOf(folder.File("progress.csv")),
             "ep_len_mean,ep_reward_mean,explained_variance,fps,n_updates,policy_loss,serial_timesteps,time_elapsed,"
             "total_timesteps,value_loss\n"
             "100.0,20.0,0.51234,341,1,-0.0125,128,0.0,512,33.5\n");
-  const std::string monitor = Contents(folder.File("monitor.csv"));
+  const std::string monitor = TextOf(folder.File("monitor.csv"));
   EXPECT_EQ(monitor.rfind("#{\"t_start\":", 0), 0u);
   EXPECT_NE(monitor.find("\nr,l,t\n20.0,100,1.5\n"), std::string::npos);
   const std::string events = EventsOf(folder.File("tensorboard/PPO2_1"));
@@ -480,10 +475,10 @@ TEST(Report, AResumedRunShowsWhatOneNeverInterruptedShows) {
     ASSERT_TRUE((*report)->Finish().ok());
     (*report)->DrawCurves(kGoesOn);
   }
-  EXPECT_EQ(Contents(folder + "/progress.csv"), Contents(whole_path + "/progress.csv"));
-  EXPECT_TRUE(Contents(folder + "/curve.png") == Contents(whole_path + "/curve.png"));
+  EXPECT_EQ(TextOf(folder + "/progress.csv"), TextOf(whole_path + "/progress.csv"));
+  EXPECT_TRUE(TextOf(folder + "/curve.png") == TextOf(whole_path + "/curve.png"));
   const auto rows = [](const std::string& text) { return text.substr(text.find('\n')); };
-  EXPECT_EQ(rows(Contents(folder + "/monitor.csv")), rows(Contents(whole_path + "/monitor.csv")));
+  EXPECT_EQ(rows(TextOf(folder + "/monitor.csv")), rows(TextOf(whole_path + "/monitor.csv")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder + "/tensorboard/PPO2_1"), {}), 2);
 }
 
@@ -545,7 +540,7 @@ TEST(Report, AFullDiskIsSaidOnceForEachFileAndTrainingGoesOn) {
   ReportOptions options = Options(folder.path());
   options.console_table = false;
   Printed report(options);
-  const testing::FileSizeLimit limit(2000);
+  const FileSizeLimit limit(2000);
   Train(report, clock, 1, 60);
   const std::string said = report.Text();
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << said;
@@ -553,7 +548,7 @@ TEST(Report, AFullDiskIsSaidOnceForEachFileAndTrainingGoesOn) {
     EXPECT_NE(said.find("error: cannot write '" + file), std::string::npos) << said;
   }
   EXPECT_NE(said.find("training goes on"), std::string::npos) << said;
-  EXPECT_EQ(Contents(folder.File("progress.csv")).back(), '\n') << "whole rows only";
+  EXPECT_EQ(TextOf(folder.File("progress.csv")).back(), '\n') << "whole rows only";
   EXPECT_EQ(report->Finish().code(), StatusCode::kResourceExhausted);
 }
 #endif

@@ -11,10 +11,6 @@
 namespace consac::run {
 namespace {
 
-using testing::Contents;
-using testing::Put;
-using testing::TestFolder;
-
 std::string Hex(const std::string& bytes) {
   std::string hex;
   for (const char c : bytes) hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
@@ -46,7 +42,7 @@ TEST(Tensorboard, AScalarRecord) {
   const std::string payload =
       std::string("\x09\x00\x00\x00\x40\xfc\x54\xd9\x41\x10\xac\x02\x2a\x0d\x0a\x0b\x0a\x04", 18) + "loss" +
       std::string("\x15\x00\x00\x00\x3f", 5);
-  EXPECT_EQ(Hex(Contents(path)), Hex(first + FrameRecord(payload)));
+  EXPECT_EQ(Hex(TextOf(path)), Hex(first + FrameRecord(payload)));
   EXPECT_NE(path.find("/events.out.tfevents.1700000000."), std::string::npos);
 }
 
@@ -59,7 +55,7 @@ TEST(Tensorboard, ALongTagIsCutToWhatFits) {
   auto events = std::move(*EventWriter::Open(folder.path(), 1.0));
   events->Scalar(1.0, INT64_MAX, std::string(5000, 'x'), 1.0);
   events->Flush();
-  EXPECT_NE(Contents(events->path()).find(std::string(200, 'x') + "\x15"), std::string::npos);
+  EXPECT_NE(TextOf(events->path()).find(std::string(200, 'x') + "\x15"), std::string::npos);
 }
 
 TEST(Tensorboard, FoldersAreNumberedAsInStableBaselines) {
