@@ -17,13 +17,13 @@ struct IdentityTask {
 };
 
 const std::vector<IdentityTask>& IdentityTasks() {
-  using Settings = std::vector<std::pair<std::string, std::string>>;
-  const Settings ppo = {{"n_steps", "64"}, {"gamma", "0.4"}, {"learning_rate", "2e-3"}, {"n_epochs", "4"}};
-  const Settings a2c = {{"gamma", "0.4"}, {"learning_rate", "2e-3"}};
-  const Settings dqn = {{"gamma", "0.1"},     {"learning_rate", "2e-3"},        {"buffer_size", "5000"},
+  using Values = std::vector<std::pair<std::string, std::string>>;
+  const Values ppo = {{"n_steps", "64"}, {"gamma", "0.4"}, {"learning_rate", "2e-3"}, {"n_epochs", "4"}};
+  const Values a2c = {{"gamma", "0.4"}, {"learning_rate", "2e-3"}};
+  const Values dqn = {{"gamma", "0.1"},     {"learning_rate", "2e-3"},        {"buffer_size", "5000"},
                         {"train_freq", "1"},  {"learning_starts", "200"},       {"exploration_fraction", "0.5"},
                         {"batch_size", "32"}, {"target_update_interval", "200"}};
-  const Settings continuous = {
+  const Values continuous = {
       {"gamma", "0.4"}, {"learning_rate", "1e-3"}, {"net_arch", "[64, 64]"}, {"action_noise", "normal"}};
   static const std::vector<IdentityTask> tasks = {
       {"identity-discrete-v0", "ppo", 20000, ppo},      {"identity-discrete-v0", "a2c", 40000, a2c},

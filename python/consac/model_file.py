@@ -79,7 +79,17 @@ def read_model(data: bytes) -> ModelFile:
     digest.update(body)
     if digest.hexdigest() != metadata.get("consac.sha256"):
         raise ModelDamaged("not a usable model file: its SHA-256 does not match; the file is damaged")
+    told = metadata.get("consac.tensors.sha256")
+    if told is not None and told != _tensors_digest(header):
+        raise ModelDamaged("not a usable model file: the SHA-256 of its tensors' names and shapes does not match; the file is damaged")
     return ModelFile(_json(text, "specification"), tensors)
+
+
+def _tensors_digest(header: dict) -> str:
+    digest = hashlib.sha256()
+    for name, entry in sorted((name.encode(), entry) for name, entry in header.items()):
+        digest.update(b"%s\t%s\t%s\n" % (name, entry["dtype"].encode(), b"".join(b"%d " % size for size in entry["shape"])))
+    return digest.hexdigest()
 
 
 def _header(text: bytes) -> dict:

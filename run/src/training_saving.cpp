@@ -1,6 +1,9 @@
 // What of a run is on disk: the checkpoint that it goes on from, and the models that act.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -21,6 +24,8 @@ namespace {
 
 // Of a checkpoint, beside what learners hold: its header, logs of each behaviour, texts.
 constexpr std::size_t kBesideState = std::size_t{64} << 20, kLogBytes = std::size_t{256} << 10;
+
+constexpr const char* kGoal = "reached";  // the mean reward at which a training has ended
 
 /// What a checkpoint says under `name`; `value` stays where it says nothing.
 template <class Number>
@@ -138,6 +143,9 @@ Status Training::Restore() {
   ReadNumber(*state, "steps", &restored_steps_);
   ReadNumber(*state, "next_evaluation", &next_evaluation_);
   ReadNumber(*state, "best_evaluation", &best_evaluation_);
+  double reached = -std::numeric_limits<double>::infinity();
+  ReadNumber(*state, kGoal, &reached);
+  goal_reached_ = goal_.has_value() && reached >= *goal_;
   // A finished run that an engine asks to train again trains that much longer.
   if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
     const std::int64_t more = crew_[0].link().request().training_length;
@@ -162,7 +170,10 @@ Status Training::Restore() {
     trainees_[i].saved_updates = trainees_[i].learner->updates();
     trainees_[i].saved_steps = trainees_[i].learner->steps();
   }
-  if (!config_.quiet) report_->Line("going on from step " + std::to_string(restored_steps_));
+  if (config_.quiet) return Status::Ok();
+  report_->Line(goal_reached_ ? fmt::format("stop_reward {} has been reached: the training ended after {} steps",
+                                            config_.stop_reward, restored_steps_)
+                              : "going on from step " + std::to_string(restored_steps_));
   return Status::Ok();
 }
 
@@ -290,6 +301,7 @@ Status Training::Checkpoint() {
   writer("instruction_set", instruction_set);
   writer("next_evaluation", next_evaluation_);
   writer("best_evaluation", best_evaluation_);
+  if (goal_reached_) writer(kGoal, *goal_);  // whoever goes on has nothing to do, unless more is wanted
   Visit(writer);
   CONSAC_RETURN_IF_ERROR(writer.status());
   CONSAC_RETURN_IF_ERROR(CheckCounts(writer.fields()));  // what would be refused later is no checkpoint

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr learn::Hyperparameter kToyTable[] = {{"epochs", "", learn::ParameterType::kInteger, "40", "40", "40", 1, 1e6,
                                                 "", "times that every recorded step is learned from", "this file"}};
-std::atomic<bool> stop{false};
+std::atomic<bool> stop_toys{false};
 std::int64_t stop_at = -1;  // steps learned from
 
 /// A model that always does `value`.
@@ -62,7 +62,7 @@ class ToyCloning final : public learn::Learner {
       const float done = reinterpret_cast<const float*>(shown_.actions.data())[row];
       loss_ = 0.5 * (done - value_) * (done - value_);
       value_ += 0.01f * (done - value_);
-      if (++steps_ == stop_at) stop = true;
+      if (++steps_ == stop_at) stop_toys = true;
     }
     return LearningDue();
   }
@@ -237,14 +237,14 @@ RunConfig Cloning(const std::string& folder, const std::string& name) {
   config.demonstrations = RecordedSteps(folder);
   config.steps = -1;
   config.checkpoint_every_updates = 256;
-  stop = false;
+  stop_toys = false;
   stop_at = -1;
   return config;
 }
 
 TEST(ToyAlgorithm, ThatNeedsNoWorldIsTrainedSavedAndResumed) {
   testing::ScratchFolder scratch("toy_cloning");
-  const Result<RunSummary> whole = Train(Cloning(scratch.path(), "whole"), stop);
+  const Result<RunSummary> whole = Train(Cloning(scratch.path(), "whole"), stop_toys);
   ASSERT_TRUE(whole.ok()) << whole.status().message();
   EXPECT_EQ(whole->steps, 40 * 50) << "as long as the algorithm says";
   EXPECT_FALSE(whole->interrupted);
@@ -256,13 +256,13 @@ TEST(ToyAlgorithm, ThatNeedsNoWorldIsTrainedSavedAndResumed) {
 
   RunConfig pieces = Cloning(scratch.path(), "pieces");
   stop_at = 777;
-  const Result<RunSummary> first = Train(pieces, stop);
+  const Result<RunSummary> first = Train(pieces, stop_toys);
   ASSERT_TRUE(first.ok()) << first.status().message();
   EXPECT_TRUE(first->interrupted);
   EXPECT_LT(first->steps, 2000);
-  stop = false;
+  stop_toys = false;
   pieces.resume = true;
-  const Result<RunSummary> rest = Train(pieces, stop);
+  const Result<RunSummary> rest = Train(pieces, stop_toys);
   ASSERT_TRUE(rest.ok()) << rest.status().message();
   EXPECT_EQ(rest->steps, 2000);
   EXPECT_EQ(rest->weights_hash, whole->weights_hash);
@@ -297,7 +297,7 @@ TEST(ToyAlgorithm, HowQuickItLearnsDecidesNothing) {
     config.checkpoint_every_updates = 100;
     config.keep_checkpoints = 100;
     const SteppingClock clock(step_s);
-    const Result<RunSummary> trained = Train(config, stop);
+    const Result<RunSummary> trained = Train(config, stop_toys);
     EXPECT_TRUE(trained.ok()) << trained.status().message();
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(scratch.path() + "/" + name + "/checkpoints"))
@@ -313,19 +313,19 @@ TEST(ToyAlgorithm, SaysWhatItNeeds) {
   testing::ScratchFolder scratch("toy_needs");
   RunConfig config = Cloning(scratch.path(), "needs");
   config.demonstrations = "";
-  EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("give --set demonstrations=FILE"));
+  EXPECT_THAT(Train(config, stop_toys).status().message(), HasSubstr("give --set demonstrations=FILE"));
   config = Cloning(scratch.path(), "needs");
   config.world = "road-v0";
-  EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("leave the world out"));
+  EXPECT_THAT(Train(config, stop_toys).status().message(), HasSubstr("leave the world out"));
   config.demonstrations = scratch.path() + "/nothing";
   config.world = "";
-  EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("nothing'"));
+  EXPECT_THAT(Train(config, stop_toys).status().message(), HasSubstr("nothing'"));
   config = SmallRun(scratch.path(), "ppo");
   config.demonstrations = RecordedSteps(scratch.path());
-  EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("'ppo2' learns from no demonstrations"));
+  EXPECT_THAT(Train(config, stop_toys).status().message(), HasSubstr("'ppo2' learns from no demonstrations"));
   config.algorithm = "toy_goals";
   config.hyperparameters.clear();
-  EXPECT_THAT(Train(config, stop).status().message(), HasSubstr("record them in this world"));
+  EXPECT_THAT(Train(config, stop_toys).status().message(), HasSubstr("record them in this world"));
   EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/needs"));
 }
 

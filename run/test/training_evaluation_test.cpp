@@ -143,6 +143,27 @@ TEST(TrainingEvaluation, AHighEnoughRewardEndsTheTraining) {
   EXPECT_EQ(Trained(window).steps, 4096);
 }
 
+TEST(TrainingEvaluation, WhatHasEndedSoIsNotTrainedOnByResumingItUnlessMoreIsWanted) {
+  consac::testing::ScratchFolder scratch("goal_resumed");
+  for (const std::int64_t eval_every : {0, 256}) {
+    RunConfig config = Pole(scratch.path(), "every_" + std::to_string(eval_every));
+    config.eval_every = eval_every;
+    config.stop_reward = "9";
+    const RunSummary ended = Trained(config);
+    ASSERT_LT(ended.steps, 4096);
+    config.resume = true;
+    for (const char* no_more : {"9", "8.5"}) {
+      config.stop_reward = no_more;
+      const RunSummary again = Trained(config);
+      EXPECT_EQ(again.steps, ended.steps) << no_more;
+      EXPECT_EQ(again.weights_hash, ended.weights_hash) << no_more;
+      EXPECT_FALSE(again.interrupted);
+    }
+    config.stop_reward = "501";
+    EXPECT_EQ(Trained(config).steps, config.steps);
+  }
+}
+
 TEST(TrainingEvaluation, AnotherWorldCanBeNamed) {
   consac::testing::ScratchFolder scratch("elsewhere");
   RunConfig config = SmallRun(scratch.path(), "road");

@@ -40,6 +40,18 @@ std::string HashOf(std::string_view spec, std::span<const std::byte> data) {
   return Sha256Hex(pieces);
 }
 
+/// Of what each tensor is, which the other one does not see: a changed name would be a field that is missing.
+std::string HashOfTensors(const std::map<std::string, Tensor, std::less<>>& tensors) {
+  std::string lines;
+  for (const auto& [name, tensor] : tensors) {
+    lines += name + '\t' + std::string(NameOf(tensor.dtype)) + '\t';
+    for (const std::int64_t size : tensor.shape) lines += std::to_string(size) + ' ';
+    lines += '\n';
+  }
+  const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(lines))};
+  return Sha256Hex(pieces);
+}
+
 bool ReadUnsigned(const Json& value, std::uint64_t* out) {
   if (!value.is_number_unsigned()) return false;
   *out = value.get<std::uint64_t>();
@@ -103,7 +115,11 @@ Status CheckCoverage(std::vector<TensorEntry>& entries, std::uint64_t data_bytes
   return Status::Ok();
 }
 
-Result<std::string> ReadMetadata(const Json& header, std::string* hash) {
+struct Metadata {
+  std::string spec, hash, tensors_hash;
+};
+
+Result<Metadata> ReadMetadata(const Json& header) {
   if (!header.contains("__metadata__") || !header["__metadata__"].is_object()) {
     return Damaged("a safetensors file without CONSAC's metadata; convert it first");
   }
@@ -121,8 +137,7 @@ Result<std::string> ReadMetadata(const Json& header, std::string* hash) {
     return Damaged("it has format version " + std::to_string(version) + ", this program reads up to " +
                    std::to_string(kFormatVersion) + "; use a newer CONSAC");
   }
-  *hash = text("consac.sha256");
-  return text("consac.spec");
+  return Metadata{text("consac.spec"), text("consac.sha256"), text("consac.tensors.sha256")};
 }
 
 }  // namespace
@@ -159,11 +174,10 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
   const Json& header = *read;
   if (!text.starts_with('{')) return Damaged("its header is no plain JSON object");
 
+  Result<Metadata> metadata = ReadMetadata(header);
+  if (!metadata.ok()) return metadata.status();
   ModelFile file;
-  std::string hash;
-  Result<std::string> spec = ReadMetadata(header, &hash);
-  if (!spec.ok()) return spec.status();
-  file.spec_json = std::move(*spec);
+  file.spec_json = std::move(metadata->spec);
 
   std::vector<TensorEntry> entries;
   for (const auto& [name, json] : header.items()) {
@@ -174,13 +188,16 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
     entries.push_back(std::move(*entry));
   }
   CONSAC_RETURN_IF_ERROR(CheckCoverage(entries, data.size()));
-  if (hash != HashOf(file.spec_json, data)) return Damaged("its SHA-256 does not match; the file is damaged");
+  if (metadata->hash != HashOf(file.spec_json, data)) return Damaged("its SHA-256 does not match; the file is damaged");
   for (TensorEntry& entry : entries) {
     const auto piece =
         data.subspan(static_cast<std::size_t>(entry.begin), static_cast<std::size_t>(entry.end - entry.begin));
     file.tensors.emplace(std::move(entry.name), Tensor{entry.dtype, std::move(entry.shape),
                                                        std::vector<std::byte>(piece.begin(), piece.end())});
   }
+  // Files of before 2026-11-23 have none.
+  if (!metadata->tensors_hash.empty() && metadata->tensors_hash != HashOfTensors(file.tensors))
+    return Damaged("the SHA-256 of its tensors' names and shapes does not match; the file is damaged");
   return file;
 }
 
@@ -203,7 +220,8 @@ std::vector<std::byte> ModelFile::Serialise() const {
   header["__metadata__"] = {{"format", "consac"},
                             {"consac.version", std::to_string(kFormatVersion)},
                             {"consac.spec", spec_json},
-                            {"consac.sha256", HashOf(spec_json, data)}};
+                            {"consac.sha256", HashOf(spec_json, data)},
+                            {"consac.tensors.sha256", HashOfTensors(tensors)}};
   std::string text = JsonText(header);
   text.append((8 - text.size() % 8) % 8, ' ');
 

@@ -56,10 +56,7 @@ TEST(ModelFile, AFlippedBitNeverChangesTheContent) {
         ++refused;
         continue;
       }
-      EXPECT_EQ(parsed->spec_json, Small().spec_json) << i;
-      const auto weight = parsed->tensors.find("pi/0/w");
-      if (weight == parsed->tensors.end()) continue;
-      EXPECT_EQ(weight->second.floats()[0], 1.0f) << i;
+      EXPECT_EQ(parsed->Serialise(), bytes) << i;
     }
   }
   EXPECT_GT(refused, static_cast<int>(bytes.size()) * 2);

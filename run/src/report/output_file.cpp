@@ -47,13 +47,20 @@ bool Holds(int descriptor, std::string_view text) {
 }  // namespace
 
 Result<std::unique_ptr<OutputFile>> OutputFile::Open(const std::string& path, OpenMode mode) {
-  const int descriptor = OpenToAppend(path, mode == OpenMode::kTruncate);
+  const int descriptor = OpenToAppend(path);
   if (descriptor >= 0 && IsPipe(descriptor)) {
     Close(descriptor);
     return Status{StatusCode::kDataLoss,
                   "'" + path + "' is a pipe and no file, so it would keep nothing; take it away"};
   }
-  const std::int64_t size = descriptor < 0 ? -1 : SizeOf(descriptor);
+  if (descriptor >= 0 && HasOtherNames(descriptor)) {
+    Close(descriptor);
+    return Status{StatusCode::kDataLoss,
+                  "'" + path + "' has another name (a hard link); it is left alone, take it away"};
+  }
+  // Only now, that it is known to be nobody else's.
+  const bool empty = descriptor < 0 || mode == OpenMode::kAppend || CutTo(descriptor, 0);
+  const std::int64_t size = descriptor < 0 || !empty ? -1 : SizeOf(descriptor);
   if (size < 0) {
     const int error = errno;
     if (descriptor >= 0) Close(descriptor);
@@ -104,7 +111,7 @@ Status OutputFile::Replace(std::string_view text) {
   CONSAC_RETURN_IF_ERROR(next.Write(std::as_bytes(std::span(text))));
   Close(std::exchange(descriptor_, -1));  // Windows replaces no file that is open
   const Status replaced = next.Commit();
-  descriptor_ = OpenToAppend(path_, false);
+  descriptor_ = OpenToAppend(path_);
   const std::int64_t size = descriptor_ < 0 ? -1 : SizeOf(descriptor_);
   if (size < 0) {
     if (status_.ok()) status_ = {CodeOf(errno), "cannot open '" + path_ + "' again: " + std::strerror(errno)};

@@ -32,7 +32,9 @@ class StandardErrorAside {
 
 /// Opens a file for reading and for writing at its end, making it where it is not. -1 and errno when that fails;
 /// a link is not followed (ELOOP; Windows does).
-int OpenToAppend(const std::string& path, bool truncate);
+int OpenToAppend(const std::string& path);
+/// Whether an open file has another name (a hard link), and so may be somebody else's too.
+bool HasOtherNames(int descriptor);
 /// Writes some of `bytes` at the end; how many, or -1 and errno.
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count);
 /// Reads the `count` bytes from `position` on; false where it gets less.

@@ -54,8 +54,13 @@ StandardErrorAside::~StandardErrorAside() {
   ::close(kept_);
 }
 
-int OpenToAppend(const std::string& path, bool truncate) {
-  return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | (truncate ? O_TRUNC : 0), 0644);
+int OpenToAppend(const std::string& path) {
+  return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0644);
+}
+
+bool HasOtherNames(int descriptor) {
+  struct stat info {};
+  return ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode) && info.st_nlink > 1;
 }
 
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {

@@ -55,9 +55,15 @@ StandardErrorAside::StandardErrorAside() = default;
 StandardErrorAside::~StandardErrorAside() = default;
 
 // Others may read the file and take it away: a spreadsheet, TensorBoard.
-int OpenToAppend(const std::string& path, bool truncate) {
-  const int flags = _O_RDWR | _O_CREAT | _O_APPEND | _O_BINARY | _O_NOINHERIT | (truncate ? _O_TRUNC : 0);
+int OpenToAppend(const std::string& path) {
+  const int flags = _O_RDWR | _O_CREAT | _O_APPEND | _O_BINARY | _O_NOINHERIT;
   return _wsopen(WidePath(path).c_str(), flags, _SH_DENYNO, _S_IREAD | _S_IWRITE);
+}
+
+bool HasOtherNames(int descriptor) {
+  BY_HANDLE_FILE_INFORMATION info{};
+  const auto handle = reinterpret_cast<HANDLE>(_get_osfhandle(descriptor));
+  return GetFileInformationByHandle(handle, &info) != 0 && info.nNumberOfLinks > 1;
 }
 
 std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {

@@ -54,6 +54,18 @@ TEST(OutputFile, AnErrorNamesTheFile) {
   EXPECT_NE(file.status().message().find("'/nowhere/a.csv'"), std::string::npos);
 }
 
+TEST(OutputFile, WhatHasAnotherNameIsNeitherEmptiedNorWrittenTo) {
+  const TestFolder folder;
+  Put(folder.File("precious"), "theirs\n");
+  std::filesystem::create_hard_link(folder.File("precious"), folder.File("a"));
+  for (const OpenMode mode : {OpenMode::kTruncate, OpenMode::kAppend}) {
+    const auto file = OutputFile::Open(folder.File("a"), mode);
+    ASSERT_FALSE(file.ok());
+    EXPECT_NE(file.status().message().find("a' has another name (a hard link)"), std::string::npos);
+    EXPECT_EQ(TextOf(folder.File("precious")), "theirs\n");
+  }
+}
+
 #if !defined(_WIN32)
 TEST(OutputFile, AFullDiskLosesRecordsNeverHalfOfOne) {
   const TestFolder folder;
