@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from consac import wire
+from consac.names import quote
 from consac.errors import ConsacError
+from consac.names import quote
 
 VERSION = 1
 LARGEST_HEADER = 1 << 24
@@ -63,10 +65,10 @@ def read_model(data: bytes) -> ModelFile:
     if not isinstance(metadata, dict) or not all(isinstance(value, str) for value in metadata.values()):
         raise ModelForeign("a safetensors file without CONSAC's metadata; convert it first")
     if metadata.get("format") != "consac":
-        raise ModelForeign(f"a safetensors file of format {metadata.get('format')!r}, not 'consac'")
+        raise ModelForeign(f"a safetensors file of format {quote(metadata.get('format'))}, not 'consac'")
     version = metadata.get("consac.version", "")
     if not (version.isascii() and version.isdigit() and len(version) < 10 and int(version) >= 1):
-        raise ModelDamaged(f"its version {version!r} is no number from 1")
+        raise ModelDamaged(f"its version {quote(version)} is no number from 1")
     if int(version) > VERSION:
         raise ModelTooNew(f"it has format version {version}, this program reads up to {VERSION}; use a newer consac")
     tensors = _tensors(header, body)
@@ -123,19 +125,19 @@ def _tensors(header: dict, body) -> dict[str, np.ndarray]:
     for name, entry in header.items():
         dtype, shape, offsets = (entry.get(key) for key in ("dtype", "shape", "data_offsets")) if isinstance(entry, dict) else (None, None, None)
         if not isinstance(dtype, str) or dtype not in wire.DTYPES:
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has dtype {dtype!r}, which is not known")
+            raise ModelDamaged(f"not a usable model file: tensor {quote(name)} has dtype {quote(dtype)}, which is not known")
         if not isinstance(shape, list) or len(shape) > 16 or not all(map(whole, shape)):
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has an impossible size")
+            raise ModelDamaged(f"not a usable model file: tensor {quote(name)} has an impossible size")
         if not isinstance(offsets, list) or len(offsets) != 2 or not all(map(whole, offsets)):
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has no usable data_offsets")
+            raise ModelDamaged(f"not a usable model file: tensor {quote(name)} has no usable data_offsets")
         needed = math.prod(shape) * np.dtype(wire.DTYPES[dtype]).itemsize
         if offsets[1] - offsets[0] != needed:
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} has {offsets[1] - offsets[0]} bytes, its shape needs {needed}")
+            raise ModelDamaged(f"not a usable model file: tensor {quote(name)} has {offsets[1] - offsets[0]} bytes, its shape needs {needed}")
         places.append((*offsets, name, dtype, shape))
     at, tensors = 0, {}
     for begin, end, name, dtype, shape in sorted(places):
         if begin != at:
-            raise ModelDamaged(f"not a usable model file: tensor {name!r} begins at byte {begin}, expected {at}")
+            raise ModelDamaged(f"not a usable model file: tensor {quote(name)} begins at byte {begin}, expected {at}")
         at = end
     if at != len(body):
         raise ModelDamaged(f"not a usable model file: it has {len(body)} bytes of data, its tensors need {at}")

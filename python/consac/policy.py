@@ -202,11 +202,11 @@ class Policy:
     def _floats(self, name: str, shape: tuple) -> np.ndarray:
         tensor = self._tensors.get(name)
         if tensor is None:
-            raise ModelDamaged(f"the model lacks the tensor {name!r}")
+            raise ModelDamaged(f"the model lacks the tensor {quote(name)}")
         if tensor.dtype != np.float32 or tensor.shape != shape:
-            raise ModelDamaged(f"the model's tensor {name!r} is {tensor.dtype} of shape {list(tensor.shape)}, expected float32 of {list(shape)}")
+            raise ModelDamaged(f"the model's tensor {quote(name)} is {tensor.dtype} of shape {list(tensor.shape)}, expected float32 of {list(shape)}")
         if not np.isfinite(tensor).all():
-            raise ModelDamaged(f"the model's tensor {name!r} has NaN or infinity; do not use it")
+            raise ModelDamaged(f"the model's tensor {quote(name)} has NaN or infinity; do not use it")
         return tensor
 
     def _read_heads(self, heads) -> list[str]:
@@ -242,23 +242,23 @@ class Policy:
             asked, expected = self._tensors.get(str(pair.get("in"))), self._tensors.get(str(pair.get("out")))
             rows = len(asked) if asked is not None and asked.ndim == 2 else 0
             if rows == 0 or expected is None:
-                raise ModelDamaged(f"the model's self-test names tensors that are empty or not there: {pair.get('in')!r}, {pair.get('out')!r}")
+                raise ModelDamaged(f"the model's self-test names tensors that are empty or not there: {quote(pair.get('in'))}, {quote(pair.get('out'))}")
             asked, expected = self._floats(pair["in"], (rows, self.features)), self._floats(pair["out"], (rows, sum(self._heads)))
             error = np.abs(self._run(asked).astype(np.float32).astype(np.float64) - expected)
             if not np.all(error <= pair["tol"] * (1 + np.abs(expected).max())):
-                raise ModelDamaged(f"the model fails its own self-test {pair['out']!r} by {error.max():g}; do not use it")
+                raise ModelDamaged(f"the model fails its own self-test {quote(pair['out'])} by {error.max():g}; do not use it")
             self.selftest_error = max(self.selftest_error, float(error.max()))
 
 
 def _check_kind(spec: dict) -> dict:
     if spec.get("kind") != "policy":
-        raise ModelForeign(f"this is a {spec.get('kind')!r}, not a 'policy'; only the program that wrote it can use it")
+        raise ModelForeign(f"this is a {quote(spec.get('kind'))}, not a 'policy'; only the program that wrote it can use it")
     required = spec.get("requires", [])
     if not isinstance(required, list):
         raise ModelDamaged("the model's `requires` is no list")
     for feature in required:
         if not isinstance(feature, str) or feature not in FEATURES:
-            raise ModelTooNew(f"the model requires {feature!r}, which this program does not know; use a newer consac")
+            raise ModelTooNew(f"the model requires {quote(feature)}, which this program does not know; use a newer consac")
     if not isinstance(spec.get("interface"), dict):
         raise ModelDamaged("the model's specification has no interface")
     return spec["interface"]
