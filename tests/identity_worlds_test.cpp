@@ -21,8 +21,8 @@ const std::vector<IdentityTask>& IdentityTasks() {
   const Values ppo = {{"n_steps", "64"}, {"gamma", "0.4"}, {"learning_rate", "2e-3"}, {"n_epochs", "4"}};
   const Values a2c = {{"gamma", "0.4"}, {"learning_rate", "2e-3"}};
   const Values dqn = {{"gamma", "0.1"},     {"learning_rate", "2e-3"},        {"buffer_size", "5000"},
-                        {"train_freq", "1"},  {"learning_starts", "200"},       {"exploration_fraction", "0.5"},
-                        {"batch_size", "32"}, {"target_update_interval", "200"}};
+                      {"train_freq", "1"},  {"learning_starts", "200"},       {"exploration_fraction", "0.5"},
+                      {"batch_size", "32"}, {"target_update_interval", "200"}};
   const Values continuous = {
       {"gamma", "0.4"}, {"learning_rate", "1e-3"}, {"net_arch", "[64, 64]"}, {"action_noise", "normal"}};
   static const std::vector<IdentityTask> tasks = {
