@@ -134,7 +134,9 @@ Result<fs::path> MeshFinder::Package(std::string_view name) const {
     if (FromPath(above.filename()) == name) return above;
   }
   if (IsThere(root_ / "package.xml")) return root_;  // checked out under another name
-  if (IsThere(root_ / ToPath(std::string(name)))) return root_ / ToPath(std::string(name));
+  for (const fs::path& beside : {folder_, root_}) {
+    if (fs::is_directory(beside / ToPath(std::string(name)), error)) return beside / ToPath(std::string(name));
+  }
   return Status{StatusCode::kNotFound, "the package " + Quote(name) + " is not around " +
                                            Quote(FromPath(folder_), 300) + "; say where it is: --package " +
                                            std::string(name) + "=FOLDER"};

@@ -23,6 +23,8 @@ class UrdfReader {
     if (!xml_.status().ok()) return xml_.status();
     RefuseXacro(xml_.root());
     const pugi::xml_node root = xml_.root();
+    if (std::strcmp(root.name(), "mujocoinclude") == 0)
+      return xml_.Wrong(root, "<mujocoinclude> is a piece of an MJCF; import the file that includes it");
     if (std::strcmp(root.name(), "robot") != 0)
       return xml_.Wrong(root, "a URDF begins with <robot>, this with <" + std::string(root.name()) + ">");
     model_.format = "urdf";

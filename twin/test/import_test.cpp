@@ -67,6 +67,16 @@ TEST_F(ImportTest, MeshesAreFoundByPackageRelativePathAndFile) {
   }
 }
 
+TEST_F(ImportTest, APackageMayLieBesideTheDescription) {
+  fs::create_directories(At("robot/urdf/looks/meshes"));
+  fs::copy(At("robot/meshes/box.stl"), At("robot/urdf/looks/meshes/box.stl"));
+  fs::remove(At("robot/package.xml"));
+  options_.root = At("robot");
+  const Result<ImportReport> report = Run(Urdf("package://looks/meshes/box.stl"));
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  EXPECT_EQ(report->meshes, 1u);
+}
+
 TEST_F(ImportTest, WhatIsNotThereOrOutsideIsNamed) {
   ExpectRefused(Urdf("../meshes/bax.stl"), "link 'base': mesh '../meshes/bax.stl' is not there");
   ExpectRefused(Urdf("../../outside.stl"), "leads out of");

@@ -95,6 +95,7 @@ TEST(Urdf, RefusesWithTheLine) {
   ExpectRefused("", "this is no XML");
   ExpectRefused("<robot name='r'>\n<link name='a'>\n", "this is no XML");
   ExpectRefused("<sdf/>", "line 1: a URDF begins with <robot>, this with <sdf>");
+  ExpectRefused("<mujocoinclude/>", "line 1: <mujocoinclude> is a piece of an MJCF; import the file that includes it");
   ExpectRefused("<robot name='r' xmlns:xacro='x'>\n<xacro:include filename='x'/></robot>",
                 "line 2: <xacro:include> is xacro");
   ExpectRefusedBody("<joint name='j' type='ball'>" + ends, "line 4: joint 'j': its type is 'ball'");

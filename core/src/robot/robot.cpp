@@ -16,7 +16,8 @@ constexpr std::pair<JointType, std::string_view> kJointTypes[] = {
     {JointType::kContinuous, "continuous"},
     {JointType::kPrismatic, "prismatic"},
 };
-constexpr double kLongest = 1e6;  // m and rad; beyond it a file has other units or none
+constexpr double kLongest = 1e6;     // m and rad; beyond it a file has other units or none
+constexpr double kRounding = 1e-15;  // of an inertia's largest, kg m^2: programs that write files leave -5e-20 for 0
 
 using Numbers = std::map<std::string_view, std::int32_t>;  // of named things
 
@@ -65,7 +66,8 @@ Status CheckInertial(const LinkDescription& link) {
     return Wrong(which + "its mass is " + NumberText(body.mass) + "; it must be at least 0");
   if (!IsSmall({body.centre.x, body.centre.y, body.centre.z}))
     return Wrong(which + "its centre of mass is too far away");
-  if (!IsSmall({xx, xy, xz, yy, yz, zz}) || xx < 0.0 || yy < 0.0 || zz < 0.0)
+  const double least = -kRounding * std::max({1.0, xx, yy, zz});
+  if (!IsSmall({xx, xy, xz, yy, yz, zz}) || xx < least || yy < least || zz < least)
     return Wrong(which + "its inertia is no inertia: ixx " + NumberText(xx) + ", iyy " + NumberText(yy) + ", izz " +
                  NumberText(zz));
   return {};
@@ -155,6 +157,8 @@ Link Rebased(const LinkDescription& link, const Quaternion& turn) {
   if (out.inertial.has_value()) {
     out.inertial->centre = Rotate(Inverse(turn), out.inertial->centre);
     out.inertial->inertia = TurnedInertia(out.inertial->inertia, turn);
+    for (const std::size_t moment : {0, 3, 5})
+      out.inertial->inertia[moment] = std::max(0.0, out.inertial->inertia[moment]);
   }
   return out;
 }

@@ -85,6 +85,15 @@ TEST(RobotTable, InertiaTurnsWithTheFrame) {
   EXPECT_NEAR(body.inertia[0] + body.inertia[3] + body.inertia[5], 6.0, 1e-14);
 }
 
+TEST(RobotTable, AnInertiaThatIsZeroButForRoundingIsTaken) {
+  RobotDescription description = SmallArm();
+  description.links[1].inertial = Inertial{0.5, {}, {-5.42101e-20, 0, 0, -5.42101e-20, 0, 0}};  // iCub's r_hip_2
+  const Robot robot = MustMake(description);
+  for (const std::size_t moment : {0, 3, 5}) EXPECT_GE(robot.links[1].inertial->inertia[moment], 0.0);
+  description.links[1].inertial->inertia[0] = -1e-9;
+  EXPECT_FALSE(MakeRobot(description).ok());
+}
+
 TEST(RobotTable, RefusesWhatIsNoTree) {
   RobotDescription description = SmallArm();
   description.links.push_back({"lonely", std::nullopt});
