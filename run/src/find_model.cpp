@@ -5,6 +5,7 @@
 #include "consac/base/text.h"
 #include "consac/run/actors.h"
 #include "replaced_run.h"
+#include "run_files.h"
 
 namespace consac::run {
 namespace {
@@ -49,7 +50,11 @@ std::vector<std::string> RunsWithModels(const std::string& directory) {
   return names;
 }
 
+// A run that may not be looked into may hold the model.
 Status NoModel(const std::string& model, const std::string& directory) {
+  for (const std::string& folder : {model, directory + "/" + model}) {
+    if (const Result<bool> there = IsRun(folder); !there.ok()) return there.status();
+  }
   const std::vector<std::string> names = RunsWithModels(directory);
   const std::vector<std::string_view> known(names.begin(), names.end());
   return {StatusCode::kNotFound, "there is no model " + Quote(model) + " (neither a file nor a run in '" + directory +

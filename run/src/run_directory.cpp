@@ -24,11 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool Exists(const std::string& path) {
-  std::error_code ignored;
-  return fs::exists(ToPath(path), ignored);
-}
-
 // What is there before config.yaml is, which is a run's first file.
 bool IsUnborn(const std::string& path) {
   for (const std::string& name : FilesIn(path)) {
@@ -97,7 +92,9 @@ Status FinishOverwriting(const std::string& directory, const std::string& name) 
 Status CheckRunName(const std::string& directory, const std::string& name, ExistingRun existing) {
   CONSAC_RETURN_IF_ERROR(CheckPlace(directory, name));
   const std::string path = directory + "/" + name;
-  const bool exists = Exists(path + "/config.yaml");
+  const Result<bool> there = IsRun(path);
+  if (!there.ok()) return there.status();
+  const bool exists = *there;
   if (existing == ExistingRun::kResume && !exists)
     return {StatusCode::kNotFound, "there is no run '" + path + "' to resume; start it without --resume"};
   if (existing == ExistingRun::kResume) CONSAC_RETURN_IF_ERROR(CheckFilesToGoOnWith(path));

@@ -150,6 +150,14 @@ Result<std::vector<std::string>> FilesOfRun(const std::string& path) {
   return files;
 }
 
+Result<bool> IsRun(const std::string& path) {
+  std::error_code error;
+  const bool there = fs::exists(ToPath(path + "/" + std::string(kConfigFile)), error);
+  if (error == std::errc::permission_denied)
+    return Status{StatusCode::kDataLoss, "cannot look into folder '" + path + "': " + error.message()};
+  return there;
+}
+
 bool IsThere(const std::string& path) {
   std::error_code ignored;
   return fs::exists(fs::symlink_status(ToPath(path), ignored));

@@ -34,6 +34,8 @@ bool IsHalfWritten(std::string_view name);
 /// run's. An error where a folder or a model cannot be looked into.
 Result<std::vector<std::string>> FilesOfRun(const std::string& path);
 
+/// Whether there is a run's config.yaml in a folder; an error where nobody may look.
+Result<bool> IsRun(const std::string& path);
 /// Whether something is there, be it a link to nothing.
 bool IsThere(const std::string& path);
 /// Whether it is a folder, or a link to one.
