@@ -34,7 +34,8 @@ constexpr Verb kVerbs[] = {
      "consac list worlds\nconsac list hyperparameters ppo2 --json", AddList},
     {"inspect", "what is inside a model or checkpoint", "consac inspect runs/walker/model.consac", AddInspect},
     {"twin", "a robot's description made a digital twin for engines, and its kinematics",
-     "consac twin import robot.urdf -o twin\nconsac twin fk twin --q 0.1,-0.4,0 --link tool\nconsac twin check twin",
+     "consac twin import robot.urdf -o twin\nconsac twin fk twin --q 0.1,-0.4,0 --link tool\nconsac twin check twin\n"
+     "consac twin view twin --open",
      AddTwin},
     {"bench", "speed on this machine, as a table", "consac bench\nconsac bench --only cartpole --json", AddBench},
     {"doctor", "what this machine can do, and what is wrong with an endpoint",

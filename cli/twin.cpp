@@ -8,6 +8,7 @@
 
 #include "cli/flags.h"
 #include "cli/print.h"
+#include "cli/twin_view.h"
 #include "cli/verbs.h"
 #include "consac/base/json.h"
 #include "consac/base/text.h"
@@ -26,6 +27,7 @@ struct TwinFlags {
   std::vector<std::string> packages;
   double density = 0.0;
   bool force = false, json = false, degrees = false;
+  ViewFlags view;
 };
 
 int ImportTwin(const TwinFlags& flags) {
@@ -204,7 +206,19 @@ Action AddTwin(CLI::App& app) {
   fk->add_flag("--json", flags->json, "print JSON");
   CLI::App* check = app.add_subcommand("check", "read a twin and say what it is");
   check->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
-  return [flags, import, fk] {
+  CLI::App* view = app.add_subcommand("view", "show a twin in the browser: move its joints, let a model play");
+  view->add_option("twin", flags->input, "folder of an import, or a description")->required();
+  view->add_option("--model", flags->view.model, "model of yumi-reach-v0 or a variant of it, or the name of its run");
+  view->add_option("--dir", flags->view.runs, "folder of the runs")->capture_default_str();
+  AddWhole(*view, "--port", &flags->view.port, 0, 65535, "port on this machine; 0 takes a free one")
+      ->capture_default_str();
+  view->add_option("--port-file", flags->view.port_file, "write the port that is open to this file");
+  AddNumber(*view, "--deadline", &flags->view.deadline_s, 0.01, 3600, "seconds that a browser's connection may take")
+      ->capture_default_str();
+  AddWhole(*view, "--seed", &flags->view.seed, 0, kMostWhole, "seed of the model's world");
+  view->add_flag("--open", flags->view.open, "ask the system for a browser");
+  return [flags, import, fk, view] {
+    if (view->parsed()) return ViewTwin(flags->input, flags->view);
     EndAtSignals();
     return import->parsed() ? ImportTwin(*flags) : fk->parsed() ? ShowPose(*flags) : CheckTwin(*flags);
   };
