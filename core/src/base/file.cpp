@@ -76,8 +76,13 @@ bool SyncFile(std::FILE* file) {
 // A rename would put a file in the place of a device.
 bool IsSpecial(const std::string& path) {
 #if defined(_WIN32)
-  (void)path;
-  return false;
+  // NUL and COM1 are in every folder.
+  const HANDLE handle = CreateFileW(WidePath(path).c_str(), 0, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
+                                    nullptr, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, nullptr);
+  if (handle == INVALID_HANDLE_VALUE) return false;
+  const bool special = GetFileType(handle) != FILE_TYPE_DISK;
+  CloseHandle(handle);
+  return special;
 #else
   struct stat what;
   return stat(path.c_str(), &what) == 0 && !S_ISREG(what.st_mode);

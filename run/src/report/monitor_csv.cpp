@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "consac/base/json.h"
 #include "report/row.h"
@@ -40,11 +42,14 @@ void MonitorCsv::Append(double reward, std::int64_t length, double seconds) {
 
 void MonitorCsv::Visit(Archive& archive) {
   Flush();
-  std::uint64_t bytes = file_->size();
-  archive("bytes", bytes);
-  if (archive.loading() && archive.status().ok()) {
-    if (Status cut = file_->CutToLine(bytes); !cut.ok()) archive.Refuse(std::move(cut));
-  }
+  std::vector<std::uint64_t> end = {file_->size(), file_->lines()};  // checkpoints of before 2026-11-23 have no lines
+  archive("bytes", end);
+  if (!archive.loading() || !archive.status().ok()) return;
+  archive.Check("bytes", end.size() == 1 || end.size() == 2);
+  if (!archive.status().ok()) return;
+  Status cut = end.size() == 1 ? file_->CutToLine(end[0]) : Status::Ok();
+  if (cut.ok()) cut = file_->CutAfterLines(end.size() == 1 ? std::numeric_limits<std::uint64_t>::max() : end[1]);
+  if (!cut.ok()) archive.Refuse(std::move(cut));
 }
 
 }  // namespace consac::run

@@ -91,6 +91,7 @@ void OutputFile::Flush() {
   const int error = WriteAll(descriptor_, buffer_.data(), buffer_.size());
   if (error == 0) {
     size_ += buffer_.size();
+    lines_ += static_cast<std::uint64_t>(std::count(buffer_.begin(), buffer_.end(), '\n'));
   } else {
     const bool cut = descriptor_ < 0 || CutTo(descriptor_, size_);
     if (status_.ok()) {
@@ -144,6 +145,32 @@ Status OutputFile::CutToLine(std::uint64_t bytes) {
     end -= line == std::string_view::npos ? count : count - line - 1;
     if (line != std::string_view::npos) break;
   }
+  if (end < size_ && CutTo(descriptor_, end)) size_ = end;
+  return Status::Ok();
+}
+
+Status OutputFile::CutAfterLines(std::uint64_t lines) {
+  Flush();
+  if (descriptor_ < 0) return Status::Ok();
+  std::vector<char> block(static_cast<std::size_t>(std::min<std::uint64_t>(size_, kBlock)));
+  std::uint64_t end = 0, seen = 0;  // behind the latest end of a line
+  for (std::uint64_t at = 0; at < size_ && seen < lines;) {
+    if (at - end >= kFarthestBack) return TooFar(kOneLine);
+    const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(size_ - at, block.size()));
+    if (!ReadAt(descriptor_, at, block.data(), count)) return Status::Ok();
+    const std::string_view text(block.data(), count);
+    for (std::size_t newline = text.find('\n'); newline != text.npos && seen < lines;
+         newline = text.find('\n', newline + 1)) {
+      ++seen;
+      end = at + newline + 1;
+    }
+    at += count;
+  }
+  if (seen == 0 && size_ > 0 && lines > 0)
+    return {
+        StatusCode::kDataLoss,
+        "'" + path_ + "' has no end of a line, so it is no log of this run; put the run's own there, or take it away"};
+  lines_ = seen;
   if (end < size_ && CutTo(descriptor_, end)) size_ = end;
   return Status::Ok();
 }

@@ -36,6 +36,10 @@ class OutputFile {
   /// Flushes, then cuts the file to `bytes` and on to the end of the last line before; a shorter file is left alone.
   /// kDataLoss where kFarthestBack have no end of a line: then it is no file of ours, and stays as it is.
   Status CutToLine(std::uint64_t bytes);
+  /// Flushes, then cuts the file behind its first `lines` lines, or behind the last whole one of fewer. Goes by lines
+  /// and not by bytes, so that a file which an editor saved with other ends of lines loses none. kDataLoss where it has
+  /// no end of a line at all, and stays as it is.
+  Status CutAfterLines(std::uint64_t lines);
   /// Flushes, then cuts whole lines off the end, the last one first, as long as `goes`(line) says so. kDataLoss as
   /// above, also where kFarthestBack of them go.
   Status CutLinesWhile(const std::function<bool(std::string_view line)>& goes);
@@ -44,6 +48,8 @@ class OutputFile {
 
   /// Bytes in the file, without the buffer.
   std::uint64_t size() const { return size_; }
+  /// Ends of lines in the file, without the buffer: of one that was empty when it was opened, or since CutAfterLines.
+  std::uint64_t lines() const { return lines_; }
   /// Its path.
   const std::string& path() const { return path_; }
   /// The first failed write; ok so far otherwise.
@@ -60,7 +66,7 @@ class OutputFile {
 
   std::string path_;
   int descriptor_;  // -1: it could not be opened again
-  std::uint64_t size_;
+  std::uint64_t size_, lines_ = 0;
   std::vector<char> buffer_;  // capacity kBufferBytes from the start
   Status status_;
 };
