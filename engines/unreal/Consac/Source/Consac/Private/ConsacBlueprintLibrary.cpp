@@ -6,6 +6,8 @@
 #include "ConsacLog.h"
 #include "ConsacModel.h"
 #include "ConsacSocket.h"
+#include "ConsacSubsystem.h"
+#include "ConsacTrainer.h"
 #include "Engine/Engine.h"
 #include "Engine/GameInstance.h"
 #include "Engine/World.h"
@@ -107,6 +109,15 @@ void UConsacBlueprintLibrary::StartTrainerProgram(UObject* WorldContextObject, c
 	const bool bStarted = Started->Start(Settings, TArray<FString>(), Error);
 	Result = bStarted ? EConsacResult::Success : EConsacResult::Failed;
 	Program = bStarted ? Started : nullptr;
+}
+
+void UConsacBlueprintLibrary::RecordStat(UObject* WorldContextObject, FName Name, float Value)
+{
+	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(WorldContextObject);
+	if (AConsacTrainer* Trainer = Subsystem != nullptr ? Subsystem->GetTrainer() : nullptr)
+	{
+		Trainer->NoteStat(Name, Value);
+	}
 }
 
 FConsacSpace UConsacBlueprintLibrary::MakeBoxSpace(int32 Size, float Low, float High)

@@ -194,6 +194,7 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 		Taken.Allowed.assign(static_cast<std::size_t>(Behaviour.masks_actions ? Behaviour.action_layout.mask_bytes : 0), std::uint8_t{1});
 		Taken.bNew = true;
 		Taken.bShown = false;
+		Taken.Earning = Taken.Earned = 0.0f;
 		Agent.Herd = this;
 		Agent.Place = *Id;
 		return consac::Status::Ok();
@@ -274,6 +275,7 @@ void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
 	{
 		TheWorld->AddReward(Agent.Place, Reward);
 		Agent.EpisodeReward += Reward;
+		Places[static_cast<std::size_t>(Agent.Place)].Earning += Reward;
 	}
 }
 

@@ -46,6 +46,9 @@ public:
 	/** What came of the decision; to be called when its ticks have passed. */
 	consac::Status Settle();
 
+	/** What each agent sees, does and earns, a line each; for at most so many. Costs memory: for people who look. */
+	std::vector<FString> Describe(int32 Most) const;
+
 	// What agents say and ask; each is safe at any time and for any name.
 	void AddReward(UConsacAgentComponent& Agent, float Reward);
 	void EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End);
@@ -73,6 +76,8 @@ private:
 		TWeakObjectPtr<UConsacAgentComponent> Agent;
 		std::vector<std::byte> Row;         // what it sees
 		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
+		float Earning = 0.0f;               // by the latest decision, so far
+		float Earned = 0.0f;                // by the one before
 		bool bNew = true;                   // no decision was made for it yet
 		bool bShown = false;                // what it sees was offered: a decision can be made for it
 		bool bBegins = false;               // its episode ends with this step, and its last observation is written
@@ -92,6 +97,7 @@ private:
 	void Judge(consac::host::AgentId Id);
 	void CutOff(consac::host::AgentId Id);
 	void Turn(consac::host::AgentId Id);
+	FString DescribeOne(consac::host::AgentId Id) const;
 	void NoteLength(const UConsacAgentComponent& Agent);
 	consac::Status Offer();
 

@@ -6,6 +6,7 @@
 #include "ConsacLog.h"
 #include "ConsacSensorComponent.h"
 #include "UObject/UObjectGlobals.h"
+#include "VisualLogger/VisualLogger.h"
 
 void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
 {
@@ -127,9 +128,11 @@ void FConsacHerd::Act(bool bByHand)
 	for (FPlace& Taken : Places)
 	{
 		Taken.bNew = Taken.bNew && !Taken.bShown; // before any event: what it does may be about another agent
+		Taken.Earned = std::exchange(Taken.Earning, 0.0f);
 	}
-	for (FPlace& Taken : Places)
+	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
+		FPlace& Taken = Places[static_cast<std::size_t>(Id)];
 		if (!Taken.bShown) // it came after this decision was asked for
 		{
 			continue;
@@ -140,6 +143,7 @@ void FConsacHerd::Act(bool bByHand)
 		}
 		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
 		{
+			UE_VLOG(Agent->GetOwner(), LogConsac, Log, TEXT("%s"), *DescribeOne(Id)); // asked for where the Visual Logger records alone
 			Agent->OnAction.Broadcast(Agent);
 		}
 	}

@@ -8,6 +8,7 @@
 #include "ConsacSubsystem.h"
 #include "ConsacTrainer.h"
 #include "ConsacTrainerState.h"
+#include "Engine/Engine.h"
 #include "Engine/World.h"
 #include "Logging/LogMacros.h"
 #include "Misc/App.h"
@@ -165,15 +166,65 @@ void AConsacTrainer::TellCompleted(double MostSeconds)
 	OnTrainingCompleted.Broadcast();
 }
 
+void AConsacTrainer::NoteStat(FName Name, float Value)
+{
+	if (!std::isfinite(Value))
+	{
+		ConsacPlugin::LogError(FString::Printf(TEXT("the stat '%s' is not finite; check what was divided by zero"), *Name.ToString()));
+		return;
+	}
+	for (FConsacStat& Stat : State->Stats)
+	{
+		if (Stat.Name == Name)
+		{
+			Stat.Sum += static_cast<double>(Value);
+			++Stat.Count;
+			return;
+		}
+	}
+	State->Stats.push_back({ Name, static_cast<double>(Value), 1 });
+}
+
+// The means of the game's own numbers since the latest line.
+FString AConsacTrainer::TakeStats()
+{
+	FString Text;
+	for (FConsacStat& Stat : State->Stats)
+	{
+		if (Stat.Count > 0)
+		{
+			Text = FString::Printf(TEXT("%s, %s %.6g"), *Text, *Stat.Name.ToString(), Stat.Sum / static_cast<double>(Stat.Count));
+		}
+		Stat.Sum = 0.0;
+		Stat.Count = 0;
+	}
+	return Text;
+}
+
+void AConsacTrainer::ShowAgents()
+{
+	constexpr uint64 FirstKey = 0xC0A5AC00; // a line takes the place of its agent's line before
+	constexpr int32 Most = 20;
+	uint64 Key = FirstKey;
+	for (const FString& Line : State->Herd->Describe(Most))
+	{
+		GEngine->AddOnScreenDebugMessage(Key++, 1.0f, FColor(255, 255, 255), Line);
+	}
+}
+
 void AConsacTrainer::Show()
 {
 	const FConsacProgress Progress = GetTrainerProgress();
 	ConsacPlugin::ShowStats(Progress);
+	if (bShowAgents && GEngine != nullptr)
+	{
+		ShowAgents();
+	}
 	const double Now = consac::Now();
 	if (LogSeconds > 0.0f && Now - State->LoggedAt >= static_cast<double>(LogSeconds))
 	{
 		State->LoggedAt = Now;
-		UE_LOG(LogConsac, Log, TEXT("%s: step %lld of %lld, %.0f steps/s, %.3f ms a step, %lld episodes, mean reward %.3f"), *Progress.State, Progress.Steps,
-			Progress.TotalSteps, Progress.StepsPerSecond, Progress.PollMilliseconds, Progress.Episodes, Progress.MeanEpisodeReward);
+		UE_LOG(LogConsac, Log, TEXT("%s: step %lld of %lld, %.0f steps/s, %.3f ms a step, %lld episodes, mean reward %.3f%s"), *Progress.State, Progress.Steps,
+			Progress.TotalSteps, Progress.StepsPerSecond, Progress.PollMilliseconds, Progress.Episodes, Progress.MeanEpisodeReward, *TakeStats());
 	}
 }

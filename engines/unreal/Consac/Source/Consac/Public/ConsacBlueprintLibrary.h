@@ -51,6 +51,11 @@ public:
 	static void StartTrainerProgram(UObject* WorldContextObject, const FConsacProgramSettings& Settings, EConsacResult& Result,
 		UConsacTrainerProgram*& Program, FString& Error);
 
+	/** A number of the game's own, goals in a match for instance: the mean of those since the line before is in the lines that the Consac Trainer
+	 *  writes into the log. Nothing where no trainer plays. Any name; one that is not finite is refused, with a line in the log. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Training", meta=(WorldContext="WorldContextObject", DisplayName="Consac Record Stat"))
+	static void RecordStat(UObject* WorldContextObject, FName Name, float Value);
+
 	/** A space of Size numbers between Low and High. */
 	UFUNCTION(BlueprintPure, Category="Consac|Space", meta=(DisplayName="Make Box Space"))
 	static FConsacSpace MakeBoxSpace(int32 Size = 1, float Low = -1.0f, float High = 1.0f);

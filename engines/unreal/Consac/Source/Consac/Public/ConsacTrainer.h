@@ -172,6 +172,11 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0"))
 	float LogSeconds = 10.0f;
 
+	/** On the screen, what each agent sees, does and has earned, for the first 20. To look at: it costs time. The Visual Logger (Tools > Debug), where it
+	 *  records, has the same for each agent and decision, without this. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Debug")
+	bool bShowAgents = false;
+
 	/** The folder where demonstrations are saved at the end, one file for each kind of agent; a relative path is one below
 	 *  Saved/Consac of the project; empty: they are not recorded. In every Mode, whoever decides. BEHAVIOUR.safetensors, or the next name that
 	 *  is free, BEHAVIOUR-2.safetensors: no demonstration is written over. The log names the file. */
@@ -239,6 +244,9 @@ public:
 	virtual void Tick(float DeltaSeconds) override;
 	virtual void BeginDestroy() override;
 
+	/** A number of the game's own; Consac Record Stat in a graph. */
+	void NoteStat(FName Name, float Value);
+
 	/** An agent began to play while the world runs. */
 	void AgentCame(UConsacAgentComponent* Agent);
 
@@ -254,6 +262,8 @@ private:
 	void TellCompleted(double MostSeconds);
 	void StartInTurn();
 	void Show();
+	void ShowAgents();
+	FString TakeStats();
 
 	UPROPERTY(Transient, DuplicateTransient)
 	TObjectPtr<UConsacTrainerProgram> RunningProgram;
