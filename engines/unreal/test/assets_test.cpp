@@ -186,13 +186,14 @@ TEST_F(Assets, AButtonMakesAssetsOfWhatWasTrained) {
   const std::string saved = scratch_.path() + "/Saved/Consac/";
   std::filesystem::create_directories(saved + "my road.1");
   std::filesystem::create_directories(saved + "unreal");
-  for (const char* name :
-       {"my road.1/default", "my road.1/default.stopped", "my road.1/default.before", "unreal/model"})
+  for (const char* name : {"my road.1/default", "my road.1/default.stopped", "my road.1/default.before",
+                           "my road.1/enemy.fast", "unreal/model"})
     ASSERT_TRUE(RoadPolicy(6).ToFile(1).Save(saved + name + ".consac").ok());
   trainer->ImportModels();
   EXPECT_EQ(errors.size(), 1u);
   auto* model = static_cast<UConsacModel*>(IAssetTools::ShimAsset("/Game/Consac/my_road_1/default"));
   ASSERT_NE(model, nullptr);
+  EXPECT_NE(IAssetTools::ShimAsset("/Game/Consac/my_road_1/enemy.fast"), nullptr) << "a behaviour with a dot";
   EXPECT_NE(IAssetTools::ShimAsset("/Game/Consac/unreal/model"), nullptr) << "what the program made";
   EXPECT_EQ(IAssetTools::ShimAsset("/Game/Consac/my_road_1/default.stopped"), nullptr);
   EXPECT_EQ(IAssetTools::ShimAsset("/Game/Consac/my_road_1/default.before"), nullptr);

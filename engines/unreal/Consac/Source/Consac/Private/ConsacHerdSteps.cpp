@@ -5,6 +5,7 @@
 #include "ConsacHerd.h"
 #include "ConsacLog.h"
 #include "ConsacSensorComponent.h"
+#include "GameFramework/Actor.h"
 #include "UObject/UObjectGlobals.h"
 #include "VisualLogger/VisualLogger.h"
 

@@ -18,7 +18,7 @@
 namespace ConsacPlugin
 {
 
-// Files of models that came to their end, in full: one that was stopped, or is of before, has another dot in its name.
+// Files of models that came to their end, in full: none that was stopped, and none of before.
 static TArray<FString> FinishedModels(const std::string& Folder)
 {
 	TArray<FString> Names;
@@ -27,7 +27,7 @@ static TArray<FString> FinishedModels(const std::string& Folder)
 	for (const FString& Name : Names)
 	{
 		const std::string Text = ToUtf8(Name);
-		if (Text.find('.') == Text.rfind('.'))
+		if (!Text.ends_with(".stopped.consac") && !Text.ends_with(".before.consac"))
 		{
 			Files.Add(FromUtf8(Folder + "/" + Text));
 		}
