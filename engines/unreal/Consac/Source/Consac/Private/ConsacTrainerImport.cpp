@@ -58,9 +58,10 @@ void AConsacTrainer::ImportModels()
 	{
 		Folders.push_back(ConsacPlugin::ToFile(SaveFolder));
 	}
-	if (IsValid(RunningProgram.Get()))
+	// Of the run's own name, where that of Program was taken; none of a program that did not start.
+	const std::string Model = IsValid(RunningProgram.Get()) ? ConsacPlugin::ToUtf8(RunningProgram->GetModelPath()) : std::string();
+	if (!Model.empty())
 	{
-		const std::string Model = ConsacPlugin::ToUtf8(RunningProgram->GetModelPath()); // of the run's own name, where that of Program was taken
 		Folders.push_back(Model.substr(0, Model.find_last_of("/\\")));
 	}
 	else if (!Program.RunName.IsEmpty())

@@ -78,7 +78,7 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer")
 	bool bAutoStart = true;
 
-	/** Steps of single agents to train for; On Training Completed comes after them. A trainer that is told to take fewer, by Program's
+	/** Steps of single agents to train for; On Training Completed comes after them. Act and By Hand go on until they are stopped. A trainer that is told to take fewer, by Program's
 	 *  Total Steps or its own --steps, leaves before, and the event does not come. 0 in Serve, together with a Model Name: the trainer only acts by that model. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int64 TotalSteps = 100000;
