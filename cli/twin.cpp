@@ -10,6 +10,7 @@
 #include "cli/print.h"
 #include "cli/twin_view.h"
 #include "cli/verbs.h"
+#include "consac/base/file.h"
 #include "consac/base/json.h"
 #include "consac/base/text.h"
 #include "consac/robot/conventions.h"
@@ -23,12 +24,32 @@ namespace {
 constexpr double kDegrees = 180.0 / robot::kPiRadians;  // in a radian
 
 struct TwinFlags {
-  std::string input, output = "twin", root, srdf, link, convention = "robot", positions;
+  std::string input, output = "twin", candidates = "candidates.json", root, srdf, link, convention = "robot", positions;
   std::vector<std::string> packages;
-  double density = 0.0;
+  double density = 0.0, deflection_mm = 0.2;
+  twin::CadOptions cad;
   bool force = false, json = false, degrees = false;
   ViewFlags view;
 };
+
+// Says how far a long reading is, once a second, and hears a signal.
+twin::ImportProgress TellProgress(const TwinFlags& flags) {
+  (void)StopSignal();
+  return [told = std::chrono::steady_clock::now(), quiet = flags.json](std::size_t done, std::size_t of) mutable {
+    const auto now = std::chrono::steady_clock::now();
+    if (!quiet && of > 0 && now - told > std::chrono::seconds(1)) {
+      told = now;
+      PrintError("consac twin: part {} of at most {}\n", done + 1, of);
+    }
+    return !Stopped();
+  };
+}
+
+twin::CadOptions CadOptionsOf(const TwinFlags& flags) {
+  twin::CadOptions options = flags.cad;
+  options.deflection = flags.deflection_mm / 1000.0;
+  return options;
+}
 
 int ImportTwin(const TwinFlags& flags) {
   twin::ImportOptions options;
@@ -43,17 +64,9 @@ int ImportTwin(const TwinFlags& flags) {
       return Fail("twin", {StatusCode::kInvalidArgument, "--package " + Quote(package) + ": NAME=FOLDER is expected"});
     options.packages[package.substr(0, equals)] = package.substr(equals + 1);
   }
-  (void)StopSignal();
+  options.cad = CadOptionsOf(flags);
+  options.progress = TellProgress(flags);
   const auto begin = std::chrono::steady_clock::now();
-  auto told = begin;
-  options.progress = [&](std::size_t done, std::size_t of) {
-    const auto now = std::chrono::steady_clock::now();
-    if (!flags.json && now - told > std::chrono::seconds(1)) {
-      told = now;
-      PrintError("consac twin: part {} of at most {}\n", done + 1, of);
-    }
-    return !Stopped();
-  };
   const Result<twin::ImportReport> report = twin::Import(flags.input, options);
   if (!report.ok()) return Fail("twin", report.status());
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
@@ -80,6 +93,34 @@ int ImportTwin(const TwinFlags& flags) {
     if (file.find('/') == std::string::npos) files.emplace_back(file);
   }
   Print("written to {}: {} and the meshes\n", flags.output, Join(files));
+  return 0;
+}
+
+int ShowCandidates(const TwinFlags& flags) {
+  const Result<twin::CadRobot> found = twin::FindCandidates(flags.input, CadOptionsOf(flags), TellProgress(flags));
+  if (!found.ok()) return Fail("twin", found.status());
+  const std::string text = CandidatesText(*found);
+  const Status written = WriteFileAtomically(flags.candidates, std::as_bytes(std::span<const char>(text)));
+  if (!written.ok()) return Fail("twin", written);
+  if (flags.json) {
+    PrintLines(text);
+    return 0;
+  }
+  constexpr double kMillimetres = 1000.0;
+  Print("{} components, {} pairs of them share axes\n", found->groups.size(), found->candidates.size());
+  Print("{:>4} {:<5} {:>5}  {:<32} {:<28} {}\n", "", "", "score", "axis through, mm", "along", "what became of it");
+  for (std::size_t i = 0; i < found->candidates.size(); ++i) {
+    const twin::JointCandidate& each = found->candidates[i];
+    const robot::Vector3 o = kMillimetres * each.origin, d = each.direction;
+    Print("{:>4} {:<5} {:>5.2f}  {:<32} {:<28} {}\n", i + 1, each.turns ? "turns" : "fixed", each.score,
+          fmt::format("{:.3f}, {:.3f}, {:.3f}", o.x, o.y, o.z), fmt::format("{:.4f}, {:.4f}, {:.4f}", d.x, d.y, d.z),
+          each.verdict);
+    Print("                 {} - {}: {}\n", found->groups[static_cast<std::size_t>(each.first)].name,
+          found->groups[static_cast<std::size_t>(each.second)].name, each.reason);
+  }
+  for (const std::string& line : found->warnings) Print("warning: {}\n", line);
+  for (const std::string& line : found->asked) Print("asked: {}\n", line);
+  Print("written to {}\n", flags.candidates);
   return 0;
 }
 
@@ -179,6 +220,18 @@ int CheckTwin(const TwinFlags& flags) {
   return 0;
 }
 
+void AddCadFlags(CLI::App* app, TwinFlags* flags) {
+  app->add_option("--hints", flags->cad.hints, "JSON file on links and joints of a CAD file (docs/twin.md)");
+  AddNumber(*app, "--deflection", &flags->deflection_mm, 0.001, 100.0,
+            "mm by which triangles of a CAD file may leave its surfaces")
+      ->capture_default_str();
+  AddNumber(*app, "--angle", &flags->cad.angle, 0.05, 1.5, "rad between such triangles: what counts on small parts")
+      ->capture_default_str();
+  AddNumber(*app, "--cad-seconds", &flags->cad.seconds, 1.0, 1e6, "most time for reading a CAD file")
+      ->capture_default_str();
+  AddNumber(*app, "--cad-mebibytes", &flags->cad.mebibytes, 64.0, 1e7, "most memory for it")->capture_default_str();
+}
+
 }  // namespace
 
 Action AddTwin(CLI::App& app) {
@@ -186,7 +239,7 @@ Action AddTwin(CLI::App& app) {
   app.require_subcommand(1);
   CLI::App* import =
       app.add_subcommand("import", "make twin.glb, twin.json, twin.urdf, twin.xml (MJCF) and a report of a robot");
-  import->add_option("file", flags->input, "the description: a URDF or an MJCF")->required();
+  import->add_option("file", flags->input, "the description: a URDF, an MJCF or a STEP file")->required();
   import->add_option("-o,--output", flags->output, "folder to make")->capture_default_str();
   import->add_option("--package", flags->packages, "NAME=FOLDER of package://NAME/..., once or more");
   import->add_option("--root", flags->root, "folder that meshes may be read from (default: the package's)");
@@ -194,6 +247,12 @@ Action AddTwin(CLI::App& app) {
   AddNumber(*import, "--density", &flags->density, 0.0, 1e6, "kg/m^3 of links whose mass the file does not say");
   import->add_flag("--force", flags->force, "replace an earlier import");
   import->add_flag("--json", flags->json, "print what was made as JSON");
+  AddCadFlags(import, flags.get());
+  CLI::App* candidates = app.add_subcommand("candidates", "where a STEP file's joints may be, with scores and reasons");
+  candidates->add_option("file", flags->input, "the assembly: STEP or IGES")->required();
+  candidates->add_option("-o,--output", flags->candidates, "file to write")->capture_default_str();
+  candidates->add_flag("--json", flags->json, "print JSON");
+  AddCadFlags(candidates, flags.get());
   CLI::App* fk = app.add_subcommand("fk", "where the links are for given joint positions");
   fk->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
   fk->add_option("--q", flags->positions,
@@ -217,10 +276,13 @@ Action AddTwin(CLI::App& app) {
       ->capture_default_str();
   AddWhole(*view, "--seed", &flags->view.seed, 0, kMostWhole, "seed of the model's world");
   view->add_flag("--open", flags->view.open, "ask the system for a browser");
-  return [flags, import, fk, view] {
+  return [flags, import, candidates, fk, view] {
     if (view->parsed()) return ViewTwin(flags->input, flags->view);
     EndAtSignals();
-    return import->parsed() ? ImportTwin(*flags) : fk->parsed() ? ShowPose(*flags) : CheckTwin(*flags);
+    return import->parsed()       ? ImportTwin(*flags)
+           : candidates->parsed() ? ShowCandidates(*flags)
+           : fk->parsed()         ? ShowPose(*flags)
+                                  : CheckTwin(*flags);
   };
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <tuple>
@@ -14,6 +15,7 @@
 #include "consac/robot/self_collision.h"
 #include "consac/robot/table.h"
 #include "consac/twin/mjcf.h"
+#include "cad_model.h"
 #include "files.h"
 #include "read_model.h"
 #include "scene.h"
@@ -25,6 +27,7 @@ namespace {
 using robot::Transform;
 using robot::Vector3;
 
+constexpr std::size_t kMostCadBytes = std::size_t{1} << 30;
 constexpr double kLargestLink = 10.0, kSmallestLink = 1e-3;  // m; beyond them the unit is another
 
 // What the package says of its licence; "" nothing.
@@ -61,11 +64,29 @@ class Importer {
     return {};
   }
 
+  // The model, and its file's bytes.
+  Result<Model> ReadFileAndModel(std::vector<std::byte>* bytes) {
+    if (!IsCad(path_)) {
+      std::string text;
+      Result<Model> model = ReadModelAndText(path_, &text);
+      const std::span<const std::byte> read = std::as_bytes(std::span<const char>(text));
+      bytes->assign(read.begin(), read.end());
+      return model;
+    }
+    Result<std::vector<std::byte>> read = ReadRegularFile(path_, kMostCadBytes);
+    if (!read.ok()) return read.status();
+    *bytes = std::move(*read);
+    Result<CadFile> cad = OpenCad(path_, options_.cad, options_.progress);
+    if (!cad.ok()) return cad.status();
+    cad_ = std::move(*cad);
+    return ModelOf(*cad_);
+  }
+
   Status Read() {
-    std::string text;
-    Result<Model> model = ReadModelAndText(path_, &text);
+    std::vector<std::byte> bytes;
+    Result<Model> model = ReadFileAndModel(&bytes);
     if (!model.ok()) return model.status();
-    const std::span<const std::byte> pieces[] = {std::as_bytes(std::span<const char>(text))};
+    const std::span<const std::byte> pieces[] = {bytes};
     origin_ = {FromPath(ToPath(path_).filename()), model->format, Sha256Hex(pieces), LicenceOf(finder_.root())};
     if (!options_.srdf.empty()) {
       const Result<std::string> pairs = ReadText(options_.srdf);
@@ -139,7 +160,8 @@ class Importer {
     std::map<std::string, std::size_t> by_path;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       CONSAC_RETURN_IF_ERROR(Next());
-      const Result<std::string> path = finder_.Find(shapes[i]->shape.mesh);
+      const Result<std::string> path =
+          cad_.has_value() ? Result<std::string>(shapes[i]->shape.mesh) : finder_.Find(shapes[i]->shape.mesh);
       if (!path.ok())
         return Of(path_, Status(path.status().code(),
                                 "link " + Quote(shapes[i]->shape.link) + ": " + path.status().message()));
@@ -152,9 +174,14 @@ class Importer {
   }
 
   Status CopyMesh(const std::string& name, const std::string& path) {
-    const Result<Triangles> triangles = ReadMesh(path);
+    std::size_t part = 0;  // of a CAD file
+    if (cad_.has_value()) part = static_cast<std::size_t>(std::strtoull(name.c_str(), nullptr, 10));
+    const Result<Triangles> triangles = cad_.has_value() ? TrianglesOf(cad_->assembly, part) : ReadMesh(path);
     if (!triangles.ok()) return triangles.status();
-    scene_.files.push_back({name, OutputName(path), triangles->count(), triangles->parts});
+    const std::string known = cad_.has_value() ? AsFolderName(cad_->assembly.parts[part].name, 100) : "";
+    scene_.files.push_back({cad_.has_value() ? cad_->assembly.parts[part].name : name,
+                            OutputName(cad_.has_value() ? "part/" + known + ".stl" : path), triangles->count(),
+                            triangles->parts});
     report_.meshes += 1;
     report_.triangles += triangles->count();
     report_.most_triangles = std::max(report_.most_triangles, triangles->count());
@@ -208,7 +235,7 @@ class Importer {
     double longest = 0.0;
     for (std::size_t k = 0; k < 3; ++k)
       longest = std::max(longest, static_cast<double>(geometry->high[k]) - static_cast<double>(geometry->low[k]));
-    if (longest > kLargestLink || longest < kSmallestLink) {
+    if (!cad_.has_value() && (longest > kLargestLink || longest < kSmallestLink)) {  // CAD files say their unit
       Warn("link " + Quote(visual.shape.link) + ": what it looks like is " + NumberText(static_cast<float>(longest)) +
            " m long; if that is a wrong unit, set its mesh's scale (0.001 for millimetres)");
     }
@@ -245,6 +272,8 @@ class Importer {
     std::vector<Vector3> points;
     robot::Inertial sum;
     bool solid = true;
+    const double mass = MassSaid(scene_.robot.links[link].name);
+    std::vector<std::string> open;
     for (const PlacedShape* shape : shapes) {
       const Result<Triangles> triangles = Load(shape->shape.kind, shape->mesh, shape->shape.size);
       if (!triangles.ok()) return triangles.status();
@@ -256,16 +285,28 @@ class Importer {
                                               static_cast<double>(corners[i + 2])});
       MakeUnique(&own);
       points.insert(points.end(), own.begin(), own.end());
-      const std::optional<robot::Inertial> body = options_.density > 0.0 ? SolidOf(*triangles) : std::nullopt;
-      solid = solid && body.has_value();
+      const bool weighed = options_.density > 0.0 || mass > 0.0;
+      const std::optional<robot::Inertial> body = weighed ? SolidOf(*triangles) : std::nullopt;
+      if (weighed && !body.has_value() && cad_.has_value()) open.push_back(Quote(shape->shape.name, 300));
+      solid = solid && (body.has_value() || cad_.has_value());  // CAD files are full of surfaces without a volume
       if (body.has_value()) AddSolid(*body, shape->origin, &sum);
     }
     MakeUnique(&points);
     robot::Capsule capsule = robot::CapsuleAround(points);
     capsule.link = static_cast<std::int32_t>(link);
     scene_.robot.capsules.push_back(capsule);
-    SetMass(&scene_.robot.links[link], solid, sum);
+    WarnOf("link " + Quote(scene_.robot.links[link].name) + ": parts that are not closed have no mass", open,
+           "make solids of them, or say the link's mass in --hints");
+    SetMass(&scene_.robot.links[link], solid, mass > 0.0 && sum.mass > 0.0 ? mass / sum.mass : options_.density, sum);
     return {};
+  }
+
+  // The mass that hints say of a link, kg; 0 none.
+  double MassSaid(const std::string& link) const {
+    if (!cad_.has_value()) return 0.0;
+    const std::vector<robot::LinkDescription>& links = cad_->found.robot.links;
+    const auto at = std::find_if(links.begin(), links.end(), [&](const auto& each) { return each.name == link; });
+    return at == links.end() ? 0.0 : cad_->found.masses[static_cast<std::size_t>(at - links.begin())];
   }
 
   // What a mass of 1 at `at` adds to the inertia about the origin. Source: the parallel axis theorem of Steiner.
@@ -285,16 +326,16 @@ class Importer {
     sum->mass += m;
   }
 
-  void SetMass(robot::Link* link, bool solid, const robot::Inertial& sum) {
-    if (link->inertial.has_value() || options_.density <= 0.0) return;
+  void SetMass(robot::Link* link, bool solid, double density, const robot::Inertial& sum) {
+    if (link->inertial.has_value() || density <= 0.0) return;
     if (!solid || !(sum.mass > 0.0)) {
       Warn("link " + Quote(link->name) +
            ": its meshes are not closed, or are inside out, so it has no mass; mend them, or write <inertial>");
       return;
     }
-    robot::Inertial body{options_.density * sum.mass, (1.0 / sum.mass) * sum.centre, {}};
+    robot::Inertial body{density * sum.mass, (1.0 / sum.mass) * sum.centre, {}};
     const std::array<double, 6> shift = InertiaOfPoint(body.centre);
-    for (std::size_t i = 0; i < 6; ++i) body.inertia[i] = options_.density * (sum.inertia[i] - sum.mass * shift[i]);
+    for (std::size_t i = 0; i < 6; ++i) body.inertia[i] = density * (sum.inertia[i] - sum.mass * shift[i]);
     link->inertial = body;
   }
 
@@ -342,6 +383,7 @@ class Importer {
       return Of(path_, {again.status().code(), "nobody would read its joint table (" + again.status().message() +
                                                    "); shorten the names, or leave out links or pairs that may touch"});
     CONSAC_RETURN_IF_ERROR(Put(kTableName, table));
+    if (cad_.has_value()) CONSAC_RETURN_IF_ERROR(Put("candidates.json", CandidatesText(cad_->found)));
     CONSAC_RETURN_IF_ERROR(Put(kReportName, Report()));
     return folder_.Commit();
   }
@@ -365,6 +407,7 @@ class Importer {
   const ImportOptions& options_;
   MeshFinder finder_;
   OutputFolder folder_;
+  std::optional<CadFile> cad_;  // of a CAD file, as long as its meshes are read
   Scene scene_;
   ImportReport report_;
   std::set<std::string> used_;  // names of mesh files in small letters

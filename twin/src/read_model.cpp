@@ -6,6 +6,7 @@
 #include "consac/robot/table.h"
 #include "consac/twin/import.h"
 #include "consac/twin/urdf.h"
+#include "cad_model.h"
 #include "files.h"
 #include "xml.h"
 
@@ -23,8 +24,9 @@ Result<std::string> ReadText(const std::string& path) {
 
 Result<Model> ReadModelAndText(const std::string& path, std::string* text) {
   const std::string ending = EndingOf(path);
-  if (ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs")
-    return Status{StatusCode::kInvalidArgument, "'" + path + "': CAD files are not read yet; export a URDF"};
+  if (IsCad(path))
+    return Status{StatusCode::kInvalidArgument,
+                  "'" + path + "' is a CAD file; make a twin of it first: consac twin import"};
   if (ending == ".xacro")
     return Status{StatusCode::kInvalidArgument,
                   "'" + path + "' is xacro; make a URDF of it first: xacro FILE > robot.urdf"};

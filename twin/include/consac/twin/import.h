@@ -9,11 +9,25 @@
 
 #include "consac/base/status.h"
 #include "consac/robot/robot.h"
+#include "consac/twin/cad_joints.h"
 #include "consac/twin/model.h"
 
 namespace consac::twin {
 
 inline constexpr std::size_t kBytesPerTriangle = 160;  ///< of a closed mesh of a million, measured; of loose ones twice
+
+/// Told before each part: how many of at most how many are done. False stops with kCancelled. May be empty.
+using ImportProgress = std::function<bool(std::size_t done, std::size_t of)>;
+
+/// How CAD files (STEP, IGES) are read.
+struct CadOptions {
+  std::string program;         ///< consac-cad; "": beside the running program, then in PATH
+  double deflection = 0.2e-3;  ///< farthest that triangles leave a surface, m
+  double angle = 0.35;         ///< most between neighbouring triangles, rad; what counts on small round parts
+  double seconds = 300.0;      ///< most that consac-cad may take, of the clock and of a core
+  double mebibytes = 4096.0;   ///< most memory of consac-cad
+  std::string hints;           ///< file of hints on joints (cad_joints.h); "" none
+};
 
 /// How to import.
 struct ImportOptions {
@@ -23,9 +37,8 @@ struct ImportOptions {
   std::map<std::string, std::string> packages;  ///< folders of "package://NAME/..."
   std::string srdf;                             ///< file with links that may touch; "" none
   double density = 0.0;                         ///< kg/m^3 of links whose mass the file does not say; 0: left out
-  /// Called before each mesh is read, and before each link: how many parts of at most how many are done. False stops
-  /// with kCancelled. May be empty.
-  std::function<bool(std::size_t done, std::size_t of)> progress;
+  CadOptions cad;                               ///< of a STEP or IGES file
+  ImportProgress progress;                      ///< before each mesh is read, and before each link
 };
 
 /// What was made.
@@ -38,12 +51,16 @@ struct ImportReport {
   std::vector<std::string> warnings;  ///< a line each
 };
 
-/// Reads a description: a URDF or an MJCF. kInvalidArgument says what is read where it is something else; errors name
+/// Reads a description: a URDF or an MJCF. CAD files are for Import. kInvalidArgument says what is read where it is something else; errors name
 /// the file.
 Result<Model> ReadModel(const std::string& path);
-/// Reads `path`, writes twin.glb, twin.json, twin.urdf, twin.xml (MJCF), report.json and meshes/*.stl. The same bytes
-/// for the same input. One mesh is in memory at a time. Errors are one line; nothing is left then.
+/// Reads `path`, writes twin.glb, twin.json, twin.urdf, twin.xml (MJCF), report.json and meshes/*.stl, of a CAD file
+/// candidates.json too. The same bytes for the same input. One mesh is in memory at a time. Errors are one line; nothing is left then.
 Result<ImportReport> Import(const std::string& path, const ImportOptions& options);
+/// What is looked for in a CAD file: its components and joint candidates, and what became of each.
+Result<CadRobot> FindCandidates(const std::string& path, const CadOptions& options, const ImportProgress& progress);
+/// The same as JSON (docs/twin.md).
+std::string CandidatesText(const CadRobot& robot);
 /// The joint table of an import's folder, of a twin.json or of a description.
 Result<robot::Robot> LoadRobot(const std::string& path);
 
