@@ -13,6 +13,7 @@ ARROWS = {
     "worlds": {"worlds", "core"},
     "interop": {"interop", "core"},
     "twin": {"twin", "core"},
+    "cad": {"cad", "twin", "core"},
     "engines/host": {"engines/host", "learn", "core"},
     "run": {"run", "learn", "worlds", "core"},
     "cli": {"cli", "run", "learn", "worlds", "interop", "twin", "core"},

@@ -8,6 +8,7 @@
 #   tools/setup.sh windows-program  what the program for Windows is built with here (a cross-compiler, sources of libraries)
 #   tools/setup.sh windows also what its tests need (Wine, GoogleTest, the Python environment in .venv)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
+#   tools/setup.sh cad     also what consac-cad reads STEP and IGES with (OpenCASCADE); nothing else needs it
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 #   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
@@ -19,6 +20,7 @@ build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasi
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev libpugixml-dev)
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git locales nodejs mono-mcs mono-runtime libmono-system-core4.0-cil)
+cad_packages=(libocct-data-exchange-dev libtbb-dev)  # the first names the second's library, but does not ask for it
 bench_packages=(libtorch-dev)
 unreal_compiler_packages=(clang-16 libc++-16-dev libc++abi-16-dev python3 python3-venv ccache)
 windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev make xz-utils)
@@ -103,10 +105,11 @@ case $stage in
            sources "${windows_sources[@]}"; python_environment tools/requirements-test.txt ;;
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
          python_environment tools/requirements-test.txt; tools/godot.sh ;;
+  cad)   install_packages "${build_packages[@]}" "${cad_packages[@]}" ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, bench or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"

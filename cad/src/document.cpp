@@ -1,11 +1,14 @@
 #include "document.h"
 
 #include <IGESCAFControl_Reader.hxx>
+#include <Interface_InterfaceModel.hxx>
 #include <Interface_Static.hxx>
 #include <Quantity_Color.hxx>
 #include <STEPCAFControl_Reader.hxx>
-#include <TCollection_AsciiString.hxx>
+#include <StepGeom_CartesianTransformationOperator3d.hxx>
+#include <StepGeom_Direction.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
+#include <TCollection_AsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
 #include <TDF_Tool.hxx>
 #include <TDataStd_Name.hxx>
@@ -14,10 +17,12 @@
 #include <XCAFDoc_ColorTool.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <XSControl_WorkSession.hxx>
 #include <cmath>
 #include <gp_Quaternion.hxx>
 #include <gp_Trsf.hxx>
 #include <map>
+#include <type_traits>
 
 #include "consac/base/file.h"
 #include "consac/base/path.h"
@@ -64,10 +69,10 @@ class Walk {
     TDF_LabelSequence all;
     shapes_->GetShapes(all);
     most_parts_ = static_cast<std::size_t>(all.Length());
-    for (int i = 1; i <= roots.Length(); ++i)
-      CONSAC_RETURN_IF_ERROR(Add(roots.Value(i), roots.Value(i), -1, "", 0));
+    for (int i = 1; i <= roots.Length(); ++i) CONSAC_RETURN_IF_ERROR(Add(roots.Value(i), roots.Value(i), -1, "", 0));
     if (shown_ == 0) return {StatusCode::kDataLoss, "it holds no surface"};
-    if (left_out_ > 0) out_.AddWarning(std::to_string(left_out_) + " faces could not be made triangles and are missing");
+    if (left_out_ > 0)
+      out_.AddWarning(std::to_string(left_out_) + " faces could not be made triangles and are missing");
     return {};
   }
 
@@ -85,8 +90,8 @@ class Walk {
       return {StatusCode::kResourceExhausted,
               "assemblies are nested more than " + std::to_string(kMostLevels) + " deep at " + Quote(path, 300)};
     if (++nodes_ > twin::kMostCadNodes)
-      return {StatusCode::kResourceExhausted, "it holds more than " + std::to_string(twin::kMostCadNodes) +
-                                                  " parts and assemblies; simplify it"};
+      return {StatusCode::kResourceExhausted,
+              "it holds more than " + std::to_string(twin::kMostCadNodes) + " parts and assemblies; simplify it"};
     CONSAC_RETURN_IF_ERROR(Place(XCAFDoc_ShapeTool::GetLocation(place), path, &node.place));
     node.colour = ColourOf(place);
     const bool assembly = XCAFDoc_ShapeTool::IsAssembly(product);
@@ -162,9 +167,9 @@ class Walk {
     };
     TakeShape(shape, metres_, fineness_, colour_of, &part, &triangles, &left_out_);
     if (triangles.count() > twin::kMostTriangles)
-      return Status{StatusCode::kResourceExhausted,
-                    "part " + Quote(part.name) + " has " + std::to_string(triangles.count()) +
-                        " triangles; take a larger --deflection"};
+      return Status{StatusCode::kResourceExhausted, "part " + Quote(part.name) + " has " +
+                                                        std::to_string(triangles.count()) +
+                                                        " triangles; take a larger --deflection"};
     out_.AddPart(part, triangles);
     return known->second;
   }
@@ -197,14 +202,46 @@ Status CheckEnds(const std::string& path, bool step) {
   return {};
 }
 
+double Determinant(const Handle(StepGeom_Direction) & a, const Handle(StepGeom_Direction) & b,
+                   const Handle(StepGeom_Direction) & c) {
+  const auto at = [](const Handle(StepGeom_Direction) & each, int i) {
+    return i <= each->NbDirectionRatios() ? each->DirectionRatiosValue(i) : 0.0;
+  };
+  return at(a, 1) * (at(b, 2) * at(c, 3) - at(b, 3) * at(c, 2)) -
+         at(a, 2) * (at(b, 1) * at(c, 3) - at(b, 3) * at(c, 1)) +
+         at(a, 3) * (at(b, 1) * at(c, 2) - at(b, 2) * at(c, 1));
+}
+
+// OpenCASCADE places what a file mirrors or scales as if it did not, without a word.
+Status CheckPlacements(const Handle(Interface_InterfaceModel) & model) {
+  for (int i = 1; i <= model->NbEntities(); ++i) {
+    const auto place = Handle(StepGeom_CartesianTransformationOperator3d)::DownCast(model->Value(i));
+    if (place.IsNull()) continue;
+    const std::string which =
+        "its entity #" + std::to_string(model->Number(place)) + " of " + std::to_string(model->NbEntities());
+    const bool axes = place->HasAxis1() && place->HasAxis2() && place->HasAxis3();
+    if (axes && Determinant(place->Axis1(), place->Axis2(), place->Axis3()) < 0.0)
+      return {StatusCode::kInvalidArgument,
+              which + " places a part as a mirror image; mirror the part itself and export again"};
+    if (place->HasScale() && !(std::abs(place->Scale() - 1.0) < 1e-9))
+      return {StatusCode::kInvalidArgument, which + " places a part with a scale of " + NumberText(place->Scale()) +
+                                                "; scale the part itself and export again"};
+  }
+  return {};
+}
+
 template <class Reader>
 Status Transfer(Reader* reader, const std::string& path, const Handle(TDocStd_Document) & document) {
   reader->SetColorMode(true);
   reader->SetNameMode(true);
   if (reader->ReadFile(path.c_str()) != IFSelect_RetDone)
-    return {StatusCode::kDataLoss, "OpenCASCADE cannot read it; export it again"};
+    return {StatusCode::kDataLoss,
+            "it is damaged, or takes more memory than --cad-mebibytes allows: OpenCASCADE cannot read it"};
+  if constexpr (std::is_same_v<Reader, STEPCAFControl_Reader>)
+    CONSAC_RETURN_IF_ERROR(CheckPlacements(reader->ChangeReader().WS()->Model()));
   Handle(TDocStd_Document) to = document;
-  if (!reader->Transfer(to)) return {StatusCode::kDataLoss, "OpenCASCADE makes no shape of it; export it again"};
+  if (!reader->Transfer(to))
+    return {StatusCode::kDataLoss, "it is damaged: OpenCASCADE makes no shape of it; export it again"};
   return {};
 }
 

@@ -5,13 +5,13 @@
 //
 //   consac-cad FILE DEFLECTION_MM ANGLE_RAD SECONDS MEBIBYTES >assembly
 
-#include <Message.hxx>
-#include <Message_Messenger.hxx>
-#include <Standard_Failure.hxx>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Standard_Failure.hxx>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -54,7 +54,8 @@ bool WriteAll(int to, std::span<const std::byte> bytes) {
 int main(int argc, char** argv) {
   double numbers[4] = {};
   bool good = argc == 6;
-  for (int i = 0; i < 4 && good; ++i) good = ParseNumber(std::string_view(argv[i + 2]), &numbers[i]) && numbers[i] > 0.0;
+  for (int i = 0; i < 4 && good; ++i)
+    good = ParseNumber(std::string_view(argv[i + 2]), &numbers[i]) && numbers[i] > 0.0;
   if (!good) return Fail("usage: consac-cad FILE DEFLECTION_MM ANGLE_RAD SECONDS MEBIBYTES >assembly");
   (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
   Limit(RLIMIT_CPU, numbers[2]);

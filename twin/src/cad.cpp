@@ -16,9 +16,9 @@ using robot::Vector3;
 constexpr char kCadMagic[8] = {'c', 'o', 'n', 's', 'a', 'c', 'A', 'D'};
 constexpr std::uint32_t kCadVersion = 1;
 constexpr std::uint32_t kFileRecord = 1, kPartRecord = 2, kNodeRecord = 3, kWarningRecord = 4, kEndRecord = 5;
-constexpr std::size_t kMostCadText = 1000;     // bytes of a name or a warning
+constexpr std::size_t kMostCadText = 1000;  // bytes of a name or a warning
 constexpr std::size_t kMostWarnings = 1000;
-constexpr double kFarthest = 1e6;           // m
+constexpr double kFarthest = 1e6;  // m
 constexpr std::size_t kCylinderBytes = 10 * 8 + 4, kColourBytes = 4 * 4, kTriangleBytes = 36;
 
 // Numbers and texts one after another.
@@ -133,7 +133,7 @@ CadNode ReadNode(CadCut* in, const CadAssembly& assembly) {
     return number >= -1 && number < static_cast<std::int32_t>(count);
   };
   if (!in_range(node.parent, assembly.nodes.size()) || !in_range(node.part, assembly.parts.size())) in->Fail();
-  if (node.parent >= 0 && assembly.nodes[static_cast<std::size_t>(node.parent)].part >= 0) in->Fail();
+  if (in->good() && node.parent >= 0 && assembly.nodes[static_cast<std::size_t>(node.parent)].part >= 0) in->Fail();
   return node;
 }
 

@@ -105,9 +105,8 @@ std::vector<AxisLine> FindAxes(const CadAssembly& assembly, const std::vector<st
       d = d + Vector3{};  // no -0
       const double along = Dot(at, d);
       const Vector3 point = at - along * d;
-      std::int32_t direction = near_direction.Find(d, [&](std::int32_t each) {
-        return Norm(directions[static_cast<std::size_t>(each)] - d) < kSameDirection;
-      });
+      std::int32_t direction = near_direction.Find(
+          d, [&](std::int32_t each) { return Norm(directions[static_cast<std::size_t>(each)] - d) < kSameDirection; });
       if (direction < 0) {
         direction = static_cast<std::int32_t>(directions.size());
         directions.push_back(d);

@@ -18,13 +18,13 @@ struct Carrier {
 
 /// A line and what lies on it.
 struct AxisLine {
-  robot::Vector3 point;      ///< the nearest to the world's origin
-  robot::Vector3 direction;  ///< its first component that is not 0 is positive
+  robot::Vector3 point;           ///< the nearest to the world's origin
+  robot::Vector3 direction;       ///< its first component that is not 0 is positive
   std::vector<Carrier> carriers;  ///< by group, node, side, radius, place
 };
 
 inline constexpr double kSameDirection = 0.1 * robot::kPiRadians / 180.0;  ///< rad
-inline constexpr double kSameLine = 0.05e-3;                                ///< m
+inline constexpr double kSameLine = 0.05e-3;                               ///< m
 
 /// All axes, in an order of the file's. `groups` says which group a node is of, -1 none. Cost: linear in the cylinders.
 std::vector<AxisLine> FindAxes(const CadAssembly& assembly, const std::vector<std::int32_t>& groups,

@@ -11,13 +11,12 @@ namespace {
 
 using robot::Vector3;
 
-constexpr double kGap = 5e-3;            // m: farther apart along an axis, two pieces have nothing to do with each other
-constexpr double kPlay = 0.3e-3;         // m: between a pin's radius and its bore's
-constexpr double kTight = 0.02e-3;       // m: by which a pin may be drawn wider than its bore
-constexpr double kOverlap = 0.2e-3;      // m: along the axis
-constexpr double kCircle = 0.1e-3;       // m: by which screws may leave their circle
-constexpr double kOnAxis = 0.05e-3;      // m: of a component's origin
-constexpr double kWidestPin = 0.012;     // m, radius of what connects two others
+constexpr double kGap = 5e-3;        // m: farther apart along an axis, two pieces have nothing to do with each other
+constexpr double kPlay = 0.3e-3;     // m: between a pin's radius and its bore's
+constexpr double kTight = 0.02e-3;   // m: by which a pin may be drawn wider than its bore
+constexpr double kOverlap = 0.2e-3;  // m: along the axis
+constexpr double kCircle = 0.1e-3;   // m: by which screws may leave their circle
+constexpr double kOnAxis = 0.05e-3;  // m: of a component's origin
 constexpr std::size_t kMostNeighbours = 8;  // of a group on one axis
 constexpr std::size_t kMostCarriers = 200;  // of a group on one axis that are looked at
 constexpr std::size_t kMostFamily = 64;     // parallel axes of a pair among which a circle is looked for
@@ -51,9 +50,8 @@ std::vector<OnLine> GroupsOn(const AxisLine& line) {
     each.carriers = std::span(line.carriers).subspan(begin, std::min(end - begin, kMostCarriers));
     out.push_back(each);
   }
-  std::sort(out.begin(), out.end(), [](const OnLine& a, const OnLine& b) {
-    return std::tie(a.low, a.group) < std::tie(b.low, b.group);
-  });
+  std::sort(out.begin(), out.end(),
+            [](const OnLine& a, const OnLine& b) { return std::tie(a.low, a.group) < std::tie(b.low, b.group); });
   return out;
 }
 
@@ -86,21 +84,16 @@ class Judge {
   }
 
  private:
-  // Thin pieces on a single axis that stand in the bores of two others.
+  // Rods on a single axis that stand in two others, or screws that stand in one.
   void FindConnectors(const std::vector<std::vector<OnLine>>& on) {
     std::vector<int> lines_of(groups_.groups.size(), 0);
-    std::vector<bool> thin(groups_.groups.size(), true);
     for (const std::vector<OnLine>& list : on) {
-      for (const OnLine& each : list) {
-        const auto group = static_cast<std::size_t>(each.group);
-        ++lines_of[group];
-        for (const Carrier& carrier : each.carriers) thin[group] = thin[group] && carrier.radius <= kWidestPin;
-      }
+      for (const OnLine& each : list) ++lines_of[static_cast<std::size_t>(each.group)];
     }
     for (const std::vector<OnLine>& list : on) {
       for (const OnLine& each : list) {
         const auto group = static_cast<std::size_t>(each.group);
-        if (lines_of[group] != 1 || !thin[group] || groups_.groups[group].hinted) continue;
+        if (lines_of[group] != 1 || !groups_.rods[group]) continue;
         int touched = 0;
         for (const OnLine& other : list)
           touched += &other != &each && other.low < each.high + kGap && each.low < other.high + kGap ? 1 : 0;
@@ -235,8 +228,9 @@ class Judge {
               std::vector<JointCandidate>* out) const {
     const auto connects = [&](std::int32_t group) { return groups_.groups[static_cast<std::size_t>(group)].connects; };
     if (connects(first) || connects(second)) {
-      out->push_back(Make(first, second, shared.front(), 1.0, false,
-                          (connects(first) ? "the first" : "the second") + std::string(" is a pin, screw or washer in the other")));
+      out->push_back(Make(
+          first, second, shared.front(), 1.0, false,
+          (connects(first) ? "the first" : "the second") + std::string(" is a pin, screw or washer in the other")));
       return;
     }
     const auto families = FamiliesOf(shared);
@@ -256,8 +250,7 @@ class Judge {
     out->push_back(best);
   }
 
-  JointCandidate DecideFamily(std::int32_t first, std::int32_t second,
-                              const std::vector<const Shared*>& family) const {
+  JointCandidate DecideFamily(std::int32_t first, std::int32_t second, const std::vector<const Shared*>& family) const {
     for (const Shared* each : family) {
       const std::size_t screws = CircleAround(family, *each);
       if (screws == 0) continue;

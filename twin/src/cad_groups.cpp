@@ -16,10 +16,10 @@ constexpr double kLargestFastener = 0.012;  // radius, m: M24's shank
 constexpr double kHead = 1.3;               // how much wider than its shank a screw's head is
 
 // Words by which makers call what holds things together.
-constexpr std::string_view kFasteners[] = {"screw", "bolt", "washer", "rivet", "schraube", "mutter", "scheibe",
-                                           "hexnut", "hex nut", "locknut", "lock nut", "iso 4762", "iso4762",
-                                           "iso 4014", "iso 4017", "iso 7380", "iso 10642", "din 912", "din912",
-                                           "din 933", "din 934", "din 125", "fhs_m", "phs_m"};
+constexpr std::string_view kFasteners[] = {"screw",   "bolt",     "washer",   "rivet",    "schraube",  "mutter",
+                                           "scheibe", "hexnut",   "hex nut",  "locknut",  "lock nut",  "iso 4762",
+                                           "iso4762", "iso 4014", "iso 4017", "iso 7380", "iso 10642", "din 912",
+                                           "din912",  "din 933",  "din 934",  "din 125",  "fhs_m",     "phs_m"};
 
 bool FastensByName(const std::string& name) {
   const std::string small = LowerCase(name);
@@ -43,13 +43,39 @@ bool FastensByShape(const CadPart& part) {
   return thinnest > 0.0 && widest >= kHead * thinnest;
 }
 
+// A part that is all around one axis, small, and no wider than its cylinders (a hexagon's corners count).
+bool IsRod(const CadPart& part) {
+  constexpr double kWide = 2.6;
+  if (part.cylinders.empty()) return false;
+  const CadCylinder& first = part.cylinders.front();
+  double radius = 0.0;
+  bool pin = false;
+  for (const CadCylinder& each : part.cylinders) {
+    const Vector3 off = each.origin - first.origin;
+    if (Norm(Cross(each.direction, first.direction)) > 1e-3 ||
+        Norm(off - Dot(off, first.direction) * first.direction) > 1e-4)
+      return false;
+    radius = std::max(radius, each.radius);
+    pin = pin || !each.concave;
+  }
+  const Vector3 size = part.high - part.low, d = first.direction;
+  const double across = std::abs(d.x) > 0.999   ? std::max(size.y, size.z)
+                        : std::abs(d.y) > 0.999 ? std::max(size.x, size.z)
+                        : std::abs(d.z) > 0.999 ? std::max(size.x, size.y)
+                                                : 1e9;
+  return pin && radius <= kLargestFastener && across <= kWide * radius;
+}
+
 void Extend(const robot::Transform& place, const CadPart& part, bool first, CadGroup* group) {
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3 at = place * Vector3{corner & 1 ? part.high.x : part.low.x, corner & 2 ? part.high.y : part.low.y,
                                        corner & 4 ? part.high.z : part.low.z};
     const bool begins = first && corner == 0;
-    group->low = begins ? at : Vector3{std::min(group->low.x, at.x), std::min(group->low.y, at.y), std::min(group->low.z, at.z)};
-    group->high = begins ? at : Vector3{std::max(group->high.x, at.x), std::max(group->high.y, at.y), std::max(group->high.z, at.z)};
+    group->low =
+        begins ? at : Vector3{std::min(group->low.x, at.x), std::min(group->low.y, at.y), std::min(group->low.z, at.z)};
+    group->high =
+        begins ? at
+               : Vector3{std::max(group->high.x, at.x), std::max(group->high.y, at.y), std::max(group->high.z, at.z)};
   }
 }
 
@@ -133,12 +159,15 @@ Result<Groups> GroupParts(const CadAssembly& assembly, const JointHints& hints) 
     }
   }
   std::vector<bool> begun(out.groups.size(), false);
+  out.rods.assign(out.groups.size(), true);
   for (std::size_t n = 0; n < count; ++n) {
     if (assembly.nodes[n].part < 0 || out.of_node[n] < 0) continue;
     const auto group = static_cast<std::size_t>(out.of_node[n]);
     Extend(out.places[n], assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)], !begun[group],
            &out.groups[group]);
     begun[group] = true;
+    out.rods[group] = out.rods[group] && !out.groups[group].hinted &&
+                      IsRod(assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)]);
   }
   return out;
 }

@@ -19,6 +19,7 @@ struct Groups {
   std::vector<robot::Transform> places;  ///< [nodes] in the world
   std::vector<std::string> paths;        ///< [nodes] CadAssembly::PathOf
   std::vector<bool> fastens;             ///< [nodes] a screw, nut or washer, by its name or its shape
+  std::vector<bool> rods;                ///< [groups] each of its parts is no wider than a pin around one axis
 };
 
 /// First-level components, and what hints put together. kInvalidArgument where a hint's pattern meets nothing.

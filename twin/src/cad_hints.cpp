@@ -1,4 +1,5 @@
 // A file of hints: docs/twin.md, "From a STEP file".
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -20,7 +21,7 @@ class HintsReader {
  public:
   Result<JointHints> Read(const HintsJson& json) {
     JointHints hints;
-    Know(json, "the file", {"base", "automatic", "links", "joints"});
+    if (!Know(json, "the file", {"base", "automatic", "links", "joints"})) return status_;
     hints.base = Text(json, "base", "");
     if (json.contains("automatic") && !json["automatic"].is_boolean()) Fail("\"automatic\" is true or false");
     hints.automatic = json.value("automatic", HintsJson(true)) != false;
@@ -90,7 +91,8 @@ class HintsReader {
       if (value.is_object()) {
         Know(value, "link " + Quote(name), {"parts", "mass"});
         link.mass = Number(value, "mass", 0.0);
-        if (value.contains("mass") && !(link.mass > 0.0)) Fail("link " + Quote(name) + ": \"mass\" is to be above 0, kg");
+        if (value.contains("mass") && !(link.mass > 0.0))
+          Fail("link " + Quote(name) + ": \"mass\" is to be above 0, kg");
         if (!value.contains("parts")) return Fail("link " + Quote(name) + " has no \"parts\"");
         parts = &value["parts"];
       }
@@ -117,7 +119,8 @@ class HintsReader {
   }
 
   void ReadJoint(const HintsJson& json, const std::string& where, JointHints* hints) {
-    if (!Know(json, where, {"name", "type", "parent", "child", "axis", "limit", "velocity", "effort", "drawn_at"})) return;
+    if (!Know(json, where, {"name", "type", "parent", "child", "axis", "limit", "velocity", "effort", "drawn_at"}))
+      return;
     JointHint joint;
     joint.name = Name(where, Text(json, "name", ""));
     const std::string type = Text(json, "type", "revolute");

@@ -65,6 +65,17 @@ Status Wrong(const JointHint& hint, const std::string& what) {
   return {StatusCode::kInvalidArgument, "hints: joint " + Quote(hint.name) + ": " + what};
 }
 
+// A name that a robot's link may have: not too long, cut at a character's end.
+std::string AsLinkName(std::string name) {
+  constexpr std::size_t kMost = 200;
+  if (name.size() > kMost) {
+    std::size_t end = kMost;
+    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;
+    name.resize(end);
+  }
+  return name.empty() ? "part" : name;
+}
+
 class Finder {
  public:
   Finder(const CadAssembly& assembly, const JointHints& hints, Groups groups)
@@ -117,7 +128,8 @@ class Finder {
 
   bool HintedToMove(std::int32_t a, std::int32_t b) const {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      if (hints_.joints[i].type != JointType::kFixed && std::minmax(pairs_[i].first, pairs_[i].second) == std::minmax(a, b))
+      if (hints_.joints[i].type != JointType::kFixed &&
+          std::minmax(pairs_[i].first, pairs_[i].second) == std::minmax(a, b))
         return true;
     }
     return false;
@@ -144,7 +156,8 @@ class Finder {
       std::int64_t which = 0;
       const bool good = ParseNumber(axis.substr(kCandidate.size()), &which) && which >= 1 &&
                         which <= static_cast<std::int64_t>(out_.candidates.size());
-      if (!good) return Wrong(hint, "there is no " + Quote(axis) + "; there are " + std::to_string(out_.candidates.size()));
+      if (!good)
+        return Wrong(hint, "there is no " + Quote(axis) + "; there are " + std::to_string(out_.candidates.size()));
       edge->candidate = static_cast<std::int32_t>(which - 1);
     } else if (axis.starts_with(kComponent)) {
       return AxisOfComponent(hint, axis.substr(kComponent.size()), edge);
@@ -156,7 +169,8 @@ class Finder {
           edge->candidate = static_cast<std::int32_t>(i);
       }
       if (edge->candidate < 0)
-        return Wrong(hint, "its two sides share no axis; say one: \"axis\": \"component:PATH#Z\", or an origin and a direction");
+        return Wrong(
+            hint, "its two sides share no axis; say one: \"axis\": \"component:PATH#Z\", or an origin and a direction");
     }
     edge->origin = out_.candidates[static_cast<std::size_t>(edge->candidate)].origin;
     edge->direction = out_.candidates[static_cast<std::size_t>(edge->candidate)].direction;
@@ -165,7 +179,8 @@ class Finder {
 
   Status AxisOfComponent(const JointHint& hint, std::string_view text, Edge* edge) const {
     const std::size_t hash = text.rfind('#');
-    const std::string_view pattern = text.substr(0, hash), letter = hash == std::string_view::npos ? "" : text.substr(hash + 1);
+    const std::string_view pattern = text.substr(0, hash),
+                           letter = hash == std::string_view::npos ? "" : text.substr(hash + 1);
     const std::size_t which = letter.size() == 1 ? std::string_view("XYZxyz").find(letter[0]) : std::string_view::npos;
     if (which == std::string_view::npos)
       return Wrong(hint, Quote(text) + " names no axis of a component; PATH#X, #Y or #Z is expected");
@@ -184,10 +199,10 @@ class Finder {
       const JointHint& hint = hints_.joints[i];
       if (hint.type == JointType::kFixed) continue;
       Edge edge{pairs_[i].first, pairs_[i].second, {}, {}, &hint, -1};
-      CONSAC_RETURN_IF_ERROR(AxisOf(i, &edge));
       const std::string sides = Quote(GroupOf(edge.first).name) + " and " + Quote(GroupOf(edge.second).name);
       if (rigid_.Of(edge.first) == rigid_.Of(edge.second))
         return Wrong(hint, sides + " are fixed to each other through others; part them by \"links\"");
+      CONSAC_RETURN_IF_ERROR(AxisOf(i, &edge));
       if (!tree_.Join(rigid_.Of(edge.first), rigid_.Of(edge.second)))
         return Wrong(hint, sides + " are connected by other joints already: a loop; leave one of them out");
       if (edge.candidate >= 0) out_.candidates[static_cast<std::size_t>(edge.candidate)].verdict = hint.name;
@@ -210,7 +225,8 @@ class Finder {
         const bool known = IsKnown(each);
         each.verdict = known ? "the same as one above" : "not taken: it closes a loop";
         if (!known)
-          out_.warnings.push_back("candidate " + std::to_string(i + 1) + " would close a loop of joints and was not taken");
+          out_.warnings.push_back("candidate " + std::to_string(i + 1) +
+                                  " would close a loop of joints and was not taken");
       } else {
         edges_.push_back({each.first, each.second, each.origin, each.direction, nullptr, static_cast<std::int32_t>(i)});
       }
@@ -230,8 +246,8 @@ class Finder {
     if (!hints_.base.empty()) {
       const std::vector<std::int32_t> meant = Meant(hints_.base);
       if (meant.empty())
-        return {StatusCode::kInvalidArgument, "hints: base: no link or component is " + Quote(hints_.base) +
-                                                  "; consac twin candidates lists them"};
+        return {StatusCode::kInvalidArgument,
+                "hints: base: no link or component is " + Quote(hints_.base) + "; consac twin candidates lists them"};
       base_ = rigid_.Of(meant.front());
       return {};
     }
@@ -244,8 +260,9 @@ class Finder {
       if (Volume(groups_.groups[i]) > Volume(GroupOf(largest))) largest = static_cast<std::int32_t>(i);
     }
     base_ = rigid_.Of(named >= 0 ? named : largest);
-    out_.asked.push_back("base: " + Quote(GroupOf(named >= 0 ? named : largest).name) + " is taken for what stands still, " +
-                         (named >= 0 ? "by its name" : "since it is the largest") + "; if another does, say \"base\" in --hints");
+    out_.asked.push_back(
+        "base: " + Quote(GroupOf(named >= 0 ? named : largest).name) + " is taken for what stands still, " +
+        (named >= 0 ? "by its name" : "since it is the largest") + "; if another does, say \"base\" in --hints");
     return {};
   }
 
@@ -253,7 +270,8 @@ class Finder {
   std::map<std::int32_t, std::int32_t> SpeakersOf() {
     std::map<std::int32_t, std::int32_t> speakers;
     for (std::size_t i = 0; i < groups_.groups.size(); ++i) {
-      const auto [known, is_new] = speakers.emplace(rigid_.Of(static_cast<std::int32_t>(i)), static_cast<std::int32_t>(i));
+      const auto [known, is_new] =
+          speakers.emplace(rigid_.Of(static_cast<std::int32_t>(i)), static_cast<std::int32_t>(i));
       const CadGroup &old = GroupOf(known->second), &each = groups_.groups[i];
       if (!is_new && (each.hinted != old.hinted ? each.hinted : Volume(each) > Volume(old)))
         known->second = static_cast<std::int32_t>(i);
@@ -269,7 +287,7 @@ class Finder {
 
   void AddLink(std::int32_t cluster, const Transform& place) {
     link_of_[cluster] = static_cast<std::int32_t>(out_.robot.links.size());
-    out_.robot.links.push_back({Unique(GroupOf(speakers_[cluster]).name, &link_names_), std::nullopt});
+    out_.robot.links.push_back({Unique(AsLinkName(GroupOf(speakers_[cluster]).name), &link_names_), std::nullopt});
     out_.link_place.push_back(place);
     double mass = 0.0;
     for (std::size_t i = 0; i < hints_.links.size(); ++i) {
@@ -280,14 +298,15 @@ class Finder {
 
   void MakeTree() {
     speakers_ = SpeakersOf();
-    out_.robot.name = assembly_.nodes.front().name;
+    out_.robot.name = AsLinkName(assembly_.nodes.front().name);
     for (const JointHint& hint : hints_.joints) joint_names_.insert(hint.name);
     AddLink(base_, {});
     Grow(base_);
     // What hangs on nothing: with joints of its own it is fixed to the base, without it is part of it.
     std::vector<std::string> loose;
     std::set<std::int32_t> with_joints;
-    for (const Edge& edge : edges_) with_joints.insert(rigid_.Of(edge.first)), with_joints.insert(rigid_.Of(edge.second));
+    for (const Edge& edge : edges_)
+      with_joints.insert(rigid_.Of(edge.first)), with_joints.insert(rigid_.Of(edge.second));
     for (const auto& [cluster, speaker] : speakers_) {
       if (link_of_.contains(cluster)) continue;
       loose.push_back(Quote(GroupOf(speaker).name));
@@ -364,8 +383,7 @@ class Finder {
       joint.drive = edge.hint->drive;
       if (joint.type == JointType::kRevolute && !limited) joint.type = JointType::kContinuous;
       if (joint.type == JointType::kPrismatic) back.position = -edge.hint->drawn_at * joint.axis;
-      if (joint.type != JointType::kPrismatic)
-        back.rotation = robot::RotationAbout(joint.axis, -edge.hint->drawn_at);
+      if (joint.type != JointType::kPrismatic) back.rotation = robot::RotationAbout(joint.axis, -edge.hint->drawn_at);
     }
     joint.origin = Inverse(out_.link_place[parent_link]) * out_.link_place.back() * back;
     joint.source = edge.hint != nullptr && edge.candidate < 0 ? "hint" : "geometry";
@@ -394,9 +412,9 @@ class Finder {
 }  // namespace
 
 Result<CadRobot> FindJoints(const CadAssembly& assembly, const JointHints& hints) {
-  if (assembly.nodes.empty()) return Status{StatusCode::kDataLoss, "it holds no part"};
   Result<Groups> groups = GroupParts(assembly, hints);
   if (!groups.ok()) return groups.status();
+  if (groups->groups.empty()) return Status{StatusCode::kDataLoss, "it holds no part"};
   return Finder(assembly, hints, std::move(*groups)).Run();
 }
 

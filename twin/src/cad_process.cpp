@@ -34,8 +34,8 @@ namespace consac::twin {
 CadOutput::~CadOutput() = default;
 
 Result<std::shared_ptr<CadOutput>> RunCadProgram(const std::string& path, const CadOptions&, const ImportProgress&) {
-  return Status{StatusCode::kUnavailable, "'" + path + "': CAD files are read on Linux only; make the twin there, or " +
-                                              "export a URDF"};
+  return Status{StatusCode::kUnavailable,
+                "'" + path + "': CAD files are read on Linux only; make the twin there, or " + "export a URDF"};
 }
 
 #else
@@ -45,8 +45,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kProgram = "consac-cad";
-constexpr int kLookEvery = 100;                // ms: whether to stop
-constexpr std::size_t kMostSaid = 64 * 1024;   // bytes of what it says, from the end
+constexpr int kLookEvery = 100;               // ms: whether to stop
+constexpr std::size_t kMostSaid = 64 * 1024;  // bytes of what it says, from the end
 
 // Beside the running program, then where the system looks for programs; "" nowhere.
 std::string FindProgram(const CadOptions& options) {
@@ -184,8 +184,9 @@ Result<std::shared_ptr<CadOutput>> RunCadProgram(const std::string& path, const 
   const std::string program = FindProgram(options);
   if (program.empty())
     return Status{StatusCode::kUnavailable,
-                  "'" + path + "': CAD files are read by the program consac-cad, which is neither beside consac nor in "
-                               "PATH; tools/setup.sh cad, then build again, makes it"};
+                  "'" + path +
+                      "': CAD files are read by the program consac-cad, which is neither beside consac nor in "
+                      "PATH; tools/setup.sh cad, then build again, makes it"};
   const int file = NamelessFile();
   if (file < 0) return Status{StatusCode::kResourceExhausted, "no temporary file can be made; set TMPDIR"};
   const std::shared_ptr<int> closed(new int(file), [](int* each) { close(*each), delete each; });

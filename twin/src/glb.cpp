@@ -147,6 +147,7 @@ Json NodesOf(const Scene& scene, Looks* looks) {
         robot.links[link].name + "_visual" + (many[link] == 0 ? "" : "_" + std::to_string(many[link] + 1));
     ++many[link];
     nodes.push_back(Node(name, visual.origin));
+    if (!visual.shape.name.empty()) nodes.back()["extras"] = {{"part", visual.shape.name}};
     nodes.back()["mesh"] = looks->MeshOf(v);
   }
   for (std::size_t i = 0; i < children.size(); ++i) {

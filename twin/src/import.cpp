@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "cad_model.h"
 #include "consac/base/file.h"
 #include "consac/base/hash.h"
 #include "consac/base/json.h"
@@ -15,7 +16,6 @@
 #include "consac/robot/self_collision.h"
 #include "consac/robot/table.h"
 #include "consac/twin/mjcf.h"
-#include "cad_model.h"
 #include "files.h"
 #include "read_model.h"
 #include "scene.h"

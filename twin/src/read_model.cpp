@@ -2,11 +2,11 @@
 
 #include <filesystem>
 
+#include "cad_model.h"
 #include "consac/base/file.h"
 #include "consac/robot/table.h"
 #include "consac/twin/import.h"
 #include "consac/twin/urdf.h"
-#include "cad_model.h"
 #include "files.h"
 #include "xml.h"
 

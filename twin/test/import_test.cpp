@@ -346,7 +346,7 @@ TEST_F(ImportTest, WhatAFileIsItsFirstElementSays) {
 
 TEST_F(ImportTest, OtherFormatsSayWhatToDo) {
   for (const char* name : {"a.step", "a.STP", "a.igs", "a.iges"})
-    EXPECT_NE(ReadModel(At(name)).status().message().find("CAD files are not read yet; export a URDF"),
+    EXPECT_NE(ReadModel(At(name)).status().message().find("is a CAD file; make a twin of it first: consac twin import"),
               std::string::npos)
         << name;
   EXPECT_NE(ReadModel(At("a.xacro")).status().message().find("xacro FILE > robot.urdf"), std::string::npos);

@@ -26,9 +26,9 @@ inline constexpr std::size_t kMostCylinders = 20'000'000;  ///< of all parts
 
 /// A cylindrical face: a pin, or a bore.
 struct CadCylinder {
-  robot::Vector3 origin;     ///< a point of its axis, m, in the part's frame
-  robot::Vector3 direction;  ///< of its axis, of length 1
-  double radius = 0.0;       ///< m
+  robot::Vector3 origin;        ///< a point of its axis, m, in the part's frame
+  robot::Vector3 direction;     ///< of its axis, of length 1
+  double radius = 0.0;          ///< m
   double from = 0.0, to = 0.0;  ///< where it begins and ends along the direction from the origin, m
   double sweep = 0.0;           ///< how much of a turn it goes around, rad
   bool concave = false;         ///< a bore
@@ -43,10 +43,10 @@ struct CadPart {
 
 /// A place in the tree of assemblies.
 struct CadNode {
-  std::string name;           ///< the occurrence's
-  std::int32_t parent = -1;   ///< node, before this one; -1 none
-  std::int32_t part = -1;     ///< what stands here; -1 an assembly
-  robot::Transform place;     ///< in the parent's frame, m
+  std::string name;              ///< the occurrence's
+  std::int32_t parent = -1;      ///< node, before this one; -1 none
+  std::int32_t part = -1;        ///< what stands here; -1 an assembly
+  robot::Transform place;        ///< in the parent's frame, m
   std::optional<Colour> colour;  ///< of everything here, where the file says one
 };
 

@@ -4,8 +4,8 @@
 // file of hints or by a URDF. Everything that was looked at is kept with its score and its reason.
 //
 // How it is judged. Cylindrical faces of two pieces on one line share an axis. One axis, and a pin of one in a bore of
-// the other: they turn about it. Several parallel axes: screws, they are fixed to each other; but where these stand in a
-// circle around a shared axis, and a pin turns in a bore inside one of the two pieces on it (the output of a servo),
+// the other: they turn about it. Several parallel axes: screws, they are fixed to each other; but where these stand in
+// a circle around a shared axis, and a pin turns in a bore inside one of the two pieces on it (the output of a servo),
 // that piece turns the other. A lone axis with a screw on it is no joint.
 
 #include <string>
@@ -20,8 +20,8 @@ inline constexpr double kTakenFrom = 0.6;  ///< a candidate of this score is tak
 
 /// What moves together before any joint is looked for: a first-level component, or the parts that a hint puts together.
 struct CadGroup {
-  std::string name;       ///< of the component, or of the hint's link
-  robot::Transform place;  ///< of the component, in the world
+  std::string name;          ///< of the component, or of the hint's link
+  robot::Transform place;    ///< of the component, in the world
   robot::Vector3 low, high;  ///< box in the world, m
   bool hinted = false;       ///< a hint's link
   bool connects = false;     ///< a pin, screw or washer that holds others together, no link of its own
@@ -29,7 +29,7 @@ struct CadGroup {
 
 /// Two groups that may turn about an axis, or are fixed to each other.
 struct JointCandidate {
-  bool turns = false;             ///< else fixed
+  bool turns = false;                  ///< else fixed
   std::int32_t first = 0, second = 0;  ///< groups
   robot::Vector3 origin, direction;    ///< of the axis in the world, m; direction of length 1
   double score = 0.0;                  ///< 0 to 1
@@ -47,8 +47,8 @@ struct LinkHint {
 struct JointHint {
   std::string name;
   robot::JointType type = robot::JointType::kRevolute;
-  std::string parent, child;  ///< names of hinted links, or patterns of components
-  std::string axis = "auto";  ///< "auto", "candidate:N", "component:PATTERN#X"; "" as origin and direction say
+  std::string parent, child;         ///< names of hinted links, or patterns of components
+  std::string axis = "auto";         ///< "auto", "candidate:N", "component:PATTERN#X"; "" as origin and direction say
   robot::Vector3 origin, direction;  ///< in the world, m
   robot::JointDrive drive;
   bool limited = false;   ///< whether limits are said
@@ -56,7 +56,7 @@ struct JointHint {
 };
 /// A file of hints.
 struct JointHints {
-  std::string base;  ///< pattern of the component that stands still; "" it is looked for
+  std::string base;       ///< pattern of the component that stands still; "" it is looked for
   bool automatic = true;  ///< whether candidates are taken that no hint names
   std::vector<LinkHint> links;
   std::vector<JointHint> joints;

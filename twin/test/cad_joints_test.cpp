@@ -1,0 +1,236 @@
+// Joints found by geometry, in assemblies made by hand: what is a hinge, what is screwed together, what is no joint.
+#include "consac/twin/cad_joints.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cad_groups.h"
+#include "consac/twin/import.h"
+#include "twin/test/cad_assembly.h"
+
+namespace consac::twin {
+namespace {
+
+using robot::JointType;
+using robot::Vector3;
+
+CadRobot Found(const HandMade& made, const std::string& hints = "{}") {
+  const Result<JointHints> read = ReadHints(hints);
+  EXPECT_TRUE(read.ok()) << read.status().message();
+  Result<CadRobot> found = FindJoints(made.assembly, *read);
+  EXPECT_TRUE(found.ok()) << found.status().message();
+  return found.ok() ? std::move(*found) : CadRobot{};
+}
+
+std::string Refused(const HandMade& made, const std::string& hints) {
+  const Result<JointHints> read = ReadHints(hints);
+  if (!read.ok()) return read.status().message();
+  const Result<CadRobot> found = FindJoints(made.assembly, *read);
+  return found.ok() ? "" : found.status().message();
+}
+
+// A base with a bore, an arm with a pin in it.
+HandMade Hinge() {
+  HandMade made;
+  made.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
+  made.Add("arm", {HandMade::Along(10, 20, 8.0, -5, 25, false)}, 100, {{}, {0, 0, 0}});
+  return made;
+}
+
+TEST(CadJoints, APinInABoreTurns) {
+  const CadRobot found = Found(Hinge());
+  ASSERT_EQ(found.robot.joints.size(), 1u);
+  const robot::JointDescription& joint = found.robot.joints[0];
+  EXPECT_EQ(joint.type, JointType::kContinuous) << "no limit is made up";
+  EXPECT_EQ(joint.parent, "base");
+  EXPECT_EQ(joint.child, "arm");
+  EXPECT_NEAR(joint.origin.position.x, 0.010, 1e-12);
+  EXPECT_NEAR(joint.origin.position.y, 0.020, 1e-12);
+  EXPECT_NEAR(joint.origin.position.z, 0.0125, 1e-12) << "the middle of what pin and bore share";
+  EXPECT_NEAR(std::abs(joint.axis.z), 1.0, 1e-12);
+  ASSERT_EQ(found.candidates.size(), 1u);
+  EXPECT_GE(found.candidates[0].score, kTakenFrom);
+  EXPECT_EQ(found.candidates[0].verdict, "joint_1");
+  const auto asks = [&](const std::string& what) {
+    return std::any_of(found.asked.begin(), found.asked.end(),
+                       [&](const std::string& line) { return line.find(what) != std::string::npos; });
+  };
+  EXPECT_TRUE(asks("'joint_1': its limits and its zero are not in the file"));
+  EXPECT_TRUE(asks("'base' is taken for what stands still, by its name"));
+}
+
+TEST(CadJoints, TooLooseApartOrAsideIsNoHinge) {
+  for (const CadCylinder& pin :
+       {HandMade::Along(10, 20, 7.5, -5, 25, false), HandMade::Along(10.2, 20, 8.0, -5, 25, false),
+        HandMade::Along(10, 20, 8.0, -40, -20, false), HandMade::Along(10, 20, 8.1, -5, 25, true)}) {
+    HandMade made;
+    made.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
+    made.Add("arm", {pin});
+    EXPECT_EQ(Found(made).robot.joints.size(), 0u) << pin.radius;
+  }
+}
+
+TEST(CadJoints, APlainPinThroughTwoPlatesIsTheirHinge) {
+  HandMade made;
+  made.Add("base plate", {HandMade::Along(0, 0, 5.05, 0, 10, true)}, 200);
+  made.Add("moving plate", {HandMade::Along(0, 0, 5.05, 10, 20, true)});
+  made.Add("dowel", {HandMade::Along(0, 0, 5.0, 0, 20, false)}, 10);
+  const CadRobot found = Found(made);
+  ASSERT_EQ(found.robot.joints.size(), 1u);
+  EXPECT_EQ(found.robot.joints[0].child, "moving plate");
+  EXPECT_EQ(found.robot.links.size(), 2u) << "a pin is no link";
+}
+
+TEST(CadJoints, ScrewsAreNoJoints) {
+  HandMade one;  // a screw through two plates: by its shape, a shank with a head
+  one.Add("base plate", {HandMade::Along(0, 0, 3.3, 0, 10, true)}, 200);
+  one.Add("cover", {HandMade::Along(0, 0, 3.3, 10, 14, true)});
+  one.Add("part 7", {HandMade::Along(0, 0, 3.2, 0, 14, false), HandMade::Along(0, 0, 5.5, 14, 18, false)}, 10);
+  const CadRobot with_one = Found(one);
+  EXPECT_EQ(with_one.robot.joints.size(), 0u);
+  EXPECT_NE(CandidatesText(with_one).find("a screw on it"), std::string::npos);
+
+  HandMade two;
+  two.Add("base plate", {HandMade::Along(0, 0, 3.3, 0, 10, true), HandMade::Along(40, 0, 3.3, 0, 10, true)}, 200);
+  two.Add("bracket", {HandMade::Along(0, 0, 3.0, 0, 10, false), HandMade::Along(40, 0, 3.3, 10, 14, true)});
+  const CadRobot with_two = Found(two);
+  EXPECT_EQ(with_two.robot.joints.size(), 0u);
+  ASSERT_EQ(with_two.candidates.size(), 1u);
+  EXPECT_FALSE(with_two.candidates[0].turns);
+  EXPECT_EQ(with_two.candidates[0].verdict, "fixed");
+  EXPECT_EQ(with_two.robot.links.size(), 1u);
+}
+
+std::vector<CadCylinder> Circle(double radius, double low, double high) {
+  std::vector<CadCylinder> out;
+  for (int i = 0; i < 4; ++i)
+    out.push_back(HandMade::Along(8 * std::cos(1.5707963267948966 * i), 8 * std::sin(1.5707963267948966 * i), radius,
+                                  low, high, true));
+  return out;
+}
+
+TEST(CadJoints, ACircleOfScrewsIsAFlangeUnlessSomethingTurnsOnItsAxis) {
+  for (const bool servo : {false, true}) {
+    HandMade made;
+    std::vector<CadCylinder> horn = Circle(1.0, 10, 14);
+    horn.push_back(HandMade::Along(0, 0, 10.0, 6, 10, false));
+    std::vector<CadCylinder> body = {HandMade::Along(0, 0, servo ? 10.1 : 14.0, 0, 10, true)};
+    made.AddTo("base servo", "body", body);
+    made.AddTo("base servo", "horn", horn);
+    std::vector<CadCylinder> bracket = Circle(1.2, 14, 18);
+    bracket.push_back(HandMade::Along(0, 0, 5.0, 14, 18, true));
+    made.Add("bracket", bracket);
+    const CadRobot found = Found(made);
+    ASSERT_EQ(found.robot.joints.size(), servo ? 1u : 0u);
+    EXPECT_EQ(found.candidates[0].turns, servo) << found.candidates[0].reason;
+    EXPECT_NEAR(Norm(Cross(found.candidates[0].direction, {0, 0, 1})), 0.0, 1e-12);
+    EXPECT_NEAR(found.candidates[0].origin.x, 0.0, 1e-12) << "the centre, not a screw";
+  }
+}
+
+TEST(CadJoints, AxesOfTwoDirectionsHoldEachOther) {
+  HandMade made;
+  CadCylinder across{{0, 0, 0.05}, {1, 0, 0}, 0.0081, -0.02, 0.02, 6.3, true};
+  CadCylinder pin = across;
+  pin.radius = 0.008, pin.concave = false;
+  made.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true), across}, 200);
+  made.Add("arm", {HandMade::Along(10, 20, 8.0, -5, 25, false), pin});
+  EXPECT_EQ(Found(made).robot.joints.size(), 0u);
+}
+
+// Three plates, each on a pin of the one before; the chain's axes are found and hang under each other.
+HandMade Chain(int count) {
+  HandMade made;
+  for (int i = 0; i < count; ++i) {
+    std::vector<CadCylinder> faces;
+    if (i > 0) faces.push_back(HandMade::Along(50.0 * i, 0, 8.1, 10.0 * i, 10.0 * i + 10, true));
+    faces.push_back(HandMade::Along(50.0 * (i + 1), 0, 8.0, 10.0 * i + 10, 10.0 * i + 20, false));
+    made.Add(i == 0 ? "base" : "plate " + std::to_string(i), faces);
+  }
+  return made;
+}
+
+TEST(CadJoints, AChainHangsInOrder) {
+  const CadRobot found = Found(Chain(4));
+  ASSERT_EQ(found.robot.joints.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(found.robot.joints[i].parent, i == 0 ? "base" : "plate " + std::to_string(i));
+    EXPECT_EQ(found.robot.joints[i].child, "plate " + std::to_string(i + 1));
+    EXPECT_NEAR(found.link_place[i + 1].position.x, 0.05 * static_cast<double>(i + 1), 1e-12);
+  }
+  EXPECT_TRUE(MakeRobot(found.robot).ok());
+}
+
+TEST(CadJoints, ManyComponentsTakeTimeInProportion) {
+  const CadRobot found = Found(Chain(1500));
+  EXPECT_EQ(found.robot.joints.size(), 1499u);
+}
+
+TEST(CadJoints, HintsSayWhatGeometryCannot) {
+  HandMade made = Hinge();
+  made.Add("tool:1", {}, 20, {robot::RotationAboutX(robot::kPiRadians / 2), {0.3, 0.1, 0.2}});
+  const CadRobot found = Found(made, R"({"base": "arm", "links": {"hand": {"parts": ["tool*"], "mass": 0.25}},
+      "joints": [{"name": "shoulder", "parent": "arm", "child": "base", "limit": [-1, 2], "velocity": 3, "drawn_at": 0.5},
+                 {"name": "wrist", "type": "prismatic", "parent": "base", "child": "hand", "axis": "component:tool:1#Z",
+                  "limit": [0, 0.1]}]})");
+  ASSERT_EQ(found.robot.joints.size(), 2u);
+  const robot::JointDescription &shoulder = found.robot.joints[0], &wrist = found.robot.joints[1];
+  EXPECT_EQ(shoulder.name, "shoulder");
+  EXPECT_EQ(shoulder.type, JointType::kRevolute);
+  EXPECT_EQ(shoulder.parent, "arm");
+  EXPECT_EQ(shoulder.drive.upper, 2.0);
+  EXPECT_NEAR(AngleBetween(shoulder.origin.rotation, robot::RotationAbout(shoulder.axis, -0.5)), 0.0, 1e-12)
+      << "at 0.5 it is where the file draws it";
+  EXPECT_EQ(wrist.child, "hand");
+  EXPECT_NEAR(Norm(wrist.axis - Vector3{0, -1, 0}), 0.0, 1e-9);
+  EXPECT_NEAR(Norm(found.link_place[2].position - Vector3{0.3, 0.1, 0.2}), 0.0, 1e-12);
+  EXPECT_EQ(found.masses[2], 0.25);
+  for (const std::string& line : found.asked) EXPECT_EQ(line.find("limits"), std::string::npos) << line;
+  EXPECT_EQ(Found(made, R"({"automatic": false})").robot.joints.size(), 0u);
+}
+
+TEST(CadJoints, WhatHintsGetWrongIsNamed) {
+  HandMade made = Hinge();
+  made.Add("tool", {}, 20);
+  const auto joint = [](const std::string& rest) { return R"({"joints": [{"name": "j", )" + rest + "}]}"; };
+  const std::pair<std::string, std::string> wrong[] = {
+      {"{", "hints: "},
+      {"[]", "is to be a JSON object"},
+      {R"({"jonts": []})", "did you mean 'joints'"},
+      {R"({"base": "sockel"})", "no link or component is 'sockel'"},
+      {R"({"links": {"hand": ["hnd*"]}})", "link 'hand': no part is 'hnd*'"},
+      {R"({"links": {"hand": {"parts": ["tool"], "mass": -1}}})", "\"mass\" is to be above 0"},
+      {joint(R"("parent": "base", "child": "arn")"), "no link or component is 'arn'"},
+      {joint(R"("parent": "base")"), "needs a \"parent\" and a \"child\""},
+      {joint(R"("parent": "base", "child": "tool")"), "share no axis"},
+      {joint(R"("parent": "base", "child": "tool", "axis": "candidate:9")"), "there is no 'candidate:9'"},
+      {joint(R"("parent": "base", "child": "tool", "axis": "component:arm")"), "PATH#X, #Y or #Z is expected"},
+      {joint(R"("parent": "base", "child": "tool", "axis": "component:leg#Z")"), "no part or component is 'leg'"},
+      {joint(R"("parent": "base", "child": "tool", "axis": "sideways")"), "'sideways' is no axis"},
+      {joint(R"("parent": "base", "child": "tool", "axis": {"origin": [0, 0, 0], "direction": [0, 0, 0]})"),
+       "no length"},
+      {joint(R"("parent": "base", "child": "tool", "axis": {"origin": [0, 0]})"), "3 numbers"},
+      {joint(R"("parent": "base", "child": "arm", "type": "hinge")"), "'hinge' is no type"},
+      {joint(R"("parent": "base", "child": "arm", "limit": [1, 0])"), "above its upper"},
+      {joint(R"("parent": "base", "child": "base")"), "fixed to each other"},
+      {R"({"joints": [{"name": "j", "parent": "base", "child": "arm"}, {"name": "j", "parent": "base", "child": "arm"}]})",
+       "two joints are called 'j'"},
+      {R"({"joints": [{"name": "i", "parent": "base", "child": "arm"}, {"name": "j", "parent": "arm", "child": "base"}]})",
+       "a loop"},
+  };
+  for (const auto& [hints, part] : wrong)
+    EXPECT_NE(Refused(made, hints).find(part), std::string::npos) << hints << ": " << Refused(made, hints);
+}
+
+TEST(CadJoints, PatternsAreOfWholePaths) {
+  EXPECT_TRUE(Matches("Base*", "Base v9:1"));
+  EXPECT_TRUE(Matches("*/horn:?", "servo:1/horn:2"));
+  EXPECT_FALSE(Matches("Base", "Base v9:1"));
+  EXPECT_FALSE(Matches("?", ""));
+  EXPECT_TRUE(Matches("*", ""));
+}
+
+}  // namespace
+}  // namespace consac::twin

@@ -1,0 +1,126 @@
+// The stream that consac-cad writes, and that program as a child: what it may do wrong is one line and leaves nothing.
+#include "consac/twin/cad.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "consac/twin/cad_joints.h"
+#include "consac/twin/import.h"
+#include "tests/support.h"
+#include "twin/test/cad_assembly.h"
+#include "twin/test/twin_files.h"
+
+namespace consac::twin {
+namespace {
+
+namespace fs = std::filesystem;
+
+HandMade Small() {
+  HandMade made;
+  made.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
+  made.AddTo("arm", "arm part", {HandMade::Along(10, 20, 8.0, -5, 25, false)},
+             {robot::RotationAboutX(0.3), {0.1, 0, 0}});
+  made.assembly.nodes.back().colour = Colour{0.2, 0.4, 0.6, 1.0};
+  made.assembly.warnings = {"a\nline"};
+  return made;
+}
+
+TEST(CadStream, ComesBack) {
+  const HandMade made = Small();
+  const std::vector<std::byte> bytes = made.Stream();
+  const Result<CadAssembly> read = ReadCad(bytes);
+  ASSERT_TRUE(read.ok()) << read.status().message();
+  EXPECT_EQ(read->format, "step");
+  ASSERT_EQ(read->parts.size(), 2u);
+  ASSERT_EQ(read->nodes.size(), 4u);
+  EXPECT_EQ(read->PathOf(3), "arm/arm part");
+  EXPECT_NEAR(Norm(read->PlaceOf(3).position), 0.0, 1e-15);
+  EXPECT_EQ(*read->nodes[3].colour, (Colour{0.2, 0.4, 0.6, 1.0}));
+  const CadCylinder &a = read->parts[0].cylinders[0], &b = made.assembly.parts[0].cylinders[0];
+  EXPECT_TRUE(a.origin == b.origin && a.direction == b.direction && a.radius == b.radius && a.concave);
+  EXPECT_EQ(read->warnings.front().find('\n'), std::string::npos) << "a line stays one";
+  const Result<Triangles> triangles = TrianglesOf(*read, 0);
+  ASSERT_TRUE(triangles.ok());
+  EXPECT_EQ(triangles->count(), 12u);
+}
+
+TEST(CadStream, CutOrChangedAnywhereIsRefusedOrRead) {
+  const std::vector<std::byte> whole = Small().Stream();
+  for (std::size_t length = 0; length < whole.size(); ++length)
+    EXPECT_FALSE(ReadCad(std::span(whole).first(length)).ok()) << length;
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::vector<std::byte> changed = whole;
+    changed[at] ^= std::byte{0xFF};
+    const Result<CadAssembly> read = ReadCad(changed);
+    if (!read.ok()) continue;
+    for (std::size_t part = 0; part < read->parts.size(); ++part) (void)TrianglesOf(*read, part);
+    (void)FindJoints(*read, {});
+  }
+}
+
+// A program in consac-cad's place.
+class CadProgram : public ::testing::Test {
+ protected:
+  CadProgram() : scratch_("cad_program") { PutFile(At("a.step"), "ISO-10303-21;"); }
+  std::string At(const std::string& name) const { return scratch_.path() + "/" + name; }
+  Result<ImportReport> Run(const std::string& script) {
+    PutFile(At("program"), "#!/bin/sh\n" + script + "\n");
+    chmod(At("program").c_str(), 0755);
+    options_.cad.program = At("program");
+    options_.output = At("out");
+    return Import(At("a.step"), options_);
+  }
+  void ExpectRefused(const std::string& script, StatusCode code, const std::string& part) {
+    const Result<ImportReport> report = Run(script);
+    ASSERT_FALSE(report.ok()) << script;
+    EXPECT_EQ(report.status().code(), code) << script;
+    EXPECT_NE(report.status().message().find(part), std::string::npos) << report.status().message();
+    EXPECT_EQ(report.status().message().find('\n'), std::string::npos);
+    EXPECT_FALSE(fs::exists(At("out")));
+    EXPECT_FALSE(fs::exists(At("out.importing")));
+  }
+
+  testing::ScratchFolder scratch_;
+  ImportOptions options_;
+};
+
+TEST_F(CadProgram, WhatItWritesIsImported) {
+  const std::vector<std::byte> bytes = Small().Stream();
+  PutFile(At("stream"), std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  const Result<ImportReport> report = Run("echo noise >&2; echo '= 1 2' >&2; cat " + At("stream"));
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  EXPECT_EQ(report->robot.positions(), 1);
+  EXPECT_EQ(report->meshes, 2u);
+  EXPECT_TRUE(fs::exists(At("out/candidates.json")));
+  const Glb glb = TakeApart(FileText(At("out/twin.glb")));
+  EXPECT_NE(glb.json.dump().find("arm/arm part"), std::string::npos) << "parts keep their names";
+}
+
+TEST_F(CadProgram, ItsFailuresAreALine) {
+  ExpectRefused("echo noise >&2; echo '! it is bent' >&2; exit 1", StatusCode::kDataLoss, "a.step': it is bent");
+  ExpectRefused("kill -SEGV $$", StatusCode::kDataLoss, "ended by signal 11");
+  ExpectRefused("exit 3", StatusCode::kDataLoss, "code 3");
+  ExpectRefused("exit 0", StatusCode::kDataLoss, "wrote nothing");
+  ExpectRefused("echo hello", StatusCode::kDataLoss, "is no assembly");
+  ExpectRefused("head -c 100000 /dev/urandom", StatusCode::kDataLoss, "is no assembly");
+  ExpectRefused("yes | head -c 200000 >&2; exit 1", StatusCode::kDataLoss, "code 1");
+  options_.cad.program = At("nowhere");
+  options_.output = At("out");
+  const Result<ImportReport> none = Import(At("a.step"), options_);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.status().code(), StatusCode::kUnavailable);
+}
+
+TEST_F(CadProgram, ItEndsWithItsTimeAndWithWhoeverWaits) {
+  options_.cad.seconds = 0.3;
+  ExpectRefused("exec sleep 600", StatusCode::kDeadlineExceeded, "took more than 0.3 s");
+  options_.cad.seconds = 300;
+  options_.progress = [](std::size_t, std::size_t) { return false; };
+  ExpectRefused("exec sleep 600", StatusCode::kCancelled, "interrupted");
+}
+
+}  // namespace
+}  // namespace consac::twin
