@@ -77,7 +77,7 @@ class ViewPage {
     const bool posts = request.method == "POST";
     if (posts && request.path == "/pose") return Pose(request.body);
     if (posts && request.path == "/play" && play_.has_value()) return Play(request.body);
-    if (request.path == "/play" && play_.has_value()) return Playing();
+    if (!posts && request.path == "/play") return play_.has_value() ? Playing() : Of(nullptr);
     HttpResponse file;
     if (request.path == "/twin.json") {
       file.view = twin_.table;

@@ -35,7 +35,7 @@ void main() {
   vec3 sum = colour.rgb * sky + light(n, v, normalize(vec3(0.5, 1.0, 0.6)), vec3(0.95, 0.92, 0.88))
            + light(n, v, normalize(vec3(-0.8, 0.4, -0.5)), vec3(0.22, 0.25, 0.30));
   sum = mix(sum, vec3(1.0, 0.45, 0.1), glow);
-  pixel = vec4(pow(min(sum, vec3(1.0)), vec3(1.0 / 2.2)), colour.a);
+  pixel = vec4(pow(1.0 - exp(-1.4 * sum), vec3(1.0 / 2.2)), colour.a);  // white in full light keeps its edges
 }`;
 
 const FLAT = `#version 300 es
@@ -193,9 +193,10 @@ export class Scene {
     if (!this.parts.length) this.world.forEach((world) => take(world.slice(12, 15)));
     this.size = Math.max(0.05, Math.hypot(...matrix.minus(high, low)));
     this.camera.at = low.map((value, k) => (value + high[k]) / 2);
-    this.camera.distance = 1.25 * this.size;
+    this.camera.distance = 1.45 * this.size;
     this.floor = Math.min(0, low[1]);
-    this.cell = 10 ** Math.round(Math.log10(this.size / 8));
+    const wished = this.size / 8, tens = 10 ** Math.floor(Math.log10(wished));
+    this.cell = tens * (wished < 2 * tens ? 1 : wished < 5 * tens ? 2 : 5);  // 1, 2 or 5 of something, m
   }
 
   view() {

@@ -218,10 +218,10 @@ class Page {
 
   /** A model plays, where the program was given one. */
   async listenToModel() {
-    const response = await fetch("/play");
-    if (!response.ok) return;
+    const state = await (await ask("/play")).json();
+    if (!state) return;
     $("play").hidden = false;
-    this.showPlay(await response.json());
+    this.showPlay(state);
     for (const [button, what] of [["start", "start"], ["pause", "pause"], ["again", "reset"]]) {
       $(button).addEventListener("click", async () => {
         try {

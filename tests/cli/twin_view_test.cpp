@@ -91,8 +91,10 @@ TEST_F(TwinView, ServesItsPageAndNothingElse) {
   }
   EXPECT_EQ(Get("/twin.glb").body.substr(0, 4), "glTF");
   for (const char* path : {"/../arm.urdf", "/arm.urdf", "/%2e%2e/arm.urdf", "/index.html", "//", "/twin.json?x",
-                           "/play", "/etc/passwd", "/viewer.js/", "arm.urdf", "*", "/pose", "/viewer/viewer.js"})
+                           "/etc/passwd", "/viewer.js/", "arm.urdf", "*", "/pose", "/viewer/viewer.js"})
     EXPECT_EQ(Get(path).status, 404) << path;
+  EXPECT_EQ(Get("/play").body, "null") << "no model was given";
+  EXPECT_EQ(Post("/play", "{\"do\": \"start\"}").status, 404);
   EXPECT_EQ(End(), 130);
   EXPECT_NE(program_->out().find("arm is shown at http://127.0.0.1:"), std::string::npos);
 }

@@ -220,7 +220,7 @@ def main() -> int:
             browser.process.kill()
             raise
         faults = [message for message in browser.told if message.get("method") == "Runtime.exceptionThrown"
-                  or message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error" and "/play" not in message["params"]["entry"].get("url", "")]
+                  or message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error"]
         asked = {message["params"]["request"]["url"].split("/")[2].split(":")[0] for message in browser.told if message.get("method") == "Network.requestWillBeSent"
                  and message["params"]["request"]["url"].startswith("http")}
         browser.end()
