@@ -222,6 +222,8 @@ int CheckTwin(const TwinFlags& flags) {
 
 void AddCadFlags(CLI::App* app, TwinFlags* flags) {
   app->add_option("--hints", flags->cad.hints, "JSON file on links and joints of a CAD file (docs/twin.md)");
+  app->add_option("--kinematics", flags->cad.kinematics,
+                  "URDF or MJCF whose joints' names, limits and senses overrule what a CAD file's axes say");
   AddNumber(*app, "--deflection", &flags->deflection_mm, 0.001, 100.0,
             "mm by which triangles of a CAD file may leave its surfaces")
       ->capture_default_str();

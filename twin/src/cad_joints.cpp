@@ -222,9 +222,11 @@ class Finder {
       } else if (rigid_.Of(each.first) == rigid_.Of(each.second)) {
         each.verdict = "not taken: fixed to each other through others";
       } else if (!tree_.Join(rigid_.Of(each.first), rigid_.Of(each.second))) {
-        const bool known = IsKnown(each);
-        each.verdict = known ? "the same as one above" : "not taken: it closes a loop";
-        if (!known)
+        const Edge* known = TakenOn(each);
+        each.verdict = known == nullptr         ? "not taken: it closes a loop"
+                       : known->hint != nullptr ? known->hint->name
+                                                : "the same as one above";
+        if (known == nullptr)
           out_.warnings.push_back("candidate " + std::to_string(i + 1) +
                                   " would close a loop of joints and was not taken");
       } else {
@@ -233,13 +235,14 @@ class Finder {
     }
   }
 
-  // Whether a joint that was taken has this axis.
-  bool IsKnown(const JointCandidate& candidate) const {
-    return std::any_of(edges_.begin(), edges_.end(), [&](const Edge& edge) {
+  // The joint that was taken and has this axis.
+  const Edge* TakenOn(const JointCandidate& candidate) const {
+    const auto at = std::find_if(edges_.begin(), edges_.end(), [&](const Edge& edge) {
       const Vector3 off = candidate.origin - edge.origin;
       return Norm(Cross(candidate.direction, edge.direction)) < kSameDirection &&
              Norm(off - Dot(off, edge.direction) * edge.direction) < 2.0 * kSameLine;
     });
+    return at == edges_.end() ? nullptr : &*at;
   }
 
   Status FindBase() {

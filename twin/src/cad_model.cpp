@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cad_kinematics.h"
 #include "consac/base/json.h"
 #include "consac/base/text.h"
 #include "files.h"
@@ -33,6 +34,16 @@ Result<CadFile> OpenCad(const std::string& path, const CadOptions& options, cons
   Result<CadRobot> found = FindJoints(file.assembly, hints);
   if (!found.ok()) return Of(options.hints.empty() ? path : options.hints, found.status());
   file.found = std::move(*found);
+  if (options.kinematics.empty()) return file;
+  const Result<robot::Robot> known = LoadRobot(options.kinematics);
+  if (!known.ok()) return known.status();
+  std::vector<std::string> said;
+  const Status laid = LayOver(*known, file.found, &hints, &said);
+  if (!laid.ok()) return Of(options.kinematics, laid);
+  found = FindJoints(file.assembly, hints);
+  if (!found.ok()) return Of(options.kinematics, found.status());
+  file.found = std::move(*found);
+  file.found.asked.insert(file.found.asked.end(), said.begin(), said.end());
   return file;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "cad_groups.h"
+#include "cad_kinematics.h"
 #include "consac/twin/import.h"
 #include "twin/test/cad_assembly.h"
 
@@ -222,6 +223,55 @@ TEST(CadJoints, WhatHintsGetWrongIsNamed) {
   };
   for (const auto& [hints, part] : wrong)
     EXPECT_NE(Refused(made, hints).find(part), std::string::npos) << hints << ": " << Refused(made, hints);
+}
+
+// A URDF's robot: about z at the origin, about x a little above, in a frame of its own.
+TEST(CadJoints, AUrdfLaidOverSaysNamesLimitsAndSenses) {
+  HandMade made;
+  const CadCylinder bore{{0, 0, 0.1}, {1, 0, 0}, 0.0081, -0.02, 0.02, 6.3, true};
+  CadCylinder pin = bore;
+  pin.radius = 0.008, pin.concave = false;
+  made.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
+  made.Add("turret", {HandMade::Along(10, 20, 8.0, -5, 25, false), bore});
+  made.Add("arm", {pin});
+  robot::RobotDescription urdf;
+  urdf.links = {{"b", std::nullopt}, {"t", std::nullopt}, {"a", std::nullopt}, {"h", std::nullopt}};
+  const auto joint = [](const char* name, const char* parent, const char* child, Vector3 at, Vector3 axis) {
+    robot::JointDescription out;
+    out.name = name, out.type = JointType::kRevolute, out.parent = parent, out.child = child;
+    out.origin.position = at, out.axis = axis;
+    out.drive.lower = -1.0, out.drive.upper = 2.0;
+    return out;
+  };
+  // In the CAD file the axes are 20 mm apart: z through (10, 20), x through y = 0 at 100 mm.
+  urdf.joints = {joint("yaw", "b", "t", {0.5, 0.02, 0}, {0, 0, 1}),
+                 joint("pitch", "t", "a", {0, -0.02, 0.3}, {-1, 0, 0}),
+                 joint("roll", "a", "h", {0, 0.4, 0}, {0, 1, 0})};
+  urdf.name = "arm";
+  const Result<robot::Robot> known = MakeRobot(urdf);
+  ASSERT_TRUE(known.ok()) << known.status().message();
+  const Result<CadRobot> found = FindJoints(made.assembly, {});
+  ASSERT_TRUE(found.ok());
+  JointHints hints;
+  std::vector<std::string> said;
+  const Status laid = LayOver(*known, *found, &hints, &said);
+  ASSERT_TRUE(laid.ok()) << laid.message();
+  const Result<CadRobot> again = FindJoints(made.assembly, hints);
+  ASSERT_TRUE(again.ok()) << again.status().message();
+  ASSERT_EQ(again->robot.joints.size(), 2u);
+  EXPECT_EQ(again->robot.joints[0].name, "yaw");
+  EXPECT_EQ(again->robot.joints[1].name, "pitch");
+  for (const JointCandidate& each : again->candidates)
+    EXPECT_TRUE(each.verdict == "yaw" || each.verdict == "pitch") << each.verdict;
+  EXPECT_EQ(again->robot.joints[1].drive.upper, 2.0);
+  EXPECT_NEAR(again->robot.joints[0].axis.z, 1.0, 1e-9);
+  EXPECT_NEAR(again->robot.joints[1].axis.x, -1.0, 1e-9) << "the URDF's sense";
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].find("'roll' of --kinematics is at (0.01, 0.4, 0.1) m along (0, 1, 0)"), std::string::npos)
+      << said[0];
+  urdf.joints[1].origin.position.y = -0.08;
+  JointHints none;
+  EXPECT_FALSE(LayOver(*MakeRobot(urdf), *found, &none, &said).ok());
 }
 
 TEST(CadJoints, PatternsAreOfWholePaths) {

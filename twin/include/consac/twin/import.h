@@ -27,6 +27,7 @@ struct CadOptions {
   double seconds = 300.0;      ///< most that consac-cad may take, of the clock and of a core
   double mebibytes = 4096.0;   ///< most memory of consac-cad
   std::string hints;           ///< file of hints on joints (cad_joints.h); "" none
+  std::string kinematics;      ///< URDF or MJCF whose joints overrule what is found; "" none
 };
 
 /// How to import.
