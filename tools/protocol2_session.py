@@ -18,7 +18,8 @@ INTRODUCTION = """# One session of protocol 2, byte by byte
 
 Made by `tools/protocol2_session.py`; a test keeps it true. The world: two environments of one agent each, which sees a `dict` of a
 `discrete` (3 kinds) and a `box` of two numbers, and has three actions, of which RESULT says which are legal. A row of observations has
-12 bytes, one of actions 4, one of masks 3. `C` is the trainer, `S` the engine; `R`... are rules of [protocol2.md](protocol2.md).
+12 bytes, one of actions 4, one of masks 3. `C` is the trainer, `S` the engine; `R`... are rules of [protocol2.md](protocol2.md). RELABEL is not in it:
+section 13 there has its tables.
 """
 
 
