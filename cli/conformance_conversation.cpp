@@ -32,7 +32,7 @@ Status Conversation::Connect() {
 Status Conversation::Do(const Case& step) {
   if (step.contains("send")) return DoSend(step["send"]);
   if (step.contains("play")) return Play(step["play"]);
-  if (step.contains("reconnect")) return Reconnect();
+  if (step.contains("reconnect")) return Reconnect(step["reconnect"]);
   if (step.contains("connect")) return ConnectAgain();
   if (step.contains("beside")) return KnockBeside();
   if (step.contains("half_close")) {
@@ -62,7 +62,7 @@ Status Conversation::SayHello() {
 }
 
 Status Conversation::ConnectAgain() {
-  transport_->Close();
+  if (transport_ != nullptr) transport_->Close();
   session_ = 0;
   crc_ = false;
   return Connect();
@@ -185,18 +185,18 @@ Result<bool> Conversation::IsAside(const Frame& frame, bool* paused) {
   return (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
 }
 
-Status Conversation::ExpectGone() {
+Status Conversation::ExpectGone(Transport& connection) const {
   std::array<std::byte, 4096> thrown_away;
   const double deadline = Now() + patience_s_;
   while (Now() < deadline) {
-    const Result<std::size_t> count = transport_->Read(thrown_away, std::max(0.0, deadline - Now()));
+    const Result<std::size_t> count = connection.Read(thrown_away, std::max(0.0, deadline - Now()));
     if (!count.ok()) return Status::Ok();
   }
   return Failed("the connection stays open");
 }
 
 Status Conversation::DoExpect(const Case& what) {
-  if (what.contains("gone")) return ExpectGone();
+  if (what.contains("gone")) return ExpectGone(*transport_);
   pong_ = what.contains("type") && what["type"] == "PONG" ? std::optional<std::string>(what["text"]) : std::nullopt;
   const Result<Frame> frame = Next();
   if (what.contains("closed")) {
@@ -218,6 +218,11 @@ Status Conversation::DoExpect(const Case& what) {
         fmt::format("the answer is to request {}, expected {}", frame->header.request, JsonText(what["request"])));
   if (what.contains("crc") && crc_ && !frame->header.checked) return Failed("crc was agreed, but flag 1 is not set");
   if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
+  CONSAC_RETURN_IF_ERROR(Compare(what, payload));
+  return CheckMessage(what, *frame, payload);
+}
+
+Status Conversation::Compare(const Case& what, const std::string& payload) {
   if (what.contains("same_as") && payload != kept_[what["same_as"]])
     return Failed("the payload differs from the one before");
   if (what.contains("begins_as") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["begins_as"]]))
@@ -225,7 +230,7 @@ Status Conversation::DoExpect(const Case& what) {
   if (what.contains("repeats") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["repeats"]]))
     return Over("one seed and the same actions bring another RESULT each time");
   if (what.contains("keep")) kept_[what["keep"]] = payload;
-  return CheckMessage(what, *frame, payload);
+  return Status::Ok();
 }
 
 Status Conversation::CheckMessage(const Case& what, const Frame& frame, const std::string& payload) {
@@ -237,6 +242,8 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
   if (!message.is_object()) return Failed("its payload is no JSON object");
   if (frame.header.type == FrameType::kError && payload.size() > protocol2::kLargestBeforeWelcome)
     return Failed(fmt::format("an ERROR of {} bytes, at most 4096 are sent: cut its message (R17)", payload.size()));
+  if (frame.header.type == FrameType::kError)
+    CONSAC_RETURN_IF_ERROR(protocol2::ParseError(frame.payload).status());
   if (frame.header.type == FrameType::kWelcome) {
     CONSAC_RETURN_IF_ERROR(TakeWelcome(frame));
     Case defaults = {{"capabilities", Case::array()},
@@ -269,7 +276,9 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
 Status Conversation::TakeWelcome(const Frame& frame) {
   const Result<protocol2::Welcome> welcome = protocol2::ParseWelcome(frame.payload);
   if (!welcome.ok()) return welcome.status();
-  session_ = welcome->session;
+  if (welcome->resumed && (welcome->session != welcomed_ || welcome->resume != resume_))
+    return Failed("a session that is taken up keeps its number and its resume (R24)");
+  session_ = welcomed_ = welcome->session;
   resume_ = welcome->resume;
   limit_ = welcome->max_frame;
   reader_.SetLimit(limit_);
@@ -326,7 +335,7 @@ Status Conversation::Play(const Case& what) {
     const Status status = PlayOne();
     if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
   }
-  return until == "over" ? Over(fmt::format("no episode ended within {} steps", steps)) : Status::Ok();
+  return until == "over" ? Over(fmt::format("no episode ended within {} steps", steps)) : Compare(what, result_);
 }
 
 std::size_t Conversation::Ended() const {
@@ -349,15 +358,17 @@ Status Conversation::PlayOne() {
   return DoExpect({{"type", "RESULT"}, {"request", request_}});
 }
 
-Status Conversation::Reconnect() {
+Status Conversation::Reconnect(const Case& how) {
   if (resume_.empty()) return Over(kKeepsNone);
+  std::unique_ptr<Transport> before;
+  if (how == "beside") before = std::move(transport_);
   for (int attempt = 0; attempt < kMostReconnects; ++attempt) {
     CONSAC_RETURN_IF_ERROR(ConnectAgain());
     CONSAC_RETURN_IF_ERROR(SayHello());
     const Result<Frame> answer = Next();
     held_ = answer.ok() && answer->header.type == FrameType::kWelcome;
     if (held_) held_frame_ = *answer;  // for the step that expects it
-    if (held_) return Status::Ok();
+    if (held_) return before == nullptr ? Status::Ok() : ExpectGone(*before);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return Failed("the session cannot be taken up again");

@@ -55,8 +55,10 @@ class Conversation {
   /// What may come between a request and its answer.
   Result<bool> IsAside(const Frame& frame, bool* paused);
   /// Whatever the server says to bytes of another protocol, it closes.
-  Status ExpectGone();
+  Status ExpectGone(Transport& connection) const;
   Status DoExpect(const Case& what);
+  /// A payload with those that were kept; over where what is to repeat itself does not.
+  Status Compare(const Case& what, const std::string& payload);
   Status CheckMessage(const Case& what, const Frame& frame, const std::string& payload);
   Status TakeWelcome(const Frame& frame);
   Status TakeSpec(const Case& what, const Frame& frame);
@@ -70,8 +72,8 @@ class Conversation {
   std::size_t Ended() const;
   /// An engine that resets all of its environments or none is asked to reset all (R47).
   Status PlayOne();
-  /// The engine may not have noticed yet that the connection is gone.
-  Status Reconnect();
+  /// The engine may not have noticed yet that the connection is gone; "beside": it is not, and the engine closes it.
+  Status Reconnect(const Case& how);
 
   static constexpr int kMostReconnects = 100;
   static constexpr std::size_t kMostPaid = 64;  // rows that are kept, and those of one RESULT more
@@ -88,7 +90,7 @@ class Conversation {
   protocol2::Blocks blocks_;
   Payloads payloads_;
   protocol2::ResultCheck check_;
-  std::uint32_t session_ = 0;
+  std::uint32_t session_ = 0, welcomed_ = 0;  // welcomed_: of the latest WELCOME, on whatever connection
   std::uint64_t request_ = 0, judged_ = 0;
   bool all_stepped_ = false;  // by the latest request
   std::string paid_rows_;     // that steps of all environments led to, and their rewards

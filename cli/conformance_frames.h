@@ -136,13 +136,15 @@ inline void MakeLegal(const Layout& layout, const std::uint8_t* mask, std::byte*
   }
 }
 
-/// The same with its CRC as `how` wants it: "right", "wrong", or some number "without flag", which is not looked at.
+/// The same with its CRC as `how` wants it: "right", "wrong", or some number "without flag", which is not looked at; and
+/// with `flip`, a place in the header and bits that are the other way there.
 inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, std::uint32_t session,
                               const std::string& payload, bool checked, const nlohmann::json& how) {
   const std::string crc = how.value("crc", "");
   std::string frame = WholeFrame(type, request, session, payload, crc.empty() ? checked : crc != "without flag");
   constexpr std::size_t kCrcOffset = 12;
   if (crc == "wrong" || crc == "without flag") frame[kCrcOffset] = static_cast<char>(frame[kCrcOffset] ^ 1);
+  if (how.contains("flip")) frame[how["flip"][0].get<std::size_t>()] ^= static_cast<char>(how["flip"][1].get<int>());
   return frame;
 }
 

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "consac/space/layout.h"
@@ -35,25 +37,33 @@ inline bool IsOfKind(const Leaf& leaf, const std::string& kind) {
   }
 }
 
+/// On which side of its space a number is.
+enum class Side : std::uint8_t { kAny, kBelow };
+
 inline bool IsFloat(const Leaf& leaf) {
   return leaf.dtype == DType::kF32 || leaf.dtype == DType::kF64;
 }
 
-/// The last number of a leaf is above or below what its space has; false where its type holds no such number.
-inline bool LeaveSpace(const Leaf& leaf, std::byte* row) {
+/// The last number of a leaf is above what its space has, or below it where `side` says so or its type holds none
+/// above; false where its type holds no such number.
+inline bool LeaveSpace(const Leaf& leaf, Side side, std::byte* row) {
   const auto [least, most] = EndsOf(leaf.dtype);
   const auto [low, high] = ElementBounds(leaf, leaf.count - 1);
   const double over = leaf.dtype == DType::kBool ? 2.0 : high + std::max(1.0, IsFloat(leaf) ? std::fabs(high) : 1.0);
   const double under = low - std::max(1.0, IsFloat(leaf) ? std::fabs(low) : 1.0);
-  const bool above = over <= most, below = under >= least;
+  const bool above = side == Side::kAny && over <= most, below = under >= least;
   if (above || below) WriteElement(leaf, row, leaf.count - 1, above ? over : under);
   return above || below;
 }
 
-/// The last leaf of that kind that can leaves its space, or is NaN where any kind will do; false where none can.
-inline bool MakeIllegal(const Layout& layout, const std::string& kind, std::byte* row) {
+/// The last leaf of that kind that can leaves its space ("..., below": below it), or is NaN where any kind will do; false
+/// where none can.
+inline bool MakeIllegal(const Layout& layout, const std::string& what, std::byte* row) {
+  constexpr std::string_view kBelow = ", below";
+  const Side side = what.ends_with(kBelow) ? Side::kBelow : Side::kAny;
+  const std::string kind = what.substr(0, what.size() - (side == Side::kBelow ? kBelow.size() : 0));
   for (std::size_t i = layout.leaves.size(); i-- > 0;) {
-    if (IsOfKind(layout.leaves[i], kind) && LeaveSpace(layout.leaves[i], row)) return true;
+    if (IsOfKind(layout.leaves[i], kind) && LeaveSpace(layout.leaves[i], side, row)) return true;
   }
   for (const Leaf& leaf : layout.leaves) {
     if (!kind.empty() || !IsFloat(leaf)) continue;

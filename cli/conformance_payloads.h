@@ -34,6 +34,7 @@ class Payloads {
     if (kind == "unknown flag") return With(Reset(0, 1), 0, 64);
     if (kind == "seeded") return Reset(protocol2::kWithSeeds, 1);
     if (kind == "negative seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.seeds + 7, 0x80);
+    if (kind == "negative last seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.options - 1, 0x80);
     if (kind == "first seeded") return FirstSeeded(Reset(protocol2::kWithSeeds, 0));
     if (kind == "all, padding") return WithPadding(Reset(0, 1), blocks_.seeds, 0);
     if (kind == "options, padding") return WithPadding(Options("{\"level\":1}"), blocks_.seeds, 4 + 11);
@@ -77,6 +78,7 @@ class Payloads {
   /// Whether a RELABEL can be so: where no observation has such a number, or every behaviour has goals, it cannot.
   bool CanBeAsked(const std::string& kind) const {
     if (kind == "goals of others") return Goalless() < env_->behaviours.size();
+    if (kind == "goals of the last") return LastGoal() != Goal();
     std::vector<std::byte> row(Pursuing().observation_layout.row_bytes);
     return SpoilGoals(kind, row.data());
   }
@@ -205,11 +207,16 @@ class Payloads {
     }
   }
 
-  /// The first behaviour with goals; the first without, and how many there are where all have.
+  /// The first behaviour with goals; the last of these; the first without, and how many there are where all have.
   std::size_t Goal() const {
     for (std::size_t b = 0; b < env_->behaviours.size(); ++b)
       if (protocol2::HasGoals(env_->behaviours[b].observation_layout)) return b;
     return 0;
+  }
+  std::size_t LastGoal() const {
+    std::size_t b = env_->behaviours.size() - 1;
+    while (b > 0 && !protocol2::HasGoals(env_->behaviours[b].observation_layout)) --b;
+    return b;
   }
   std::size_t Goalless() const {
     std::size_t b = 0;
@@ -244,8 +251,10 @@ class Payloads {
   }
   /// A RELABEL of one row of its space again and again: twice, or as often as `kind` says.
   std::string Goals(const std::string& kind) const {
-    const Layout& layout = Pursuing().observation_layout;
-    const std::int64_t most = protocol2::MostRelabelledRows(Pursuing(), protocol2::kLargestFrame);
+    const std::size_t goal = kind == "goals of the last" ? LastGoal() : Goal();
+    const BehaviourSpec& behaviour = env_->behaviours[goal];
+    const Layout& layout = behaviour.observation_layout;
+    const std::int64_t most = protocol2::MostRelabelledRows(behaviour, protocol2::kLargestFrame);
     const std::int64_t rows = kind == "goals, none" ? 0 : kind == "goals, 1 MiB" ? most : 2;
     std::vector<std::byte> seen(static_cast<std::size_t>(std::max<std::int64_t>(rows, 1)) * layout.row_bytes);
     Rng rng(1, StreamId("conformance"));
@@ -253,8 +262,8 @@ class Payloads {
     for (std::size_t at = layout.row_bytes; at < seen.size(); at += layout.row_bytes)
       std::memcpy(seen.data() + at, seen.data(), layout.row_bytes);
     (void)SpoilGoals(kind, seen.data() + seen.size() - layout.row_bytes);
-    std::string payload(protocol2::RelabelBytes(Pursuing(), rows), '\0');
-    protocol2::WriteRelabel(*env_, {Goal(), rows, seen.data()}, reinterpret_cast<std::byte*>(payload.data()));
+    std::string payload(protocol2::RelabelBytes(behaviour, rows), '\0');
+    protocol2::WriteRelabel(*env_, {goal, rows, seen.data()}, reinterpret_cast<std::byte*>(payload.data()));
     if (kind == "goals, padding") {
       std::string padded = payload.substr(0, 8);
       padded.resize(payload.size(), '\xff');

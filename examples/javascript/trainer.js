@@ -118,6 +118,8 @@ class Trainer {
     for (const name of ['max_episode_steps', 'training_length']) member(said, name, value => isWhole(value) && value >= 0)
     member(said, 'deterministic', value => typeof value === 'boolean')
     member(said, 'hash', isText)
+    const sizes = ['bytes', 'request_offset', 'request_bytes', 'result_offset', 'result_bytes', 'spin_us']
+    member(said, 'shm', value => isText(value?.path) && sizes.every(name => isWhole(value[name])))  // of no use here (section 12)
     const names = behaviours.map(({ name }) => String(name).replace(/[A-Z]/g, letter => letter.toLowerCase()))  // as files, all are small
     if (new Set(names).size < names.length) throw new Refused('MALFORMED', 'behaviours that differ in capitals alone')
     for (const behaviour of behaviours) {

@@ -154,8 +154,8 @@ class Connection(Session):
         """None where the answer is a plain one, which lies in its place; else its payload."""
         channel.send(self._out)
         if channel.wait(shared_memory.LOOK_S):
-            magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
-            if answers == request and kind == wire.RESULT and flags == 0 and magic == wire.MAGIC and parts == 0 \
+            magic, kind, flags, length, _, answers, _, reserved, parts = _HEAD.unpack_from(self._in)
+            if answers == request and kind == wire.RESULT and flags == reserved == parts == 0 and magic == wire.MAGIC \
                     and length + wire.HEADER.size == self._plain_size:
                 channel.saw()
                 self._heard = time.monotonic()
@@ -178,8 +178,8 @@ class Connection(Session):
                 else:
                     self._rest()
                     have = receive(view)
-                magic, kind, flags, length, _, answers, _, _, parts = _HEAD.unpack_from(self._in)
-                if have == length + 32 and answers == request and kind == 7 and flags == 0 and magic == wire.MAGIC and parts == 0 \
+                magic, kind, flags, length, _, answers, _, reserved, parts = _HEAD.unpack_from(self._in)
+                if have == length + 32 and answers == request and kind == 7 and flags == reserved == parts == 0 and magic == wire.MAGIC \
                         and have == self._plain_size:
                     return None
                 if not have:

@@ -24,9 +24,9 @@ def check_spec(spec: dict) -> None:
             raise _wrong(spec, name, "a whole number from 0")
     if "shm" in spec:
         shared = _object(spec, "shm")
-        member(shared, "path", str, "")
+        member(shared, "path", str)
         for name in ("bytes", "request_offset", "request_bytes", "result_offset", "result_bytes", "spin_us"):
-            member(shared, name, int, 0)
+            member(shared, name, int)
     check_optional_name("environment", spec.get("id", "")), check_optional_name("model", spec.get("model_name", ""))
     if not member(spec, "behaviours", list):
         raise _wrong(spec, "behaviours", "at least one")

@@ -19,7 +19,7 @@ class Conversation:
 
     def __init__(self, port):
         self.port, self.kept, self.last, self.judged, self.resume, self.over, self.envs, self.held = port, {}, 0, 0, "", False, 1, b""
-        self.paid, self.stepped = [], False
+        self.paid, self.stepped, self.welcomed = [], False, 0
         self.connect()
 
     def connect(self, _=None):
@@ -47,6 +47,8 @@ class Conversation:
         crc = how.get("crc")
         data = bytearray(wire.pack(wire.Frame(kind, payload, request, session, wire.FLAG_CRC if crc in ("right", "wrong") else self.flags)))
         data[12] ^= crc in ("wrong", "without flag")
+        if "flip" in how:
+            data[how["flip"][0]] ^= how["flip"][1]
         self.put(bytes(data), how)
 
     def put(self, data, how):
@@ -69,7 +71,7 @@ class Conversation:
             expect = {"offered": self.offered, "with fractions": with_fractions(self.offered)}[what["expect"]] if "expect" in what else None
             payload = wire.dump_json(what["json"] | ({"resume": self.resume} if "resume" in what else {}) | ({"expect": expect} if expect else {}))
         payload = payload.ljust(what.get("blanks", 0))
-        if "floats" in what or "token" in what or what.get("leaf", "discrete") != "discrete":  # there are two choices; and no token is asked for
+        if "floats" in what or "token" in what or what.get("leaf", "discrete") not in ("discrete", "discrete, below"):  # there are two choices; and no token is asked for
             self.over = True
             return
         if what.get("payload", "").startswith("goals"):
@@ -78,7 +80,7 @@ class Conversation:
                 self.over = True
                 return
         elif "payload" in what:
-            payload = self.payload(what["payload"] + " by one" * ("leaf" in what))
+            payload = self.payload(what["payload"] + {"discrete": " by one", "discrete, below": " below"}.get(what.get("leaf"), ""))
         request = self.last + 1 if what["request"] == "next" else what["request"]
         self.ask(kind, request, payload, what)
 
@@ -116,13 +118,14 @@ class Conversation:
             "short": lambda: step()[:-1], "long": lambda: step() + bytes(8), "nonzero": lambda: step(zero=1), "two": lambda: step(two), "first": lambda: step(only_first),
             "others": lambda: step(others), "nobody": lambda: step(bytes(self.envs)), "unknown flag, long": lambda: reset(64) + bytes(3),
             "nonzero, short": lambda: step(zero=1)[:-1], "two, short": lambda: step(two)[:-1], "four bytes": lambda: bytes(4), "no options": lambda: options(b""), "illegal": lambda: step(first=100000), "illegal but not stepped": lambda: step(others, 100000),
+            "negative last seed": lambda: reset(1) + seeds()[:-8] + struct.pack("<q", -5), "illegal below": lambda: step(first=-1),
             "illegal by one": lambda: step(first=2), "illegal of the absent": lambda: step(actions=[0 if state & wire.ACTIVE else 100000 for state in self.check.states[0]]),
         }[kind]()
 
     def goals(self, kind):
         """A RELABEL of one row of its space again and again: twice, or as often as `kind` says; None where no observation has such a number."""
         layout = self.check.behaviours[0].observation
-        if kind == "goals of others":  # there is one behaviour
+        if kind in ("goals of others", "goals of the last"):  # there is one behaviour
             return None
         if kind == "goals, as they were":
             self.relabelled = len(self.paid)
@@ -183,6 +186,8 @@ class Conversation:
         assert frame.request == what.get("request", frame.request)
         if frame.type == wire.WELCOME:
             said = {"capabilities": [], "max_frame": wire.LARGEST_FRAME, "last_request": 0, "resumed": False, "resume": ""} | said
+            assert not said["resumed"] or (said["session"], said["resume"]) == (self.welcomed, self.resume)
+            self.welcomed = said["session"]
             self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
             self.reader.limit = said["max_frame"]
             self.over = not all(wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
@@ -197,7 +202,7 @@ class Conversation:
             assert within or said.get(key) == value, (key, said)
         assert said.get("severity") == what.get("severity", said.get("severity")), said
         assert "path" not in what or said["path"] in what["path"], said
-        assert frame.type != wire.ERROR or len(frame.payload) <= wire.LARGEST_BEFORE_WELCOME
+        assert frame.type != wire.ERROR or len(frame.payload) <= wire.LARGEST_BEFORE_WELCOME and isinstance(said["message"], str)
         assert "env" not in what or (said.get("env") is None if what["env"] == "none" else isinstance(said["env"], int))
         assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
         assert "text" not in what or bytes(frame.payload) == what["text"].encode()
@@ -209,8 +214,11 @@ class Conversation:
             payload[4:8] = bytes(4)  # the time that the engine took
             if frame.request != self.judged:
                 assert self.check.judge(payload) is None
-                self.judged = frame.request
+                self.judged, self.result = frame.request, payload
                 self.keep_paid(payload)
+        self.compare(what, payload)
+
+    def compare(self, what, payload):
         if "repeats" in what:  # what is served here is the same each time
             assert self.looked_at(payload) == self.looked_at(self.kept[what["repeats"]])
         if "same_as" in what:
@@ -242,12 +250,16 @@ class Conversation:
                 self.expect({"type": "RESULT", "request": self.last})
         self.over = self.over or what.get("until") == "over"
         assert any(state & wire.ACTIVE for states in self.check.states for state in states)
+        self.compare(what, self.result)
 
     def half_close(self, _):
         self.sock.shutdown(socket.SHUT_WR)
 
-    def reconnect(self, _):
-        self.sock.close()
+    def reconnect(self, how):
+        """With "beside" the connection stands, until the server closes it."""
+        before = self.sock
+        if how != "beside":
+            before.close()
         for _ in range(100):
             self.connect()
             self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume}))
@@ -257,6 +269,8 @@ class Conversation:
             peek.feed(data)
             frame = peek.next() if data else None
             if frame and frame.type == wire.WELCOME:
+                while how == "beside" and before.recv(65536):
+                    pass
                 return
             self.sock.close()
             time.sleep(0.02)

@@ -113,7 +113,7 @@ def put_our_client_through(order=(("step", [1, 1]),), **options):
     with doctor_of_trainers("--timeout", "30") as (doctor, port):
         while doctor.poll() is None:
             try:
-                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2, timeout=3.0, **options)) as connection:
+                with contextlib.closing(connect(f"tcp://127.0.0.1:{port}", protocol=2, timeout=12.0, **options)) as connection:
                     connection.reset(seeds=np.arange(connection.environments))
                     for kind, mask in itertools.cycle(order):
                         mask = np.array(mask[:connection.environments], bool)

@@ -133,7 +133,7 @@ bool StepUntilTheEnd(int port) {
   if (!transport.ok()) return false;
   EnvClientOptions options;
   options.protocol = Protocol::kProtocol2;
-  options.deadline_s = 3.0;  // so long it steps where nobody takes part (R77)
+  options.deadline_s = 12.0;  // so long it steps where nobody takes part (R77)
   options.reconnect = [&] { return ConnectTcp(endpoint, 1.0); };
   Result<std::unique_ptr<EnvClient>> client = EnvClient::Open(std::move(*transport), options);
   if (!client.ok()) return true;

@@ -78,7 +78,7 @@ def test_every_case_holds_for_the_trainer():
     port = free_port()
     with subprocess.Popen([str(PROGRAM), "doctor", "--conformance-trainer", f"tcp://127.0.0.1:{port}", "--timeout", "60"], stdout=subprocess.PIPE, text=True) as doctor:
         doctor.stdout.readline()
-        with subprocess.Popen(["node", str(JAVASCRIPT / "trainer.js"), str(port), "0", "3"]) as trainer:
+        with subprocess.Popen(["node", str(JAVASCRIPT / "trainer.js"), str(port), "0", "12"]) as trainer:
             said = doctor.stdout.read()
             trainer.kill()
     assert doctor.returncode == 0 and holds(said) and "holds        nobody takes part for as long" in said, said

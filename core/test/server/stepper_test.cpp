@@ -152,5 +152,38 @@ TEST_F(StepperTest, InfosOfTheLastStepOfAnEpisodeAreFinal) {
             R"({"final_infos":{"age":{"slots":[0],"values":[2.0]}},"infos":{"age":{"slots":[1],"values":[2.0]}}})");
 }
 
+/// Worlds that begin together or not at all, and what seeds they were given.
+class Together final : public VectorEnv {
+ public:
+  const EnvSpec& spec() const override { return swarm_.spec(); }
+  void Reset(std::uint64_t seed, std::span<Batch> batches) override {
+    seeds.push_back(seed);
+    swarm_.Reset(seed, batches);
+  }
+  void Step(std::span<Batch> batches) override { swarm_.Step(batches); }
+  std::span<const std::uint8_t> present(std::size_t b) const override { return swarm_.present(b); }
+  void Visit(Archive& archive) override { swarm_.Visit(archive); }
+
+  std::vector<std::uint64_t> seeds;
+
+ private:
+  testing::Swarm swarm_{3, 2, false};
+};
+
+TEST(StepperSeeds, ALaterResetWithoutSeedsTakesSeedsThatTheSessionHasNotGivenYet) {
+  Together worlds;
+  Stepper stepper(worlds);
+  std::vector<std::uint64_t> result(stepper.result_room() / 8 + 1);
+  stepper.WriteTo(reinterpret_cast<std::byte*>(result.data()));
+  ASSERT_TRUE(stepper.SetAutoreset(Autoreset::kSameStep).ok());
+  std::vector<std::byte> reset(stepper.blocks().seeds);
+  for (std::size_t i = 0; i < stepper.blocks().environments; ++i) reset[protocol2::kActiveOffset + i] = std::byte{1};
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(stepper.Reset(reset, i == 0, 7).ok());
+    stepper.FinishReset();
+  }
+  EXPECT_EQ(worlds.seeds, (std::vector<std::uint64_t>{7, 10, 13})) << "one of its own for each of the three worlds";
+}
+
 }  // namespace
 }  // namespace consac
