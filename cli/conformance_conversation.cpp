@@ -242,8 +242,7 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
   if (!message.is_object()) return Failed("its payload is no JSON object");
   if (frame.header.type == FrameType::kError && payload.size() > protocol2::kLargestBeforeWelcome)
     return Failed(fmt::format("an ERROR of {} bytes, at most 4096 are sent: cut its message (R17)", payload.size()));
-  if (frame.header.type == FrameType::kError)
-    CONSAC_RETURN_IF_ERROR(protocol2::ParseError(frame.payload).status());
+  if (frame.header.type == FrameType::kError) CONSAC_RETURN_IF_ERROR(protocol2::ParseError(frame.payload).status());
   if (frame.header.type == FrameType::kWelcome) {
     CONSAC_RETURN_IF_ERROR(TakeWelcome(frame));
     Case defaults = {{"capabilities", Case::array()},

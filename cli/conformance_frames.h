@@ -136,8 +136,8 @@ inline void MakeLegal(const Layout& layout, const std::uint8_t* mask, std::byte*
   }
 }
 
-/// The same with its CRC as `how` wants it: "right", "wrong", or some number "without flag", which is not looked at; and
-/// with `flip`, a place in the header and bits that are the other way there.
+/// The same with its CRC as `how` wants it: "right", "wrong", or some number "without flag", which is not looked at;
+/// and with `flip`, a place in the header and bits that are the other way there.
 inline std::string WholeFrame(protocol2::FrameType type, std::uint64_t request, std::uint32_t session,
                               const std::string& payload, bool checked, const nlohmann::json& how) {
   const std::string crc = how.value("crc", "");

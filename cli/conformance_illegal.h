@@ -56,8 +56,8 @@ inline bool LeaveSpace(const Leaf& leaf, Side side, std::byte* row) {
   return above || below;
 }
 
-/// The last leaf of that kind that can leaves its space ("..., below": below it), or is NaN where any kind will do; false
-/// where none can.
+/// The last leaf of that kind that can leaves its space ("..., below": below it), or is NaN where any kind will do;
+/// false where none can.
 inline bool MakeIllegal(const Layout& layout, const std::string& what, std::byte* row) {
   constexpr std::string_view kBelow = ", below";
   const Side side = what.ends_with(kBelow) ? Side::kBelow : Side::kAny;

@@ -191,15 +191,15 @@ Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environme
 Result<SharedMemorySpec> SharedMemoryFromJson(const Json& json) {
   if (!json.is_object()) return Fault("MALFORMED", "shm is " + Quote(JsonText(json)) + ", expected an object");
   const Members members{json};
-  for (const char* required :
-       {"path", "bytes", "request_offset", "request_bytes", "result_offset", "result_bytes", "spin_us"})
-    members.Need(required);
   const auto size = [&](const char* name) {
     return static_cast<std::uint64_t>(std::max<std::int64_t>(members.Whole(name), 0));
   };
   const SharedMemorySpec shared = {members.Text("path"),    size("bytes"),         size("request_offset"),
                                    size("request_bytes"),   size("result_offset"), size("result_bytes"),
                                    members.Whole("spin_us")};
+  for (const char* required :
+       {"path", "bytes", "request_offset", "request_bytes", "result_offset", "result_bytes", "spin_us"})
+    members.Need(required);
   return members.Checked("shm", shared);
 }
 
