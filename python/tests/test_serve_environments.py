@@ -53,11 +53,12 @@ def test_a_failing_environment_is_told():
         client.reset()
         error = client.error(STEP, step_payload(3, [0, 2, 0]))
         assert (error["code"], error["env"]) == ("ENV_FAILED", 1) and "motor burnt out" in error["message"]
-        for env in (0, 1):
-            assert client.error(STEP, step_payload(3, [0] * 3))["code"] == "RESET_REQUIRED"
-        assert client.step([0, 0, 0], [0, 0, 1]).floats()[2][0] == 1
-        client.reset([1, 1, 0])
-        assert [row[0] for row in client.step([0, 0, 0]).floats()] == [1, 1, 2]
+        for env in range(3):  # all that were stepped with it have failed (R14)
+            assert client.error(STEP, step_payload(3, [0] * 3, [env == other for other in range(3)]))["code"] == "RESET_REQUIRED"
+        found = client.reset([0, 1, 0])
+        assert [row[0] for row in found.floats()] == [0, 0, 0] and list(found.states) == [24, 24, 24]  # as the RESULT before had them (R70)
+        client.reset([1, 0, 1])
+        assert [row[0] for row in client.step([0, 0, 0]).floats()] == [1, 1, 1]
 
 
 # ---- limits and security

@@ -102,11 +102,17 @@ class Batch:
         if not self.started and len(chosen) != count:
             raise Refused("BAD_STATE", f"the first RESET resets {len(chosen)} of {count} environments; reset all of them first")
         self._forget(every=True)
+        before = bytes(self.buffer)
         for env in chosen:
             self.broken[env] = True
+        try:
+            for env in chosen:
+                seed = seeds[env] if seeds else None if self.started or self.first_seed is None else self.first_seed + env
+                self._guard(env, self._begin, env, seed, options)
+        except Refused:
+            self.buffer[:] = before  # which later RESULTs go on saying of these (R70)
+            raise
         for env in chosen:
-            seed = seeds[env] if seeds else None if self.started or self.first_seed is None else self.first_seed + env
-            self._guard(env, self._begin, env, seed, options)
             self.broken[env] = False
         self.started = True
 
@@ -124,15 +130,17 @@ class Batch:
             slots = [slot for env in chosen for slot in range(env * agents, env * agents + agents) if states[at + slot] & ACTIVE]
             if slots:
                 rows.check(slots, agents)
+        before = bytes(self.buffer)
         self._forget(every=len(chosen) != len(self.envs))
-        for index, env in enumerate(chosen):
+        for env in chosen:
             try:
                 if self.over[env]:
                     self._begin(env, None, None)
                 else:
                     self._advance(env)
             except FAILURES as error:
-                for lost in chosen[:index + 1]:
+                self.buffer[:] = before  # which later RESULTs go on saying of these (R70)
+                for lost in chosen:
                     self.broken[lost] = True
                 raise self._failed(env, error) from error
 
