@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from consac import wire
-from consac.names import quote
 from consac.errors import ConsacError
 from consac.names import quote
 

@@ -171,6 +171,7 @@ class Training {
   double best_evaluation_ = -std::numeric_limits<double>::infinity();  // mean reward, summed over behaviours
   std::optional<double> goal_;                                         // config_.stop_reward
   bool goal_reached_ = false;
+  double reached_goal_ = -std::numeric_limits<double>::infinity();  // the highest that has ended this run
   std::int64_t episodes_looked_at_ = 0;  // of all behaviours, when their mean was last compared with it
   double checkpoint_time_ = 0.0, saving_seconds_ = 0.0;
   bool checkpoint_failed_ = false, model_failed_ = false, best_failed_ = false;

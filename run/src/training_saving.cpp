@@ -143,9 +143,8 @@ Status Training::Restore() {
   ReadNumber(*state, "steps", &restored_steps_);
   ReadNumber(*state, "next_evaluation", &next_evaluation_);
   ReadNumber(*state, "best_evaluation", &best_evaluation_);
-  double reached = -std::numeric_limits<double>::infinity();
-  ReadNumber(*state, kGoal, &reached);
-  goal_reached_ = goal_.has_value() && reached >= *goal_;
+  ReadNumber(*state, kGoal, &reached_goal_);
+  goal_reached_ = goal_.has_value() && reached_goal_ >= *goal_;
   // A finished run that an engine asks to train again trains that much longer.
   if (length_ == Length::kOfEngine && restored_steps_ >= config_.steps) {
     const std::int64_t more = crew_[0].link().request().training_length;
@@ -301,7 +300,9 @@ Status Training::Checkpoint() {
   writer("instruction_set", instruction_set);
   writer("next_evaluation", next_evaluation_);
   writer("best_evaluation", best_evaluation_);
-  if (goal_reached_) writer(kGoal, *goal_);  // whoever goes on has nothing to do, unless more is wanted
+  if (goal_reached_) reached_goal_ = std::max(reached_goal_, *goal_);
+  // Whoever goes on has nothing to do, unless more is wanted.
+  if (reached_goal_ > -std::numeric_limits<double>::infinity()) writer(kGoal, reached_goal_);
   Visit(writer);
   CONSAC_RETURN_IF_ERROR(writer.status());
   CONSAC_RETURN_IF_ERROR(CheckCounts(writer.fields()));  // what would be refused later is no checkpoint

@@ -152,7 +152,7 @@ TEST(TrainingEvaluation, WhatHasEndedSoIsNotTrainedOnByResumingItUnlessMoreIsWan
     const RunSummary ended = Trained(config);
     ASSERT_LT(ended.steps, 4096);
     config.resume = true;
-    for (const char* no_more : {"9", "8.5"}) {
+    for (const char* no_more : {"9", "8.5", "8.8"}) {
       config.stop_reward = no_more;
       const RunSummary again = Trained(config);
       EXPECT_EQ(again.steps, ended.steps) << no_more;

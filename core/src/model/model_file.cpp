@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "consac/base/file.h"
 #include "consac/base/hash.h"
@@ -22,6 +23,7 @@ constexpr std::size_t kLengthBytes = 8;
 constexpr JsonLimits kHeaderLimits = {.depth = 8};
 constexpr std::int64_t kFormatVersion = 1;
 constexpr std::string_view kStatePrefix = "state/";
+constexpr const char* kTensorsHash = "consac.tensors.sha256";
 
 Status Damaged(std::string what) {
   return {StatusCode::kDataLoss, "not a usable model file: " + std::move(what)};
@@ -116,7 +118,8 @@ Status CheckCoverage(std::vector<TensorEntry>& entries, std::uint64_t data_bytes
 }
 
 struct Metadata {
-  std::string spec, hash, tensors_hash;
+  std::string spec, hash;
+  std::optional<std::string> tensors_hash;  // files of before 2026-11-23 have none
 };
 
 Result<Metadata> ReadMetadata(const Json& header) {
@@ -137,7 +140,9 @@ Result<Metadata> ReadMetadata(const Json& header) {
     return Damaged("it has format version " + std::to_string(version) + ", this program reads up to " +
                    std::to_string(kFormatVersion) + "; use a newer CONSAC");
   }
-  return Metadata{text("consac.spec"), text("consac.sha256"), text("consac.tensors.sha256")};
+  Metadata read{text("consac.spec"), text("consac.sha256"), std::nullopt};
+  if (metadata.contains(kTensorsHash)) read.tensors_hash = text(kTensorsHash);
+  return read;
 }
 
 }  // namespace
@@ -195,8 +200,7 @@ Result<ModelFile> ModelFile::Parse(std::span<const std::byte> bytes) {
     file.tensors.emplace(std::move(entry.name), Tensor{entry.dtype, std::move(entry.shape),
                                                        std::vector<std::byte>(piece.begin(), piece.end())});
   }
-  // Files of before 2026-11-23 have none.
-  if (!metadata->tensors_hash.empty() && metadata->tensors_hash != HashOfTensors(file.tensors))
+  if (metadata->tensors_hash.has_value() && *metadata->tensors_hash != HashOfTensors(file.tensors))
     return Damaged("the SHA-256 of its tensors' names and shapes does not match; the file is damaged");
   return file;
 }
@@ -221,7 +225,7 @@ std::vector<std::byte> ModelFile::Serialise() const {
                             {"consac.version", std::to_string(kFormatVersion)},
                             {"consac.spec", spec_json},
                             {"consac.sha256", HashOf(spec_json, data)},
-                            {"consac.tensors.sha256", HashOfTensors(tensors)}};
+                            {kTensorsHash, HashOfTensors(tensors)}};
   std::string text = JsonText(header);
   text.append((8 - text.size() % 8) % 8, ' ');
 

@@ -152,12 +152,15 @@ Status OutputFile::CutToLine(std::uint64_t bytes) {
 Status OutputFile::CutAfterLines(std::uint64_t lines) {
   Flush();
   if (descriptor_ < 0) return Status::Ok();
+  const auto cannot = [&](const char* what) {
+    return Status{StatusCode::kDataLoss, std::string("cannot ") + what + " '" + path_ + "': " + std::strerror(errno)};
+  };
   std::vector<char> block(static_cast<std::size_t>(std::min<std::uint64_t>(size_, kBlock)));
   std::uint64_t end = 0, seen = 0;  // behind the latest end of a line
   for (std::uint64_t at = 0; at < size_ && seen < lines;) {
     if (at - end >= kFarthestBack) return TooFar(kOneLine);
     const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(size_ - at, block.size()));
-    if (!ReadAt(descriptor_, at, block.data(), count)) return Status::Ok();
+    if (!ReadAt(descriptor_, at, block.data(), count)) return cannot("read");
     const std::string_view text(block.data(), count);
     for (std::size_t newline = text.find('\n'); newline != text.npos && seen < lines;
          newline = text.find('\n', newline + 1)) {
@@ -167,11 +170,17 @@ Status OutputFile::CutAfterLines(std::uint64_t lines) {
     at += count;
   }
   if (seen == 0 && size_ > 0 && lines > 0)
-    return {
-        StatusCode::kDataLoss,
-        "'" + path_ + "' has no end of a line, so it is no log of this run; put the run's own there, or take it away"};
+    return {StatusCode::kDataLoss, "'" + path_ +
+                                       "' has no end of a line, so it is no log of this run; put the run's own there, "
+                                       "or take it away"};
   lines_ = seen;
-  if (end < size_ && CutTo(descriptor_, end)) size_ = end;
+  if (seen + 1 == lines && end < size_) {  // an editor took the last end of a line away
+    Append("\n");
+    Flush();
+    return status_;
+  }
+  if (end < size_ && !CutTo(descriptor_, end)) return cannot("cut");
+  size_ = end;
   return Status::Ok();
 }
 

@@ -155,6 +155,7 @@ TEST(MonitorCsv, AFileThatAnEditorHasSavedAnewLosesNoEpisode) {
     return text;
   };
   EXPECT_EQ(resumed(with_returns(counted + later), checkpoint.fields()), with_returns(counted) + next);
+  EXPECT_EQ(resumed(counted.substr(0, counted.size() - 1), checkpoint.fields()), counted + next);
   EXPECT_NE(resumed("\r", checkpoint.fields()).find("has no end of a line"), std::string::npos);
   EXPECT_EQ(TextOf(path).front(), '\r') << "left as it was";
 }
