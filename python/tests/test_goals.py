@@ -129,7 +129,7 @@ def wanted(rows, second=0.0):
     return achieved, desired
 
 
-NEVER = "RELABEL of a behaviour without goals"  # this server has one behaviour where it has goals
+NEVER = ("RELABEL of a behaviour without goals", "other goals of the last behaviour that has them")  # this server has one behaviour where it has goals
 
 
 @pytest.mark.parametrize("case", GOALS, ids=lambda case: case["name"])
@@ -144,7 +144,7 @@ def test_every_case_is_offered_and_holds(case):
                     getattr(conversation, name)(what)
             offered.append(not conversation.over)
             conversation.sock.close()
-    assert any(offered) == (case["name"] != NEVER)
+    assert any(offered) == (case["name"] not in NEVER)
 
 
 @needs_program
@@ -156,7 +156,7 @@ def test_the_doctor_finds_nothing_wrong_and_leaves_nothing_out():
         assert done.returncode == 0, done.stdout + done.stderr
         said += done.stdout
     for case in GOALS:
-        assert (f"holds        {case['name']} (" in said) == (case["name"] != NEVER), said
+        assert (f"holds        {case['name']} (" in said) == (case["name"] not in NEVER), said
 
 
 @pytest.mark.parametrize("shared_memory", [True, False])
