@@ -115,7 +115,9 @@ Status Conversation::DoSend(const Case& what) {
     if (paid_.empty()) return Over("no step has led to a row of a behaviour with goals");
     payload = payloads_.GoalsAsTheyWere(paid_rows_);
   } else if (kind.starts_with("goals") && !payloads_.CanBeAsked(kind)) {
-    return Over(kind == "goals of others" ? "every behaviour has goals" : "no observation has such a number");
+    return Over(kind == "goals of others"     ? "every behaviour has goals"
+                : kind == "goals of the last" ? "no two behaviours have goals"
+                                              : "no observation has such a number");
   } else if (!kind.empty()) {
     payload = payloads_.Of(kind, result_, leaf);
   }

@@ -49,5 +49,18 @@ TEST(ConformancePayloads, TheWrongActionIsOfSomebodyWhoTakesPartAndCanBeSo) {
   EXPECT_EQ(payloads.WorldAtFault("illegal", alone, ""), 1);
 }
 
+TEST(ConformancePayloads, TheLastOfSeveralBehavioursWithGoalsIsAskedFor) {
+  const Space goal = *Space::Box(-1, 1, {1});
+  const Space pursuit = *Space::Dict({{"achieved_goal", goal}, {"desired_goal", goal}});
+  EnvSpec spec = PickersAndWalkers();
+  spec.behaviours.push_back(BehaviourSpec::Of("first", pursuit, *Space::Discrete(3), kWorlds));
+  EXPECT_FALSE(Payloads(spec).CanBeAsked("goals of the last")) << "which is the first too";
+  spec.behaviours.push_back(BehaviourSpec::Of("last", pursuit, *Space::Discrete(3), kWorlds));
+  const Payloads payloads(spec);
+  EXPECT_TRUE(payloads.CanBeAsked("goals of the last"));
+  EXPECT_EQ(payloads.Of("goals of the last", "")[0], 3);
+  EXPECT_EQ(payloads.Of("goals", "")[0], 2);
+}
+
 }  // namespace
 }  // namespace consac::cli
