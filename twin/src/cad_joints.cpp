@@ -113,7 +113,11 @@ class Finder {
   // Which groups each hinted joint is between; several that one pattern means are fixed to each other.
   Status ReadPairs() {
     for (const JointHint& hint : hints_.joints) {
-      std::vector<std::int32_t> sides[2] = {Meant(hint.parent), Meant(hint.child)};
+      std::vector<std::int32_t> sides[2];
+      if (hint.groups.has_value())
+        sides[0] = {hint.groups->first}, sides[1] = {hint.groups->second};
+      else
+        sides[0] = Meant(hint.parent), sides[1] = Meant(hint.child);
       for (int side = 0; side < 2; ++side) {
         const std::string& word = side == 0 ? hint.parent : hint.child;
         if (sides[side].empty())

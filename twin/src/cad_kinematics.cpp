@@ -124,8 +124,7 @@ Status LayOver(const robot::Robot& known, const CadRobot& found, JointHints* hin
     JointHint hint;
     hint.name = joint.name;
     hint.type = joint.type;
-    hint.parent = found.groups[static_cast<std::size_t>(candidate.first)].name;
-    hint.child = found.groups[static_cast<std::size_t>(candidate.second)].name;
+    hint.groups = {candidate.first, candidate.second};
     hint.axis.clear();
     hint.origin = candidate.origin;  // of the CAD file, which is what is seen
     hint.direction = Dot(candidate.direction, there.direction) < 0.0 ? -1.0 * candidate.direction : candidate.direction;

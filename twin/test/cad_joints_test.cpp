@@ -225,15 +225,20 @@ TEST(CadJoints, WhatHintsGetWrongIsNamed) {
     EXPECT_NE(Refused(made, hints).find(part), std::string::npos) << hints << ": " << Refused(made, hints);
 }
 
-// A URDF's robot: about z at the origin, about x a little above, in a frame of its own.
-TEST(CadJoints, AUrdfLaidOverSaysNamesLimitsAndSenses) {
+// A base, and two components that turn about z and about x.
+HandMade TwoAxes(const std::string& turret, const std::string& arm) {
   HandMade made;
   const CadCylinder bore{{0, 0, 0.1}, {1, 0, 0}, 0.0081, -0.02, 0.02, 6.3, true};
   CadCylinder pin = bore;
   pin.radius = 0.008, pin.concave = false;
   made.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
-  made.Add("turret", {HandMade::Along(10, 20, 8.0, -5, 25, false), bore});
-  made.Add("arm", {pin});
+  made.Add(turret, {HandMade::Along(10, 20, 8.0, -5, 25, false), bore});
+  made.Add(arm, {pin});
+  return made;
+}
+
+// Its URDF: about z at the origin, about x a little above, in a frame of its own; and an axis that is not there.
+robot::RobotDescription TwoAxesUrdf() {
   robot::RobotDescription urdf;
   urdf.links = {{"b", std::nullopt}, {"t", std::nullopt}, {"a", std::nullopt}, {"h", std::nullopt}};
   const auto joint = [](const char* name, const char* parent, const char* child, Vector3 at, Vector3 axis) {
@@ -248,6 +253,12 @@ TEST(CadJoints, AUrdfLaidOverSaysNamesLimitsAndSenses) {
                  joint("pitch", "t", "a", {0, -0.02, 0.3}, {-1, 0, 0}),
                  joint("roll", "a", "h", {0, 0.4, 0}, {0, 1, 0})};
   urdf.name = "arm";
+  return urdf;
+}
+
+TEST(CadJoints, AUrdfLaidOverSaysNamesLimitsAndSenses) {
+  const HandMade made = TwoAxes("turret", "arm");
+  robot::RobotDescription urdf = TwoAxesUrdf();
   const Result<robot::Robot> known = MakeRobot(urdf);
   ASSERT_TRUE(known.ok()) << known.status().message();
   const Result<CadRobot> found = FindJoints(made.assembly, {});
@@ -272,6 +283,24 @@ TEST(CadJoints, AUrdfLaidOverSaysNamesLimitsAndSenses) {
   urdf.joints[1].origin.position.y = -0.08;
   JointHints none;
   EXPECT_FALSE(LayOver(*MakeRobot(urdf), *found, &none, &said).ok());
+}
+
+// Names that say nothing of which component is meant: the axes do.
+TEST(CadJoints, AUrdfIsLaidOverComponentsOfOneNameAndOfPatterns) {
+  const std::pair<std::string, std::string> names[] = {{"servo", "servo"}, {"base", "base"}, {"*", "s?rvo"}};
+  for (const auto& [turret, arm] : names) {
+    const HandMade made = TwoAxes(turret, arm);
+    const CadRobot found = Found(made);
+    JointHints hints;
+    std::vector<std::string> said;
+    ASSERT_TRUE(LayOver(*MakeRobot(TwoAxesUrdf()), found, &hints, &said).ok());
+    const Result<CadRobot> again = FindJoints(made.assembly, hints);
+    ASSERT_TRUE(again.ok()) << again.status().message();
+    ASSERT_EQ(again->robot.joints.size(), 2u) << turret;
+    EXPECT_EQ(again->robot.joints[0].name, "yaw");
+    EXPECT_EQ(again->robot.joints[1].name, "pitch");
+    EXPECT_EQ(again->link_of_node, (std::vector<std::int32_t>{-1, 0, 1, 2})) << "each is a link of its own";
+  }
 }
 
 TEST(CadJoints, PatternsAreOfWholePaths) {

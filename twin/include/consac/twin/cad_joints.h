@@ -8,8 +8,10 @@
 // a circle around a shared axis, and a pin turns in a bore inside one of the two pieces on it (the output of a servo),
 // that piece turns the other. A lone axis with a screw on it is no joint.
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "consac/twin/cad.h"
@@ -48,6 +50,8 @@ struct JointHint {
   std::string name;
   robot::JointType type = robot::JointType::kRevolute;
   std::string parent, child;         ///< names of hinted links, or patterns of components
+  /// The parent's and the child's group where they are known by number: names need not be unique.
+  std::optional<std::pair<std::int32_t, std::int32_t>> groups;
   std::string axis = "auto";         ///< "auto", "candidate:N", "component:PATTERN#X"; "" as origin and direction say
   robot::Vector3 origin, direction;  ///< in the world, m
   robot::JointDrive drive;
