@@ -15,16 +15,42 @@ using robot::Vector3;
 constexpr double kLargestFastener = 0.012;  // radius, m: M24's shank
 constexpr double kHead = 1.3;               // how much wider than its shank a screw's head is
 
-// Words by which makers call what holds things together.
-constexpr std::string_view kFasteners[] = {"screw",   "bolt",     "washer",   "rivet",    "schraube",  "mutter",
-                                           "scheibe", "hexnut",   "hex nut",  "locknut",  "lock nut",  "iso 4762",
-                                           "iso4762", "iso 4014", "iso 4017", "iso 7380", "iso 10642", "din 912",
-                                           "din912",  "din 933",  "din 934",  "din 125",  "fhs_m",     "phs_m"};
+constexpr double kWidestFastener = 0.05;  // m: M24's washer, and some room
+
+// Words by which makers call what holds things together, as WordsOf gives them. A word of a compound language may end
+// another one ("zylinderschraube"); a space before it says that it does not ("thunderbolt").
+constexpr std::string_view kFasteners[] = {
+    " screw",          " capscrew",    " setscrew", " bolt",     " hexbolt",  " washer",   " rivet",
+    " hexnut",         " hex nut",     " locknut",  " lock nut", "schraube",  "mutter",    " scheibe",
+    "unterlegscheibe", "federscheibe", " iso 4762", " iso 4014", " iso 4017", " iso 7380", " iso 10642",
+    " din 912",        " din 933",     " din 934",  " din 125",  " fhs m",    " phs m"};
+
+// "CapScrew_M3x8" as " cap screw m 3 x 8 ": small letters, parted where letters, digits and capitals begin.
+std::string WordsOf(const std::string& name) {
+  const std::string small = LowerCase(name);
+  std::string out = " ";
+  char kind = ' ';
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const char c = name[i];
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (static_cast<unsigned char>(c) & 0x80) != 0;
+    const char is = c >= '0' && c <= '9' ? '0' : !letter ? ' ' : c >= 'A' && c <= 'Z' ? 'A' : 'a';
+    if (out.back() != ' ' && is != kind && !(kind == 'A' && is == 'a')) out += ' ';
+    if (is != ' ') out += small[i];
+    kind = is;
+  }
+  return out.back() == ' ' ? out : out + " ";
+}
 
 bool FastensByName(const std::string& name) {
-  const std::string small = LowerCase(name);
-  return std::any_of(std::begin(kFasteners), std::end(kFasteners),
-                     [&](std::string_view word) { return small.find(word) != std::string::npos; });
+  const std::string words = WordsOf(name);
+  return std::any_of(std::begin(kFasteners), std::end(kFasteners), [&](std::string_view word) {
+    for (std::size_t at = words.find(word); at != std::string::npos; at = words.find(word, at + 1)) {
+      std::size_t end = at + word.size();
+      if (words[end] == 's' || words[end] == 'n') ++end;  // of several
+      if (words[end] == ' ') return true;
+    }
+    return false;
+  });
 }
 
 // A shank with a head on one axis, small.
@@ -66,17 +92,42 @@ bool IsRod(const CadPart& part) {
   return pin && radius <= kLargestFastener && across <= kWide * radius;
 }
 
-void Extend(const robot::Transform& place, const CadPart& part, bool first, CadGroup* group) {
+// Extends low and high by a box in a place; begins them where they are none yet.
+void Extend(const robot::Transform& place, const Vector3& box_low, const Vector3& box_high, bool begins, Vector3* low,
+            Vector3* high) {
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3 at = place * Vector3{corner & 1 ? part.high.x : part.low.x, corner & 2 ? part.high.y : part.low.y,
-                                       corner & 4 ? part.high.z : part.low.z};
-    const bool begins = first && corner == 0;
-    group->low =
-        begins ? at : Vector3{std::min(group->low.x, at.x), std::min(group->low.y, at.y), std::min(group->low.z, at.z)};
-    group->high =
-        begins ? at
-               : Vector3{std::max(group->high.x, at.x), std::max(group->high.y, at.y), std::max(group->high.z, at.z)};
+    const Vector3 at = place * Vector3{corner & 1 ? box_high.x : box_low.x, corner & 2 ? box_high.y : box_low.y,
+                                       corner & 4 ? box_high.z : box_low.z};
+    const bool first = begins && corner == 0;
+    *low = first ? at : Vector3{std::min(low->x, at.x), std::min(low->y, at.y), std::min(low->z, at.z)};
+    *high = first ? at : Vector3{std::max(high->x, at.x), std::max(high->y, at.y), std::max(high->z, at.z)};
   }
+}
+
+// [nodes] Which are no wider than what holds things together, however long. Of an assembly all that it holds counts:
+// what is below "screw" is a screw's, what is below "ball screw axis" is not.
+std::vector<bool> NarrowNodes(const CadAssembly& assembly) {
+  struct Box {
+    Vector3 low, high;
+    bool empty = true;
+  };
+  std::vector<Box> boxes(assembly.nodes.size());  // in their frames
+  std::vector<bool> out(assembly.nodes.size());
+  for (std::size_t n = assembly.nodes.size(); n-- > 0;) {
+    const CadNode& node = assembly.nodes[n];
+    if (node.part >= 0) {
+      const CadPart& part = assembly.parts[static_cast<std::size_t>(node.part)];
+      boxes[n] = {part.low, part.high, false};
+    }
+    const Vector3 size = boxes[n].high - boxes[n].low;
+    const double thin = std::min({size.x, size.y, size.z}), thick = std::max({size.x, size.y, size.z});
+    out[n] = size.x + size.y + size.z - thin - thick <= kWidestFastener;
+    if (node.parent < 0 || boxes[n].empty) continue;
+    Box& above = boxes[static_cast<std::size_t>(node.parent)];
+    Extend(node.place, boxes[n].low, boxes[n].high, above.empty, &above.low, &above.high);
+    above.empty = false;
+  }
+  return out;
 }
 
 // The nodes whose children are the components: all roots, or a lone root, or what a lone root holds alone.
@@ -123,6 +174,10 @@ Result<Groups> GroupParts(const CadAssembly& assembly, const JointHints& hints) 
   for (std::size_t i = 0; i < hints.links.size(); ++i) {
     out.groups.push_back({hints.links[i].name, {}, {}, {}, true, false});
   }
+  const std::vector<bool> narrow = NarrowNodes(assembly);
+  std::vector<bool> whole(count, false);  // what holds the components: the robot's own name says nothing of them
+  for (std::int32_t n = above; n >= 0; n = assembly.nodes[static_cast<std::size_t>(n)].parent)
+    whole[static_cast<std::size_t>(n)] = true;
   std::size_t roots = 0;
   for (const CadNode& node : assembly.nodes) roots += node.parent < 0 ? 1 : 0;
   for (std::size_t n = 0; n < count; ++n) {
@@ -145,10 +200,11 @@ Result<Groups> GroupParts(const CadAssembly& assembly, const JointHints& hints) 
       out.groups.push_back({out.paths[n], out.places[n], {}, {}, false, false});
     }
     out.of_node.push_back(group);
+    const CadPart* part = node.part >= 0 ? &assembly.parts[static_cast<std::size_t>(node.part)] : nullptr;
     const bool below = node.parent >= 0 && out.fastens[parent];
-    out.fastens.push_back(below || FastensByName(node.name) ||
-                          (node.part >= 0 && (FastensByName(assembly.parts[static_cast<std::size_t>(node.part)].name) ||
-                                              FastensByShape(assembly.parts[static_cast<std::size_t>(node.part)]))));
+    const bool named =
+        !whole[n] && narrow[n] && (FastensByName(node.name) || (part != nullptr && FastensByName(part->name)));
+    out.fastens.push_back(below || named || (part != nullptr && FastensByShape(*part)));
   }
   for (std::size_t i = 0; i < hints.links.size(); ++i) {
     for (std::size_t k = 0; k < hints.links[i].parts.size(); ++k) {
@@ -163,11 +219,11 @@ Result<Groups> GroupParts(const CadAssembly& assembly, const JointHints& hints) 
   for (std::size_t n = 0; n < count; ++n) {
     if (assembly.nodes[n].part < 0 || out.of_node[n] < 0) continue;
     const auto group = static_cast<std::size_t>(out.of_node[n]);
-    Extend(out.places[n], assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)], !begun[group],
-           &out.groups[group]);
+    const CadPart& part = assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)];
+    CadGroup& box = out.groups[group];
+    Extend(out.places[n], part.low, part.high, !begun[group], &box.low, &box.high);
     begun[group] = true;
-    out.rods[group] = out.rods[group] && !out.groups[group].hinted &&
-                      IsRod(assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)]);
+    out.rods[group] = out.rods[group] && !box.hinted && IsRod(part);
   }
   return out;
 }

@@ -104,6 +104,46 @@ TEST(CadJoints, ScrewsAreNoJoints) {
   EXPECT_EQ(with_two.robot.links.size(), 1u);
 }
 
+TEST(CadJoints, AScrewsNameIsWholeWordsOfSomethingSmall) {
+  const auto joints = [](const std::string& name, bool assembly) {  // a plain pin through two plates
+    HandMade made;
+    made.Add("base plate", {HandMade::Along(0, 0, 5.05, 0, 10, true)}, 200);
+    made.Add("moving plate", {HandMade::Along(0, 0, 5.05, 10, 20, true)});
+    if (assembly)
+      made.AddTo(name, "shank", {HandMade::Along(0, 0, 5.0, 0, 20, false)});
+    else
+      made.Add(name, {HandMade::Along(0, 0, 5.0, 0, 20, false)});
+    made.assembly.parts.back().low = {-0.005, -0.005, 0.0}, made.assembly.parts.back().high = {0.005, 0.005, 0.02};
+    return Found(made).robot.joints.size();
+  };
+  for (const bool assembly : {false, true}) {
+    for (const char* name : {"Zylinderschraube_M6x20", "CapScrew-2", "ISO4762 M10", "DIN 912", "FHS_M3x8", "screws",
+                             "bolt", "M10bolt:3", "Sechskantmuttern", "lock_nut"})
+      EXPECT_EQ(joints(name, assembly), 0u) << name;
+    for (const char* name : {"thunderbolt", "dowel", "unscrewed", "Riemenscheibe", "ISO 47620", "Mutterhorn"})
+      EXPECT_EQ(joints(name, assembly), 1u) << name;
+  }
+}
+
+TEST(CadJoints, ARobotOrAnAssemblyCalledBoltHasItsJoints) {
+  HandMade robot = Hinge();
+  robot.assembly.nodes.front().name = "Bolt";
+  EXPECT_EQ(Found(robot).robot.joints.size(), 1u) << "the root's name";
+  robot.assembly.nodes.insert(robot.assembly.nodes.begin(), {"Screw v3", -1, -1, {}, std::nullopt});
+  for (std::size_t n = 1; n < robot.assembly.nodes.size(); ++n) ++robot.assembly.nodes[n].parent;
+  for (CadPart& part : robot.assembly.parts) part.low = 0.1 * part.low, part.high = 0.1 * part.high;
+  EXPECT_EQ(Found(robot).robot.joints.size(), 1u) << "nor that of what holds the root's components alone";
+
+  HandMade axis;
+  axis.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
+  axis.AddTo("ball screw axis", "carriage", {HandMade::Along(10, 20, 8.0, -5, 25, false)});
+  EXPECT_EQ(Found(axis).robot.joints.size(), 1u) << "an assembly wider than any screw";
+  HandMade arm;
+  arm.Add("base", {HandMade::Along(10, 20, 8.1, 0, 30, true)}, 200);
+  arm.Add("bolt plate", {HandMade::Along(10, 20, 8.0, -5, 25, false)});
+  EXPECT_EQ(Found(arm).robot.joints.size(), 1u) << "a part wider than any screw";
+}
+
 std::vector<CadCylinder> Circle(double radius, double low, double high) {
   std::vector<CadCylinder> out;
   for (int i = 0; i < 4; ++i)
