@@ -49,7 +49,7 @@ struct LinkHint {
 struct JointHint {
   std::string name;
   robot::JointType type = robot::JointType::kRevolute;
-  std::string parent, child;         ///< names of hinted links, or patterns of components
+  std::string parent, child;  ///< names of hinted links, or patterns of components
   /// The parent's and the child's group where they are known by number: names need not be unique.
   std::optional<std::pair<std::int32_t, std::int32_t>> groups;
   std::string axis = "auto";         ///< "auto", "candidate:N", "component:PATTERN#X"; "" as origin and direction say
