@@ -269,8 +269,9 @@ class Conversation:
             peek.feed(data)
             frame = peek.next() if data else None
             if frame and frame.type == wire.WELCOME:
-                while how == "beside" and before.recv(65536):
-                    pass
+                with contextlib.suppress(ConnectionResetError):  # closed with bytes that nobody has read
+                    while how == "beside" and before.recv(65536):
+                        pass
                 return
             self.sock.close()
             time.sleep(0.02)
