@@ -143,27 +143,6 @@ Status Damaged(const std::string& what) {
 
 }  // namespace
 
-std::string CadAssembly::PathOf(std::size_t node) const {
-  std::size_t roots = 0;
-  for (const CadNode& each : nodes) roots += each.parent < 0 ? 1 : 0;
-  std::string path = nodes[node].name;
-  for (std::int32_t above = nodes[node].parent; above >= 0;) {
-    const CadNode& each = nodes[static_cast<std::size_t>(above)];
-    if (each.parent < 0 && roots == 1) break;
-    path = each.name + "/" + path;
-    above = each.parent;
-  }
-  return path;
-}
-
-robot::Transform CadAssembly::PlaceOf(std::size_t node) const {
-  robot::Transform place = nodes[node].place;
-  for (std::int32_t above = nodes[node].parent; above >= 0; above = nodes[static_cast<std::size_t>(above)].parent)
-    place = nodes[static_cast<std::size_t>(above)].place * place;
-  place.rotation = Normalised(place.rotation);
-  return place;
-}
-
 Result<CadAssembly> ReadCad(std::span<const std::byte> bytes) {
   CadCut in(bytes);
   const std::span<const std::byte> magic = in.Take(sizeof kCadMagic);

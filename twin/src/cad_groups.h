@@ -17,7 +17,7 @@ struct Groups {
   std::vector<CadGroup> groups;
   std::vector<std::int32_t> of_node;     ///< [nodes] -1 of what stands above them
   std::vector<robot::Transform> places;  ///< [nodes] in the world
-  std::vector<std::string> paths;        ///< [nodes] CadAssembly::PathOf
+  std::vector<std::string> paths;        ///< [nodes] CadRobot::path_of_node
   std::vector<bool> fastens;             ///< [nodes] a screw, nut or washer, by its name or its shape
   std::vector<bool> rods;                ///< [groups] each of its parts is no wider than a pin around one axis
 };

@@ -93,7 +93,9 @@ class Finder {
     TakeCandidates();
     CONSAC_RETURN_IF_ERROR(FindBase());
     MakeTree();
-    out_.groups = groups_.groups;
+    out_.groups = std::move(groups_.groups);
+    out_.path_of_node = std::move(groups_.paths);
+    out_.place_of_node = std::move(groups_.places);
     return std::move(out_);
   }
 

@@ -90,18 +90,16 @@ Model ModelOf(const CadFile& file) {
     if (!shows.back())
       model.warnings.push_back("part " + Quote(file.assembly.parts[part].name) + " has no surface and is left out");
   }
-  std::vector<robot::Transform> places(nodes.size());
   std::vector<std::optional<Colour>> colours(nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const auto parent = static_cast<std::size_t>(nodes[n].parent);
-    places[n] = nodes[n].parent < 0 ? nodes[n].place : places[parent] * nodes[n].place;
     colours[n] = nodes[n].colour.has_value() || nodes[n].parent < 0 ? nodes[n].colour : colours[parent];
     const std::int32_t link = file.found.link_of_node[n];
     if (nodes[n].part < 0 || link < 0 || !shows[static_cast<std::size_t>(nodes[n].part)]) continue;
     Shape shape;
     shape.link = model.robot.links[static_cast<std::size_t>(link)].name;
-    shape.name = file.assembly.PathOf(n);
-    shape.origin = Inverse(file.found.link_place[static_cast<std::size_t>(link)]) * places[n];
+    shape.name = file.found.path_of_node[n];
+    shape.origin = Inverse(file.found.link_place[static_cast<std::size_t>(link)]) * file.found.place_of_node[n];
     shape.kind = ShapeKind::kMesh;
     shape.mesh = std::to_string(nodes[n].part);
     shape.has_colour = colours[n].has_value();

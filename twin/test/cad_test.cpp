@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "cad_model.h"
 #include "consac/twin/cad_joints.h"
 #include "consac/twin/import.h"
 #include "tests/support.h"
@@ -36,8 +37,10 @@ TEST(CadStream, ComesBack) {
   EXPECT_EQ(read->format, "step");
   ASSERT_EQ(read->parts.size(), 2u);
   ASSERT_EQ(read->nodes.size(), 4u);
-  EXPECT_EQ(read->PathOf(3), "arm/arm part");
-  EXPECT_NEAR(Norm(read->PlaceOf(3).position), 0.0, 1e-15);
+  const Result<CadRobot> found = FindJoints(*read, {});
+  ASSERT_TRUE(found.ok()) << found.status().message();
+  EXPECT_EQ(found->path_of_node[3], "arm/arm part");
+  EXPECT_NEAR(Norm(found->place_of_node[3].position), 0.0, 1e-15);
   EXPECT_EQ(*read->nodes[3].colour, (Colour{0.2, 0.4, 0.6, 1.0}));
   const CadCylinder &a = read->parts[0].cylinders[0], &b = made.assembly.parts[0].cylinders[0];
   EXPECT_TRUE(a.origin == b.origin && a.direction == b.direction && a.radius == b.radius && a.concave);
@@ -59,6 +62,26 @@ TEST(CadStream, CutOrChangedAnywhereIsRefusedOrRead) {
     for (std::size_t part = 0; part < read->parts.size(); ++part) (void)TrianglesOf(*read, part);
     (void)FindJoints(*read, {});
   }
+}
+
+// As many as are read: a step for each pair of them would be 10^10.
+TEST(CadStream, TheMostNodesTakeStepsInProportion) {
+  CadFile file;
+  HandMade made;
+  (void)made.Add("plate 0", {});
+  for (std::size_t n = 2; n < kMostCadNodes; ++n)
+    made.assembly.nodes.push_back({"plate " + std::to_string(n - 1), 0, 0, {}, std::nullopt});
+  const std::vector<std::byte> bytes = made.Stream();
+  Result<CadAssembly> read = ReadCad(bytes);
+  ASSERT_TRUE(read.ok()) << read.status().message();
+  Result<CadRobot> found = FindJoints(*read, {});
+  ASSERT_TRUE(found.ok()) << found.status().message();
+  file.assembly = std::move(*read), file.found = std::move(*found);
+  const auto begin = std::chrono::steady_clock::now();
+  const Model model = ModelOf(file);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10)) << "it takes a tenth of one";
+  ASSERT_EQ(model.visuals.size(), kMostCadNodes - 1);
+  EXPECT_EQ(model.visuals.back().name, "plate " + std::to_string(kMostCadNodes - 2));
 }
 
 // A program in consac-cad's place.

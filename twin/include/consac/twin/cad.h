@@ -59,11 +59,6 @@ struct CadAssembly {
   std::vector<std::string> warnings;  ///< a line each
   /// [parts] the triangles' bytes in the stream; they live as long as that.
   std::vector<std::span<const std::byte>> meshes;
-
-  /// "base/servo/horn" without the root's name where there is one root; of a lone root, its name.
-  std::string PathOf(std::size_t node) const;
-  /// Where a node stands in the world, m.
-  robot::Transform PlaceOf(std::size_t node) const;
 };
 
 /// The assembly in a stream, which must outlive it. kDataLoss where it is none, kResourceExhausted where it is too

@@ -73,10 +73,13 @@ struct CadRobot {
   std::vector<CadGroup> groups;
   std::vector<JointCandidate> candidates;  ///< best first
   robot::RobotDescription robot;
-  std::vector<std::int32_t> link_of_node;    ///< [nodes] -1 of what no link holds
-  std::vector<robot::Transform> link_place;  ///< [links] frames in the world
-  std::vector<double> masses;                ///< [links] kg, as hints say; 0 not said
-  std::vector<std::string> asked;            ///< a line for each thing that the file cannot say
+  std::vector<std::int32_t> link_of_node;  ///< [nodes] -1 of what no link holds
+  /// [nodes] "base/servo/horn" without the root's name where there is one root; of a lone root, its name.
+  std::vector<std::string> path_of_node;
+  std::vector<robot::Transform> place_of_node;  ///< [nodes] in the world, m
+  std::vector<robot::Transform> link_place;     ///< [links] frames in the world
+  std::vector<double> masses;                   ///< [links] kg, as hints say; 0 not said
+  std::vector<std::string> asked;               ///< a line for each thing that the file cannot say
   std::vector<std::string> warnings;
 };
 
