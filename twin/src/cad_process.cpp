@@ -6,7 +6,7 @@
 #include "consac/base/path.h"
 #include "consac/base/text.h"
 
-#if !defined(_WIN32)
+#if defined(__linux__)
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>
@@ -29,7 +29,7 @@ extern char** environ;  // NOLINT: what a program is started with
 
 namespace consac::twin {
 
-#if defined(_WIN32)
+#if !defined(__linux__)  // what follows is of its own calls: pipe2, /proc
 
 CadOutput::~CadOutput() = default;
 
