@@ -25,12 +25,13 @@ namespace {
 
 using namespace consac;
 
-void Limit(decltype(RLIMIT_AS) resource, double value) {
+// `room` lies between the soft limit and the hard one.
+void Limit(decltype(RLIMIT_AS) resource, double value, rlim_t room = 0) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0) return;
   const auto wanted = static_cast<rlim_t>(value);
   limit.rlim_cur = limit.rlim_max == RLIM_INFINITY || wanted < limit.rlim_max ? wanted : limit.rlim_max;
-  limit.rlim_max = limit.rlim_cur;
+  if (limit.rlim_max == RLIM_INFINITY || limit.rlim_max - limit.rlim_cur > room) limit.rlim_max = limit.rlim_cur + room;
   (void)setrlimit(resource, &limit);
 }
 
@@ -58,7 +59,7 @@ int main(int argc, char** argv) {
     good = ParseNumber(std::string_view(argv[i + 2]), &numbers[i]) && numbers[i] > 0.0;
   if (!good) return Fail("usage: consac-cad FILE DEFLECTION_MM ANGLE_RAD SECONDS MEBIBYTES >assembly");
   (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
-  Limit(RLIMIT_CPU, numbers[2]);
+  Limit(RLIMIT_CPU, numbers[2], 1);  // at the soft one SIGXCPU, which says why; at the hard one SIGKILL
   Limit(RLIMIT_AS, numbers[3] * 1048576.0);
   Limit(RLIMIT_CORE, 0.0);
   const int out = dup(STDOUT_FILENO);  // OpenCASCADE talks on standard output

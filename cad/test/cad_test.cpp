@@ -1,5 +1,7 @@
 // consac-cad on files that OpenCASCADE itself writes here (units, nesting, sharing, mirrors, colours), on a real arm,
 // and on what is no file at all.
+#include <sys/wait.h>
+
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
@@ -18,6 +20,8 @@
 #include <XCAFDoc_ShapeTool.hxx>
 #include <chrono>
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <gp_Ax2.hxx>
 #include <gp_Quaternion.hxx>
@@ -336,6 +340,14 @@ TEST_F(Cad, CutRandomAndTooLargeIsOneLine) {
   options_.cad.mebibytes = 4096.0;
   options_.cad.seconds = 0.05;
   ExpectRefused(kArm + "/arm.step", "took more than 0.05 s");
+}
+
+// Its processor time ends by the signal that says so, not by the one that may mean memory.
+TEST_F(Cad, TheLimitOfProcessorTimeIsTold) {
+  const std::string fine = " 0.0001 0.0005 1 4096 >/dev/null 2>&1";
+  const int status = std::system(("exec '" CONSAC_CAD_PROGRAM "' '" + kArm + "/arm.step'" + fine).c_str());
+  ASSERT_TRUE(WIFSIGNALED(status)) << status;
+  EXPECT_EQ(WTERMSIG(status), SIGXCPU);
 }
 
 // 5,000 parts in 1,000 components, 100 of the parts unlike each other; four of every five are screws.

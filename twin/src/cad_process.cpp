@@ -46,6 +46,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kProgram = "consac-cad";
 constexpr int kLookEvery = 100;               // ms: whether to stop
+constexpr int kLookEveryMute = 5;             // ms: whether what says nothing more has ended
 constexpr std::size_t kMostSaid = 64 * 1024;  // bytes of what it says, from the end
 
 // Beside the running program, then where the system looks for programs; "" nowhere.
@@ -84,7 +85,8 @@ class Child {
   ~Child() {
     if (process_ > 0) {
       kill(process_, SIGKILL);
-      (void)Wait();
+      while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+      }
     }
     if (said_ >= 0) close(said_);
   }
@@ -108,26 +110,25 @@ class Child {
     return started;
   }
 
-  // Waits a moment for it to say something; false once it has ended.
+  // Waits a moment for it to say something, or to end; false once it has ended.
   bool Listen() {
+    if (mute_) {
+      (void)poll(nullptr, 0, kLookEveryMute);
+      return !HasEnded();
+    }
     pollfd waiting{said_, POLLIN, 0};
     if (poll(&waiting, 1, kLookEvery) <= 0) return true;
     char piece[4096];
     const ssize_t count = read(said_, piece, sizeof piece);
-    if (count < 0) return errno == EINTR || errno == EAGAIN;
-    text_.append(piece, static_cast<std::size_t>(count));
+    if (count < 0 && (errno == EINTR || errno == EAGAIN)) return true;
+    if (count > 0) text_.append(piece, static_cast<std::size_t>(count));
     if (text_.size() > 2 * kMostSaid) text_.erase(0, text_.size() - kMostSaid);
-    return count > 0;
+    mute_ = count <= 0;
+    return !mute_ || !HasEnded();
   }
 
-  // How it ended.
-  int Wait() {
-    int status = 0;
-    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-    }
-    process_ = -1;
-    return status;
-  }
+  // How it ended, as waitpid says.
+  int status() const { return status_; }
 
   // The last line that begins so, without its beginning; "" none.
   std::string Last(std::string_view begin) const {
@@ -141,8 +142,16 @@ class Child {
   }
 
  private:
+  bool HasEnded() {
+    const pid_t ended = waitpid(process_, &status_, WNOHANG);
+    if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
+    process_ = -1;
+    return true;
+  }
+
   pid_t process_ = -1;
-  int said_ = -1;
+  int said_ = -1, status_ = 0;
+  bool mute_ = false;  // it has closed its standard error, mostly since it ends
   std::string text_;
 };
 
@@ -203,7 +212,7 @@ Result<std::shared_ptr<CadOutput>> RunCadProgram(const std::string& path, const 
                                                        NumberText(options.seconds) +
                                                        " s; allow more by --cad-seconds, or simplify the assembly"};
   }
-  const int status = child.Wait();
+  const int status = child.status();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return Why(path, options, status, child.Last("! "));
   struct stat about {};
   if (fstat(file, &about) != 0 || about.st_size <= 0)

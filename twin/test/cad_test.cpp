@@ -125,6 +125,7 @@ TEST_F(CadProgram, WhatItWritesIsImported) {
 TEST_F(CadProgram, ItsFailuresAreALine) {
   ExpectRefused("echo noise >&2; echo '! it is bent' >&2; exit 1", StatusCode::kDataLoss, "a.step': it is bent");
   ExpectRefused("kill -SEGV $$", StatusCode::kDataLoss, "ended by signal 11");
+  ExpectRefused("kill -XCPU $$", StatusCode::kDeadlineExceeded, "--cad-seconds");
   ExpectRefused("exit 3", StatusCode::kDataLoss, "code 3");
   ExpectRefused("exit 0", StatusCode::kDataLoss, "wrote nothing");
   ExpectRefused("echo hello", StatusCode::kDataLoss, "is no assembly");
@@ -140,9 +141,12 @@ TEST_F(CadProgram, ItsFailuresAreALine) {
 TEST_F(CadProgram, ItEndsWithItsTimeAndWithWhoeverWaits) {
   options_.cad.seconds = 0.3;
   ExpectRefused("exec sleep 600", StatusCode::kDeadlineExceeded, "took more than 0.3 s");
+  ExpectRefused("exec sleep 60 2>&-", StatusCode::kDeadlineExceeded, "took more than 0.3 s");
   options_.cad.seconds = 300;
   options_.progress = [](std::size_t, std::size_t) { return false; };
   ExpectRefused("exec sleep 600", StatusCode::kCancelled, "interrupted");
+  options_.progress = [this](std::size_t, std::size_t) { return !fs::exists(At("mute")); };
+  ExpectRefused("exec 2>&-; touch " + At("mute") + "; exec sleep 60", StatusCode::kCancelled, "interrupted");
 }
 
 }  // namespace
