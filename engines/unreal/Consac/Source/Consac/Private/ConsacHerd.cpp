@@ -97,7 +97,7 @@ consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentCompone
 		{
 			const FString Fault = Sensor->GetFault();
 			Status = !Fault.IsEmpty() ? consac::Status(consac::StatusCode::kFailedPrecondition, "the sensor " + ConsacPlugin::ToUtf8(Sensor->GetName()) + ": " + ConsacPlugin::ToUtf8(Fault)) :
-				ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->GetStackedSpace(), Kind.Offering.observations, Kind.Seen);
+				ConsacPlugin::AddEntry(Sensor->ObservationName, Sensor->BeginStack(), Kind.Offering.observations, Kind.Seen);
 		}
 	}
 	for (const FConsacEntry& Entry : Agent.Actions)

@@ -20,10 +20,10 @@ FConsacSpace UConsacSensorComponent::GetSpace() const
 	return GetSeenSpace();
 }
 
-FConsacSpace UConsacSensorComponent::GetStackedSpace()
+FConsacSpace UConsacSensorComponent::BeginStack()
 {
 	FConsacSpace Space = GetSpace();
-	Channelled = Space.Shape.Num() > 1 ? Space.Shape.Last() : 0;
+	PictureChannels = Space.Shape.Num() > 1 ? Space.Shape.Last() : 0;
 	if (Stack <= 1)
 	{
 		return Space;
@@ -51,7 +51,7 @@ FConsacSpace UConsacSensorComponent::GetStackedSpace()
 
 void UConsacSensorComponent::ForgetLooks()
 {
-	Kept = 0;
+	bLooked = false;
 }
 
 // No memory is asked for once the first look has been taken.
@@ -68,26 +68,26 @@ void UConsacSensorComponent::SenseStacked(TArray<float>& Values)
 	if (Past.Num() != Looks * Size)
 	{
 		Past.SetNumUninitialized(Looks * Size);
-		Kept = 0;
+		bLooked = false;
 	}
-	if (Kept == 0)
+	if (!bLooked)
 	{
+		bLooked = true;
 		for (int32 Index = 0; Index < Past.Num(); ++Index)
 		{
 			Past[Index] = Now[Index % Size];
 		}
-		Kept = Looks;
 	}
 	// A picture's numbers lie point by point: the looks of a point come together, as channels do.
-	const int32 Channels = Channelled > 0 && Size % Channelled == 0 ? Channelled : Size;
+	const int32 Width = PictureChannels > 0 && Size % PictureChannels == 0 ? PictureChannels : Size;
 	Values.SetNumUninitialized(Stack * Size);
 	int32 To = 0;
-	for (int32 From = 0; From < Size; From += Channels)
+	for (int32 From = 0; From < Size; From += Width)
 	{
 		for (int32 At = 0; At < Stack; ++At)
 		{
 			const float* Source = At < Looks ? Past.GetData() + At * Size : Now.GetData();
-			for (int32 Channel = 0; Channel < Channels; ++Channel)
+			for (int32 Channel = 0; Channel < Width; ++Channel)
 			{
 				Values[To++] = Source[From + Channel];
 			}

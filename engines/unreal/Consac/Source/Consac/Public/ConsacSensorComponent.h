@@ -49,8 +49,8 @@ public:
 	/** Looks: writes as many numbers as its space has. */
 	virtual void Sense(TArray<float>& Values);
 
-	/** For the plugin's own code: what an agent sees of it, with its looks of before. */
-	FConsacSpace GetStackedSpace();
+	/** For the plugin's own code: notes whether this is a picture, by which looks are stacked, and gives what an agent sees of it, with its looks of before. */
+	FConsacSpace BeginStack();
 
 	/** For the plugin's own code: looks, and gives this and the looks of before. */
 	void SenseStacked(TArray<float>& Values);
@@ -64,6 +64,6 @@ public:
 private:
 	TArray<float> Past; // the latest looks, oldest first, without the one that is being taken
 	TArray<float> Now;
-	int32 Kept = 0;       // of these
-	int32 Channelled = 0; // channels of a picture; 0: a list of numbers
+	bool bLooked = false; // in this episode
+	int32 PictureChannels = 0; // of one look; 0: a list of numbers
 };
