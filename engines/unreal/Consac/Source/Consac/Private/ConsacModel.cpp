@@ -106,6 +106,15 @@ bool UConsacModel::Load(const FString& Path, FString& Error)
 	return ConsacPlugin::Explain(consac::Status::Ok(), Error);
 }
 
+void UConsacModel::TakeOver(UConsacModel& Loaded)
+{
+	File = Loaded.File;
+	State->Policy.emplace(std::move(*Loaded.State->Policy));
+	Loaded.State->Policy.reset();
+	State->Begins.clear();
+	Describe();
+}
+
 // For the Details panel, which shows what is saved.
 void UConsacModel::Describe()
 {
@@ -141,13 +150,29 @@ void UConsacModel::Predict(const TArray<float>& Observation, bool bDeterministic
 namespace ConsacPlugin
 {
 
+// A name as an FName has it, which does not know capitals from small letters.
+static std::string Folded(const FString& Name)
+{
+	return ToUtf8(Name.ToLower());
+}
+
+static std::string Folded(const consac::Leaf& Leaf)
+{
+	return Folded(FromUtf8(Leaf.name));
+}
+
 // The one row of a leaf; the error says what is wrong with the list.
 static consac::Result<const FConsacNumbers*> RowOf(const consac::Leaf& Leaf, const consac::Layout& Layout, const TArray<FConsacNumbers>& Rows)
 {
+	const std::string Wanted = Folded(Leaf);
+	if (std::count_if(Layout.leaves.begin(), Layout.leaves.end(), [&Wanted](const consac::Leaf& Other) { return Folded(Other) == Wanted; }) > 1)
+	{
+		return consac::Status(consac::StatusCode::kInvalidArgument, "the model sees several entries '" + Wanted + "' that capitals alone tell apart, which names here do not; give it their numbers with Predict");
+	}
 	const FConsacNumbers* Found = nullptr;
 	for (const FConsacNumbers& Row : Rows)
 	{
-		if (Leaf.name.empty() || ToUtf8(Row.Name.ToString().ToLower()) == Leaf.name)
+		if (Leaf.name.empty() || Folded(Row.Name.ToString()) == Wanted)
 		{
 			if (Found != nullptr)
 			{
@@ -162,15 +187,15 @@ static consac::Result<const FConsacNumbers*> RowOf(const consac::Leaf& Leaf, con
 	}
 	if (Found->Values.Num() != Leaf.count)
 	{
-		return consac::Status(consac::StatusCode::kInvalidArgument, "entry '" + ToUtf8(Found->Name.ToString().ToLower()) + "' has " + std::to_string(Found->Values.Num()) +
+		return consac::Status(consac::StatusCode::kInvalidArgument, "entry '" + Folded(Found->Name.ToString()) + "' has " + std::to_string(Found->Values.Num()) +
 			" numbers; the model sees " + std::to_string(Leaf.count));
 	}
 	if (Rows.Num() != static_cast<int32>(Layout.leaves.size()))
 	{
 		for (const FConsacNumbers& Row : Rows)
 		{
-			const std::string Name = ToUtf8(Row.Name.ToString().ToLower());
-			if (std::none_of(Layout.leaves.begin(), Layout.leaves.end(), [&Name](const consac::Leaf& Other) { return Other.name == Name; }))
+			const std::string Name = Folded(Row.Name.ToString());
+			if (std::none_of(Layout.leaves.begin(), Layout.leaves.end(), [&Name](const consac::Leaf& Other) { return Folded(Other) == Name; }))
 			{
 				return consac::Status(consac::StatusCode::kNotFound, "the model sees no entry '" + Name + "'");
 			}

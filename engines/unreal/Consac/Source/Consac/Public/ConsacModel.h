@@ -108,6 +108,9 @@ public:
 	/** Reads a file and lets the model test itself; false and Error when it is none, damaged, or fails its own test. */
 	bool Load(const FString& Path, FString& Error);
 
+	/** For the plugin's own code: becomes the model that another object has loaded, which has none any more. */
+	void TakeOver(UConsacModel& Loaded);
+
 	/** For the plugin's own code: what the file holds, read when it is first asked for; null without one, or when it is damaged, which the
 	 *  log says. */
 	FConsacModelState* GetState() const;

@@ -18,14 +18,18 @@ UConsacModelFactory::UConsacModelFactory()
 	bText = false;
 }
 
-// Takes over what is in a file; a file that is no model changes nothing, and the log says why.
-static bool TakeFile(UConsacModel& Model, const FString& File)
+// The model of a file, which is no asset yet; null where it is none, and the log says why.
+static UConsacModel* ReadModel(const FString& File)
 {
 	FString Error;
-	if (!Model.Load(File, Error))
-	{
-		return false;
-	}
+	UConsacModel* Model = NewObject<UConsacModel>();
+	return Model->Load(File, Error) ? Model : nullptr;
+}
+
+// Makes an asset what was read.
+static void Take(UConsacModel& Model, UConsacModel& Read, const FString& File)
+{
+	Model.TakeOver(Read);
 	if (!IsValid(Model.AssetImportData.Get()))
 	{
 		Model.AssetImportData = NewObject<UAssetImportData>(&Model);
@@ -33,20 +37,21 @@ static bool TakeFile(UConsacModel& Model, const FString& File)
 	Model.AssetImportData->Update(File);
 	Model.PostEditChange();
 	Model.MarkPackageDirty();
-	return true;
 }
 
 UObject* UConsacModelFactory::FactoryCreateFile(UClass*, UObject* InParent, FName InName, EObjectFlags Flags, const FString& Filename, const TCHAR*,
 	FFeedbackContext*, bool& bOutOperationCanceled)
 {
 	bOutOperationCanceled = false;
-	FString Error;
-	UConsacModel* Model = FindObject<UConsacModel>(InParent, *InName.ToString());
-	if (Model == nullptr && NewObject<UConsacModel>()->Load(Filename, Error)) // what is no model leaves no empty asset behind
+	UConsacModel* Read = ReadModel(Filename);
+	if (Read == nullptr) // what is no model leaves no empty asset behind, and changes none
 	{
-		Model = NewObject<UConsacModel>(InParent, InName, Flags);
+		return nullptr;
 	}
-	return Model != nullptr && TakeFile(*Model, Filename) ? Model : nullptr;
+	UConsacModel* Model = FindObject<UConsacModel>(InParent, *InName.ToString());
+	Model = Model != nullptr ? Model : NewObject<UConsacModel>(InParent, InName, Flags);
+	Take(*Model, *Read, Filename);
+	return Model;
 }
 
 bool UConsacModelFactory::CanReimport(UObject* Obj, TArray<FString>& OutFilenames)
@@ -81,5 +86,12 @@ EReimportResult::Type UConsacModelFactory::Reimport(UObject* Obj)
 {
 	UConsacModel* Model = Cast<UConsacModel>(Obj);
 	const bool bKnown = Model != nullptr && IsValid(Model->AssetImportData.Get());
-	return bKnown && TakeFile(*Model, Model->AssetImportData->GetFirstFilename()) ? EReimportResult::Succeeded : EReimportResult::Failed;
+	const FString File = bKnown ? Model->AssetImportData->GetFirstFilename() : FString();
+	UConsacModel* Read = bKnown ? ReadModel(File) : nullptr;
+	if (Read == nullptr)
+	{
+		return EReimportResult::Failed;
+	}
+	Take(*Model, *Read, File);
+	return EReimportResult::Succeeded;
 }
