@@ -205,6 +205,17 @@ TEST_F(Assets, AButtonMakesAssetsOfWhatWasTrained) {
   trainer->ImportModels();
   EXPECT_EQ(IAssetTools::ShimAsset("/Game/Consac/my_road_1/default"), model);
   EXPECT_NE(Choices(*model), before);
+  // Files that become no assets are told of, and a run is looked for where the program puts it.
+  trainer->SaveFolder = FString();
+  trainer->Program.RunsFolder = TEXT("all");
+  trainer->Program.RunName = FString();
+  EXPECT_EQ(Text(trainer->Program.GetRunsFolder()), saved + "all");
+  std::filesystem::create_directories(saved + "all/unreal");
+  ASSERT_TRUE(WriteFileAtomically(saved + "all/unreal/model.consac", std::as_bytes(std::span("broken"))).ok());
+  trainer->ImportModels();
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_NE(errors[0].find("1 of 1 models of " + saved + "all/unreal became no assets"), std::string::npos)
+      << errors[0];
   FPaths::ShimSetProject(".");
 }
 

@@ -80,6 +80,19 @@ TEST_F(Shown, NumbersOfTheGamesOwnAreInTheLogAsMeans) {
   game_.Tick();
   ASSERT_EQ(Lines("mean reward").size(), 1u);
   EXPECT_EQ(Lines("mean reward")[0].find("goals"), std::string::npos) << "told once";
+  // A further training begins with numbers of its own.
+  trainer_->LogSeconds = 0.0f;
+  UConsacBlueprintLibrary::RecordStat(agent.agent, TEXT("goals"), 7.0f);
+  trainer_->StopTraining();
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  trainer_->StartTraining(result, error);
+  ASSERT_EQ(result, EConsacResult::Success) << Text(error);
+  trainer_->LogSeconds = 1e-9f;
+  Shim::ForgetLog();
+  game_.Tick();
+  ASSERT_EQ(Lines("mean reward").size(), 1u);
+  EXPECT_EQ(Lines("mean reward")[0].find("goals"), std::string::npos) << Lines("mean reward")[0];
 }
 
 }  // namespace

@@ -17,9 +17,9 @@ bool Logged(const std::string& what) {
 }
 
 /// The model of an agent that sees "coin" and "place", one number each, and does "aim" and "move": random weights.
-Policy TwoByTwo() {
+Policy TwoByTwo(const char* coin = "coin", const char* place = "place") {
   PolicyData data;
-  data.observation_space = *Space::Dict({{"coin", *Space::Box(0, 40, {1})}, {"place", *Space::Box(0, 40, {1})}});
+  data.observation_space = *Space::Dict({{coin, *Space::Box(0, 40, {1})}, {place, *Space::Box(0, 40, {1})}});
   data.action_space = *Space::Dict({{"aim", *Space::Box(-1, 1, {2})}, {"move", *Space::Box(-1, 1, {1})}});
   nn::ActorCriticOptions options;
   options.arch = {{}, {8}, {8}};
@@ -49,6 +49,29 @@ AConsacTrainer* SpawnTrainer(Shim::Game& game, EConsacMode mode, std::vector<std
     made.LogSeconds = 0.0f;
     made.OnTrainerError.ShimBind(nullptr, [errors](const FString& error) { errors->push_back(Text(error)); });
   });
+}
+
+// Models of other programs have any letters; an FName has them as it likes.
+TEST(Traps, PredictTakesNamesOfModelsWithCapitals) {
+  const ScratchFolder scratch("unreal_capitals");
+  const std::string file = scratch.path() + "/two.consac";
+  Shim::Game game;
+  UConsacModel* model = NewObject<UConsacModel>();
+  EConsacResult result = EConsacResult::Failed;
+  TArray<FConsacNumbers> done;
+  FString error;
+  ASSERT_TRUE(TwoByTwo("Coin", "myPlace").ToFile(1).Save(file).ok());
+  ASSERT_TRUE(model->Load(Text(file), error)) << Text(error);
+  model->PredictByNames({Row(u"MYPLACE", {30.0f}), Row(u"coin", {7.0f})}, true, result, done, error);
+  EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  model->PredictByNames({Row(u"myPlace", {30.0f}), Row(u"Coin", {7.0f}), Row(u"More", {1.0f})}, true, result, done,
+                        error);
+  EXPECT_EQ(Text(error), "the model sees no entry 'more'");
+  ASSERT_TRUE(TwoByTwo("Coin", "coin").ToFile(1).Save(file).ok());
+  ASSERT_TRUE(model->Load(Text(file), error)) << Text(error);
+  model->PredictByNames({Row(u"coin", {30.0f})}, true, result, done, error);
+  EXPECT_EQ(result, EConsacResult::Failed);
+  EXPECT_NE(Text(error).find("several entries 'coin'"), std::string::npos) << Text(error);
 }
 
 TEST(Traps, PredictTakesNamesAndSaysItsOrder) {
@@ -110,8 +133,11 @@ TEST(Traps, WhereNobodyLearnsWhoeverComesPlays) {
   for (int k = 0; k < 4; ++k) game.Tick();
   const long steps = agents.back()->steps, others = other.steps;
   const long firsts = agents.front()->steps;
+  other.agent->MaxEpisodeSteps = 3;
+  const FConsacProgress before = trainer->GetTrainerProgress();
   for (int k = 0; k < 10; ++k) game.Tick();
   EXPECT_EQ(agents.back()->steps - steps, 10);
+  EXPECT_GE(trainer->GetTrainerProgress().Episodes - before.Episodes, 3) << "of those that came later, too";
   EXPECT_EQ(other.steps - others, 10);
   EXPECT_EQ(agents.front()->steps - firsts, 10) << "who was there goes on as before";
   EXPECT_EQ(agents.front()->seeds.size() < 10, true) << "a newcomer is no reason to begin anew";
@@ -170,6 +196,30 @@ TEST(Traps, AFinishedModelIsNotLostToTheNextTraining) {
     }
   }
   EXPECT_TRUE(Logged("default.before.consac"));
+  EXPECT_FALSE(ReadFile(scratch.path() + "/default.new.consac").ok());
+}
+
+TEST(Traps, AnEarlierModelThatCannotBeKeptIsNotWrittenOver) {
+  const ScratchFolder scratch("unreal_not_kept");
+  const std::string name = scratch.path() + "/default";
+  ASSERT_TRUE(TwoByTwo().ToFile(1).Save(name + ".consac").ok());
+  const auto earlier = ReadFile(name + ".consac");
+  std::filesystem::create_directory(name + ".before.consac");  // nothing can be copied there
+  Shim::Game game;
+  std::vector<std::string> errors;
+  RoadAgent agent(game, 1);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
+  trainer->TotalSteps = 300;
+  trainer->SaveFolder = Text(scratch.path());
+  trainer->bLockStep = true;
+  bool done = false;
+  trainer->OnTrainingCompleted.ShimBind(nullptr, [&done] { done = true; });
+  ASSERT_TRUE(TickUntil(
+      60.0, [&] { game.Tick(); }, [&] { return done; }));
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_NE(errors[0].find("default.new.consac"), std::string::npos) << errors[0];
+  EXPECT_EQ(*ReadFile(name + ".consac"), *earlier);
+  EXPECT_TRUE(Policy::Load(name + ".new.consac", 1).ok()) << "what was learned is not lost";
 }
 
 TEST(Traps, ACameraOfAGameThatDrawsNothingIsRefused) {
@@ -202,6 +252,35 @@ TEST(Traps, WhatMovesByPhysicsIsNotSteppedSeveralTimesInATick) {
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_NE(errors[0].find("Max Steps Per Tick is 64"), std::string::npos) << errors[0];
   trainer->MaxStepsPerTick = 1;
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  trainer->StartTraining(result, error);
+  EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+}
+
+TEST(Traps, ABodyBelowTheRootAndANewcomerAreLookedAtToo) {
+  Shim::Game game;
+  std::vector<std::string> errors;
+  const auto body = [&game] {  // a scene root with a simulated mesh below it
+    AActor* actor = NewObject<AConsacTestActor>(&game.world());
+    actor->SetRootComponent(game.AddComponent<USceneComponent>(*actor));
+    game.AddComponent<USceneComponent>(*actor)->shim_physics_ = true;
+    return actor;
+  };
+  RoadAgent first(game, 1);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
+  trainer->MaxStepsPerTick = 8;
+  trainer->RoomForAgents = 2;
+  game.Tick();
+  EXPECT_TRUE(trainer->IsTraining());
+  RoadAgent late(game, 2, body());
+  game.Tick();
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_NE(errors[0].find("Max Steps Per Tick is 8"), std::string::npos) << errors[0];
+  EXPECT_EQ(late.steps, 0);
+  // With several ticks to a decision one step is taken in a tick anyway.
+  trainer->StopTraining();
+  first.agent->DecisionPeriod = late.agent->DecisionPeriod = 2;
   EConsacResult result = EConsacResult::Failed;
   FString error;
   trainer->StartTraining(result, error);

@@ -199,6 +199,11 @@ uint32 IFileManager::Copy(const TCHAR* to, const TCHAR* from) {
   return std::filesystem::copy_file(Shim::Narrow(from), Shim::Narrow(to), how, error) ? COPY_OK : COPY_Fail;
 }
 
+bool IFileManager::Delete(const TCHAR* path) {
+  std::error_code error;
+  return std::filesystem::remove(Shim::Narrow(path), error);
+}
+
 void FPaths::ShimAdd(std::u16string& whole, const FString& part) {
   if (!whole.empty() && whole.back() != u'/') whole += u'/';
   whole += *part;

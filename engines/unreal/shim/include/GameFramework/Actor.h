@@ -28,6 +28,13 @@ class AActor : public UObject {
     }
     return nullptr;
   }
+  template <class T>
+  void GetComponents(TArray<T*>& found) const {
+    found.Reset();
+    for (UActorComponent* component : shim_components_) {
+      if (component->ShimClass()->ShimIsA(T::StaticClass())) found.Add(static_cast<T*>(component));
+    }
+  }
   FActorComponentTickFunction PrimaryActorTick;
 
   /// For the shim.

@@ -13,4 +13,5 @@ class IFileManager {
   /// Names without their folder, of files that end so.
   void FindFiles(TArray<FString>& found, const TCHAR* folder, const TCHAR* ending = nullptr) const;
   uint32 Copy(const TCHAR* to, const TCHAR* from);
+  bool Delete(const TCHAR* path);
 };

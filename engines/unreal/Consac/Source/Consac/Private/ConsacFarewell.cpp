@@ -30,14 +30,28 @@ static consac::Status SaveDemonstration(const consac::host::Recorder& Recorder, 
 	return Status;
 }
 
-// A model of an earlier training stays, beside the one that takes its name.
-static void KeepEarlier(const std::string& File)
+// Saves a model. One of an earlier training stays, beside the one that takes its name; where it cannot be kept it keeps its name, and
+// the new one has another.
+static consac::Status SaveModel(const consac::ModelFile& Model, const std::string& File)
 {
-	const std::string Kept = File.substr(0, File.size() - std::string_view(".consac").size()) + ".before.consac";
-	if (FPaths::FileExists(ConsacPlugin::FromUtf8(File)) && IFileManager::Get().Copy(*ConsacPlugin::FromUtf8(Kept), *ConsacPlugin::FromUtf8(File)) == COPY_OK)
+	const FString Place = ConsacPlugin::FromUtf8(File);
+	if (!FPaths::FileExists(Place))
 	{
-		UE_LOG(LogConsac, Display, TEXT("the model that was there before is now %s"), *ConsacPlugin::FromUtf8(Kept));
+		return Model.Save(File);
 	}
+	const std::string Stem = File.substr(0, File.size() - std::string_view(".consac").size());
+	const FString Kept = ConsacPlugin::FromUtf8(Stem + ".before.consac");
+	const std::string New = Stem + ".new.consac";
+	CONSAC_RETURN_IF_ERROR(Model.Save(New)); // where nothing can be written, nothing changes
+	if (IFileManager::Get().Copy(*Kept, *Place) != COPY_OK)
+	{
+		return consac::Status(consac::StatusCode::kUnavailable, "the model " + File + " of an earlier training could not be kept as " + ConsacPlugin::ToUtf8(Kept) +
+			" and was left alone: what was learned is in " + New + "; see that the first can be written");
+	}
+	UE_LOG(LogConsac, Display, TEXT("the model that was there before is now %s"), *Kept);
+	CONSAC_RETURN_IF_ERROR(Model.Save(File));
+	IFileManager::Get().Delete(*ConsacPlugin::FromUtf8(New));
+	return consac::Status::Ok();
 }
 
 std::string FConsacFarewell::Save(std::string Fault) const
@@ -47,8 +61,7 @@ std::string FConsacFarewell::Save(std::string Fault) const
 	const std::lock_guard<std::mutex> Lock(Saving);
 	for (const auto& [File, Model] : Models)
 	{
-		KeepEarlier(File);
-		const consac::Status Status = Model.Save(File);
+		const consac::Status Status = SaveModel(Model, File);
 		if (!Status.ok())
 		{
 			Fault = Status.message();

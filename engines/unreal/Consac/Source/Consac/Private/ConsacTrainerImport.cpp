@@ -5,6 +5,7 @@
 #include "ConsacTrainer.h"
 #include "HAL/FileManager.h"
 #include "Logging/LogMacros.h"
+#include "Misc/Paths.h"
 #include "UObject/UObjectGlobals.h"
 #if WITH_EDITOR
 #include "AssetToolsModule.h"
@@ -18,7 +19,7 @@
 namespace ConsacPlugin
 {
 
-// Files of models that came to their end, in full: none that was stopped, and none of before.
+// Files of models that came to their end, in full: none that was stopped, none of before, and none that is about to take its place.
 static TArray<FString> FinishedModels(const std::string& Folder)
 {
 	TArray<FString> Names;
@@ -27,7 +28,7 @@ static TArray<FString> FinishedModels(const std::string& Folder)
 	for (const FString& Name : Names)
 	{
 		const std::string Text = ToUtf8(Name);
-		if (!Text.ends_with(".stopped.consac") && !Text.ends_with(".before.consac"))
+		if (!Text.ends_with(".stopped.consac") && !Text.ends_with(".before.consac") && !Text.ends_with(".new.consac"))
 		{
 			Files.Add(FromUtf8(Folder + "/" + Text));
 		}
@@ -64,12 +65,11 @@ void AConsacTrainer::ImportModels()
 	{
 		Folders.push_back(Model.substr(0, Model.find_last_of("/\\")));
 	}
-	else if (!Program.RunName.IsEmpty())
+	else
 	{
-		const FString Run = Program.RunsFolder.IsEmpty() ? Program.RunName : FString::Printf(TEXT("%s/%s"), *Program.RunsFolder, *Program.RunName);
-		Folders.push_back(ConsacPlugin::ToFile(Run));
+		Folders.push_back(ConsacPlugin::ToUtf8(FPaths::Combine(Program.GetRunsFolder(), Program.GetRunName())));
 	}
-	int32 Count = 0;
+	bool bAny = false;
 	std::string Looked;
 	for (const std::string& Folder : Folders)
 	{
@@ -85,11 +85,15 @@ void AConsacTrainer::ImportModels()
 		Import->bReplaceExisting = true;
 		const int32 Made = FAssetToolsModule::GetModule().Get().ImportAssetsAutomated(Import).Num();
 		UE_LOG(LogConsac, Display, TEXT("%d of %d models of %s are in %s"), Made, Files.Num(), *ConsacPlugin::FromUtf8(Folder), *Import->DestinationPath);
-		Count += Files.Num();
+		bAny = true;
+		if (Made < Files.Num())
+		{
+			Report(FString::Printf(TEXT("%d of %d models of %s became no assets; the lines before this one say why"), Files.Num() - Made, Files.Num(), *ConsacPlugin::FromUtf8(Folder)));
+		}
 	}
-	if (Count == 0)
+	if (!bAny)
 	{
-		Report(ConsacPlugin::FromUtf8("there is no finished model in " + (Looked.empty() ? std::string("any folder: Save Folder and Run Name are empty") : Looked) + "; train first"));
+		Report(ConsacPlugin::FromUtf8("there is no finished model in " + Looked + "; train first"));
 	}
 #endif
 }

@@ -88,6 +88,17 @@ static FString FreeRunName(const FString& Folder, const FString& Wanted)
 
 }
 
+FString FConsacProgramSettings::GetRunsFolder() const
+{
+	const FString Runs = RunsFolder.IsEmpty() ? FPaths::Combine(FPaths::ProjectSavedDir(), TEXT("Consac")) : ConsacPlugin::FromUtf8(ConsacPlugin::ToFile(RunsFolder));
+	return FPaths::ConvertRelativePathToFull(Runs);
+}
+
+FString FConsacProgramSettings::GetRunName() const
+{
+	return RunName.IsEmpty() ? FString(TEXT("unreal")) : RunName;
+}
+
 UConsacTrainerProgram::UConsacTrainerProgram()
 	: Process(MakePimpl<FConsacProcess>())
 {
@@ -111,9 +122,8 @@ bool UConsacTrainerProgram::Start(const FConsacProgramSettings& Settings, const 
 		const std::string Given = std::to_string(Settings.Port);
 		return ConsacPlugin::Explain(Status(StatusCode::kInvalidArgument, "there is no port " + Given + " to connect to; start the game first, or give a port"), Error);
 	}
-	const FString Runs = Settings.RunsFolder.IsEmpty() ? FPaths::Combine(FPaths::ProjectSavedDir(), TEXT("Consac")) : Settings.RunsFolder;
-	const FString Folder = FPaths::ConvertRelativePathToFull(Runs);
-	const FString Name = ConsacPlugin::FreeRunName(Folder, Settings.RunName.IsEmpty() ? FString(TEXT("unreal")) : Settings.RunName);
+	const FString Folder = Settings.GetRunsFolder();
+	const FString Name = ConsacPlugin::FreeRunName(Folder, Settings.GetRunName());
 	TArray<FString> Arguments;
 	Arguments.Add(TEXT("train"));
 	Arguments.Add(FString::Printf(TEXT("tcp://%s:%d"), *ConsacPlugin::HostToReach(Settings.Host), Settings.Port));

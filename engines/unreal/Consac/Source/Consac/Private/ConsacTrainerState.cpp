@@ -17,14 +17,19 @@
 namespace ConsacPlugin
 {
 
-// What moves by physics stands still from one step of a tick to the next.
-static consac::Status CheckSteps(const AConsacTrainer& Trainer, const TArray<UConsacAgentComponent*>& Agents)
+// What moves by physics stands still from one step of a tick to the next; Period: ticks from one decision to the next.
+static consac::Status CheckSteps(const AConsacTrainer& Trainer, int32 Period, const UConsacAgentComponent& Agent)
 {
-	for (const UConsacAgentComponent* Agent : Agents)
+	const AActor* Actor = Agent.GetOwner();
+	if (Actor == nullptr || Trainer.StepsPerTick(Period) == 1)
 	{
-		const AActor* Actor = Agent->GetOwner();
-		const USceneComponent* Root = Actor != nullptr ? Actor->GetRootComponent() : nullptr;
-		if (Trainer.MaxStepsPerTick > 1 && Root != nullptr && Root->IsSimulatingPhysics())
+		return consac::Status::Ok();
+	}
+	TArray<USceneComponent*> Parts;
+	Actor->GetComponents(Parts);
+	for (const USceneComponent* Part : Parts)
+	{
+		if (Part->IsSimulatingPhysics())
 		{
 			return consac::Status(consac::StatusCode::kInvalidArgument, "Max Steps Per Tick is " + std::to_string(Trainer.MaxStepsPerTick) + ", and " +
 				ToUtf8(Actor->GetName()) + " moves by physics, which stands still from one step of a tick to the next; set it to 1");
@@ -34,11 +39,15 @@ static consac::Status CheckSteps(const AConsacTrainer& Trainer, const TArray<UCo
 }
 
 // Agents together with who decides for them, as the trainer's properties say.
-static consac::Status MakeHerd(const AConsacTrainer& Trainer, const TArray<UConsacAgentComponent*>& Agents, int32 Room, FConsacFurther& Into)
+// @param First Whose steps theirs follow; null where they are the first.
+static consac::Status MakeHerd(const AConsacTrainer& Trainer, const FConsacHerd* First, const TArray<UConsacAgentComponent*>& Agents, int32 Room, FConsacFurther& Into)
 {
-	CONSAC_RETURN_IF_ERROR(CheckSteps(Trainer, Agents));
 	Into.Herd = std::make_unique<FConsacHerd>();
 	CONSAC_RETURN_IF_ERROR(Into.Herd->Gather(Agents, Room));
+	for (const UConsacAgentComponent* Agent : Agents)
+	{
+		CONSAC_RETURN_IF_ERROR(CheckSteps(Trainer, (First != nullptr ? First : Into.Herd.get())->Period(), *Agent));
+	}
 	FDriverResult Made = DriverFor(Trainer, Into.Herd->World());
 	if (!Made.ok())
 	{
@@ -96,13 +105,14 @@ consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 		return Status(StatusCode::kFailedPrecondition, "there is no actor with a Consac Agent");
 	}
 	FConsacFurther Made;
-	CONSAC_RETURN_IF_ERROR(ConsacPlugin::MakeHerd(Trainer, Agents, Trainer.RoomForAgents, Made));
+	CONSAC_RETURN_IF_ERROR(ConsacPlugin::MakeHerd(Trainer, nullptr, Agents, Trainer.RoomForAgents, Made));
 	Herd = std::move(Made.Herd);
 	Driver = std::move(Made.Driver);
 	bOpen = Trainer.Mode == EConsacMode::Act || Trainer.Mode == EConsacMode::ByHand;
 	TicksPassed = 0;
 	Ended = 0;
 	bMet = bCompleted = false;
+	Stats.clear(); // those of before are no numbers of this training
 	if (!bOpen && Trainer.bFullSpeed && !Trainer.bFixedStep)
 	{
 		UE_LOG(LogConsac, Display, TEXT("without Fixed Step a tick is as long as it takes: at full speed things that move, timers and physics get less far from one decision to the next than in the game; with it they get as far"));
@@ -119,6 +129,7 @@ consac::Status FConsacTrainerState::Welcome(AConsacTrainer& Trainer, UConsacAgen
 {
 	using consac::Status;
 	using consac::StatusCode;
+	CONSAC_RETURN_IF_ERROR(ConsacPlugin::CheckSteps(Trainer, Herd->Period(), Agent));
 	const Status Joined = Herd->Join(Agent);
 	const bool bNoPlace = Joined.code() == StatusCode::kResourceExhausted;
 	if (Joined.ok() || !(bNoPlace || Joined.code() == StatusCode::kNotFound))
@@ -145,7 +156,7 @@ consac::Status FConsacTrainerState::Welcome(AConsacTrainer& Trainer, UConsacAgen
 	TArray<UConsacAgentComponent*> Agents;
 	Agents.Add(&Agent);
 	FConsacFurther Made;
-	CONSAC_RETURN_IF_ERROR(ConsacPlugin::MakeHerd(Trainer, Agents, Room, Made));
+	CONSAC_RETURN_IF_ERROR(ConsacPlugin::MakeHerd(Trainer, Herd.get(), Agents, Room, Made));
 	Further.push_back(std::move(Made));
 	return Status::Ok();
 }
@@ -176,9 +187,18 @@ void FConsacTrainerState::StepFurther(AConsacTrainer& Trainer)
 FConsacProgress FConsacTrainerState::Progress() const
 {
 	FConsacProgress Now = ConsacPlugin::ToProgress(Driver->progress());
+	double Rewards = Now.MeanEpisodeReward * static_cast<double>(Now.Episodes);
 	for (const FConsacFurther& Others : Further)
 	{
-		Now.Steps += Others.Driver->progress().steps;
+		const FConsacProgress Theirs = ConsacPlugin::ToProgress(Others.Driver->progress());
+		Now.Steps += Theirs.Steps;
+		Now.StepsPerSecond += Theirs.StepsPerSecond;
+		Now.Episodes += Theirs.Episodes;
+		Rewards += Theirs.MeanEpisodeReward * static_cast<double>(Theirs.Episodes);
+	}
+	if (!Further.empty() && Now.Episodes > 0)
+	{
+		Now.MeanEpisodeReward = Rewards / static_cast<double>(Now.Episodes); // each herd's mean counts by its episodes
 	}
 	return Now;
 }

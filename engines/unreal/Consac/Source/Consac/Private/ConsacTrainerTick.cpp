@@ -72,6 +72,12 @@ void AConsacTrainer::StartInTurn()
 	}
 }
 
+// Where a decision stands for several ticks there is nothing to take twice in one.
+int32 AConsacTrainer::StepsPerTick(int32 Period) const
+{
+	return Period == 1 && MaxStepsPerTick > 1 ? MaxStepsPerTick : 1;
+}
+
 void AConsacTrainer::Advance()
 {
 	// Events of agents may call Stop Training or End Play: what they work on stays until this has come to its end.
@@ -89,7 +95,7 @@ void AConsacTrainer::Advance()
 			}
 		}
 	}
-	const int32 Steps = State->Driver && State->Herd->Period() == 1 && MaxStepsPerTick > 1 ? MaxStepsPerTick : 1;
+	const int32 Steps = State->Driver ? StepsPerTick(State->Herd->Period()) : 1;
 	const bool bWaits = bLockStep || FApp::IsUnattended();
 	const double Until = consac::Now() + (bWaits ? ConsacPlugin::ToSeconds(MaxWaitSeconds) : 0.0); // of all steps together
 	for (int32 Step = 0; Step < Steps && State->Driver && !State->bStopWanted; ++Step)

@@ -123,7 +123,7 @@ public:
 
 	/** Train Inside: the folder where each kind of agent's model is saved, as BEHAVIOUR.consac at the end, and as
 	 *  BEHAVIOUR.stopped.consac when it is stopped before; one of an earlier training that is written over is kept as BEHAVIOUR.before.consac
-	 *  or BEHAVIOUR.stopped.before.consac. What could not be written at the end, as On Trainer Error says, a stop does
+	 *  or BEHAVIOUR.stopped.before.consac; where it cannot be, it stays as it is and the new one is BEHAVIOUR.new.consac. What could not be written at the end, as On Trainer Error says, a stop does
 	 *  not try again: Save Model does. A relative path is one below Saved/Consac of the project; empty: nothing is
 	 *  saved. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
@@ -148,7 +148,7 @@ public:
 	float MaxWaitSeconds = 1.0f;
 
 	/** Most decisions within one tick. Above 1 only for worlds whose actions are complete when On Action returns: no time passes in between,
-	 *  and an agent that moves by physics is refused. */
+	 *  and an agent that moves by physics, or has a part that does, is refused whenever it comes. Where Decision Period is above 1 it is 1. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="1"))
 	int32 MaxStepsPerTick = 1;
 
@@ -246,6 +246,9 @@ public:
 
 	/** A number of the game's own; Consac Record Stat in a graph. */
 	void NoteStat(FName Name, float Value);
+
+	/** For the plugin's own code: decisions within a tick, where a decision stands for so many ticks. */
+	int32 StepsPerTick(int32 Period) const;
 
 	/** An agent began to play while the world runs. */
 	void AgentCame(UConsacAgentComponent* Agent);

@@ -41,13 +41,19 @@ struct CONSAC_API FConsacProgramSettings
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString RunName = TEXT("unreal");
 
-	/** The folder that holds all runs, in full; empty: Saved/Consac of the project. */
+	/** The folder that holds all runs; a relative path is one below Saved/Consac of the project, and empty is that folder. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString RunsFolder;
 
 	/** Further arguments, as on a command line. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Program")
 	FString ExtraArguments;
+
+	/** For the plugin's own code: the folder that holds all runs, in full. */
+	FString GetRunsFolder() const;
+
+	/** For the plugin's own code: the name of the first run. */
+	FString GetRunName() const;
 };
 
 /** The program consac at work. It goes on when nobody holds this any more; Stop Trainer Program ends it. */
