@@ -18,7 +18,8 @@ constexpr std::uint32_t kCadVersion = 1;
 constexpr std::uint32_t kFileRecord = 1, kPartRecord = 2, kNodeRecord = 3, kWarningRecord = 4, kEndRecord = 5;
 constexpr std::size_t kMostCadText = 1000;  // bytes of a name or a warning
 constexpr std::size_t kMostWarnings = 1000;
-constexpr double kFarthest = 1e6;  // m
+constexpr std::size_t kMostPathBytes = std::size_t{256} << 20;  // a path names all that holds a node
+constexpr double kFarthest = 1e6;                               // m
 constexpr std::size_t kCylinderBytes = 10 * 8 + 4, kColourBytes = 4 * 4, kTriangleBytes = 36;
 
 // Numbers and texts one after another.
@@ -151,7 +152,8 @@ Result<CadAssembly> ReadCad(std::span<const std::byte> bytes) {
   if (const std::uint32_t version = in.U32(); version != kCadVersion)
     return Damaged("is of format " + std::to_string(version) + ", and 1 is read");
   CadAssembly assembly;
-  std::size_t cylinders = 0;
+  std::size_t cylinders = 0, path_bytes = 0;
+  std::vector<std::size_t> path_lengths;  // of each node
   for (std::uint64_t records = 0;; ++records) {
     const std::uint32_t kind = in.U32();
     CadCut record(in.Take(in.U64()));
@@ -182,6 +184,15 @@ Result<CadAssembly> ReadCad(std::span<const std::byte> bytes) {
         return Status{StatusCode::kResourceExhausted,
                       "it holds more than " + std::to_string(kMostCadNodes) + " parts and assemblies; simplify it"};
       assembly.nodes.push_back(ReadNode(&record, assembly));
+      if (record.good()) {
+        const CadNode& node = assembly.nodes.back();
+        path_lengths.push_back(node.name.size() + 1 +
+                               (node.parent < 0 ? 0 : path_lengths[static_cast<std::size_t>(node.parent)]));
+        path_bytes += path_lengths.back();
+      }
+      if (path_bytes > kMostPathBytes)
+        return Status{StatusCode::kResourceExhausted,
+                      "its assemblies are nested too deep: the paths of its parts have more than 256 MiB; simplify it"};
     } else if (kind == kWarningRecord && assembly.warnings.size() < kMostWarnings) {
       assembly.warnings.push_back(record.Text());
     } else {

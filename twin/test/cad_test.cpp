@@ -84,6 +84,15 @@ TEST(CadStream, TheMostNodesTakeStepsInProportion) {
   EXPECT_EQ(model.visuals.back().name, "plate " + std::to_string(kMostCadNodes - 2));
 }
 
+TEST(CadStream, OneThatIsNestedForEverIsRefusedBeforeItsPathsAreMade) {
+  HandMade made;
+  for (std::int32_t n = 0; n < 30'000; ++n) made.assembly.nodes.push_back({"assembly", n, -1, {}, std::nullopt});
+  const Result<CadAssembly> read = ReadCad(made.Stream());
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.status().code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(read.status().message().find("nested too deep"), std::string::npos) << read.status().message();
+}
+
 // A program in consac-cad's place.
 class CadProgram : public ::testing::Test {
  protected:
