@@ -133,8 +133,7 @@ class WatchingRoad final : public VectorEnv {
   const EnvSpec& spec() const override { return road_->spec(); }
   void Reset(std::uint64_t seed, std::span<Batch> batches) override { road_->Reset(seed, batches); }
   void Step(std::span<Batch> batches) override {
-    std::ifstream file(file_);
-    std::string text((std::istreambuf_iterator<char>(file)), {});
+    std::string text = testing::TextOf(file_);
     if (seen_.empty() || seen_.back() != text) seen_.push_back(std::move(text));
     road_->Step(batches);
   }

@@ -214,9 +214,8 @@ TEST(ReplacedRun, ANewRunThatCannotBeginOrBeSavedTakesNothingAway) {
       return summary.ok() ? 0 : 1;
     });
     EXPECT_EQ(code, 1) << obstacle.name;
-    std::ifstream file(told);
-    const std::string line((std::istreambuf_iterator<char>(file)), {});
-    EXPECT_THAT(line, AnyOf(HasSubstr("nothing of the old run was removed"), HasSubstr("is as it was")))
+    EXPECT_THAT(testing::TextOf(told),
+                AnyOf(HasSubstr("nothing of the old run was removed"), HasSubstr("is as it was")))
         << obstacle.name;
     std::map<std::string, std::string> after = Contents(run);
     for (auto* files : {&before, &after})
