@@ -11,6 +11,7 @@ namespace consac::cli {
 namespace {
 
 constexpr double kLook = 0.002;  // s between looks at connections that are open
+constexpr int kPortOfHttp = 80;  // where an address names none
 
 // What a browser may do with the page: run its own scripts, ask this server, nothing else, and in no frame.
 constexpr std::string_view kPageRules =
@@ -73,7 +74,11 @@ bool ReadHttpHeaders(std::string_view lines, HttpHeaders* headers) {
 
 bool IsOurs(std::string_view host, int port) {
   const std::string number = ":" + std::to_string(port);
-  return SameWord(host, "127.0.0.1" + number) || SameWord(host, "localhost" + number);
+  for (const std::string_view name : {"127.0.0.1", "localhost"}) {
+    if (SameWord(host, std::string(name) + number)) return true;
+    if (port == kPortOfHttp && SameWord(host, name)) return true;  // browsers leave it out
+  }
+  return false;
 }
 
 HttpReading Refused(int status, std::string_view line) {
@@ -179,12 +184,17 @@ bool HttpServer::Send(Connection& connection, bool* busy) {
 // One connection's turn; false where it is over.
 bool HttpServer::Go(Connection& connection, const Handler& handler, bool* busy) {
   std::array<std::byte, 4096> bytes;
-  const Result<std::size_t> read = connection.transport->Read(bytes, 0.0);
-  if (!read.ok()) return false;
-  *busy = *busy || *read > 0;
   const bool answered = !connection.head.empty();
+  if (!connection.heard) {
+    const Result<std::size_t> read = connection.transport->Read(bytes, 0.0);
+    if (!read.ok() && !answered) return false;
+    connection.heard = !read.ok();  // a peer that has said all may still take its answer
+    const std::size_t count = read.ok() ? *read : 0;
+    *busy = *busy || count > 0;
+    if (!answered && count == 0) return true;
+    if (!answered) connection.in.append(reinterpret_cast<const char*>(bytes.data()), count);
+  }
   if (!answered) {
-    connection.in.append(reinterpret_cast<const char*>(bytes.data()), *read);
     HttpReading reading = ReadHttpRequest(connection.in, port_);
     if (!reading.complete && reading.error.status == 200) return true;
     connection.answer = reading.complete ? handler(reading.request) : std::move(reading.error);
@@ -195,7 +205,7 @@ bool HttpServer::Go(Connection& connection, const Handler& handler, bool* busy) 
                       "\r\nContent-Length: " + std::to_string(length) + "\r\n" + std::string(kPageRules);
     connection.in.clear();
   }
-  return Send(connection, busy);
+  return Send(connection, busy) && !(connection.heard && connection.told);
 }
 
 Status HttpServer::Poll(const Handler& handler, double wait_s) {
@@ -210,10 +220,13 @@ Status HttpServer::Poll(const Handler& handler, double wait_s) {
     return {};
   }
   Result<std::unique_ptr<Transport>> accepted = listener_->Accept(wait);
-  if (!accepted.ok()) return accepted.status();
+  if (!accepted.ok()) {  // at once; the next look is not before its time
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(wait_s, kLook)));
+    return accepted.status();
+  }
   if (*accepted == nullptr) return {};
   const auto budget = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(budget_s_));
-  connections_.push_back({std::move(*accepted), Clock::now() + budget, {}, {}, {}, 0, false});
+  connections_.push_back({std::move(*accepted), Clock::now() + budget, {}, {}, {}, 0, false, false});
   return {};
 }
 

@@ -43,8 +43,8 @@ struct HttpReading {
   HttpResponse error;
 };
 /// Reads what has arrived so far from a page that stands at `port` of this machine: HTTP/1.0 or 1.1, GET or POST, of a
-/// Host that is 127.0.0.1 or localhost with that port, with no Origin but that; a POST is application/json with a
-/// Content-Length. Source: RFC 9112.
+/// Host that is 127.0.0.1 or localhost with that port (80 may be left out), with no Origin but that; a POST is
+/// application/json with a Content-Length. Source: RFC 9112.
 HttpReading ReadHttpRequest(std::string_view bytes, int port);
 
 /// The server. One thread.
@@ -57,7 +57,8 @@ class HttpServer {
   static Result<HttpServer> Open(int port, double budget_s);
   int port() const { return port_; }
   /// Takes what has come, answers what is complete, sends what is due; waits at most `wait_s` where there was nothing
-  /// to do.
+  /// to do. An error is of a connection that could not be taken (no descriptor is free, the peer is gone again): the
+  /// others go on, and the next call tries anew.
   Status Poll(const Handler& handler, double wait_s);
 
  private:
@@ -70,6 +71,7 @@ class HttpServer {
     HttpResponse answer;
     std::size_t sent = 0;  // of head and body
     bool told = false;     // that nothing more is written
+    bool heard = false;    // all that the peer says
   };
 
   bool Go(Connection& connection, const Handler& handler, bool* busy);

@@ -278,7 +278,9 @@ Action AddTwin(CLI::App& app) {
       ->capture_default_str();
   AddWhole(*view, "--seed", &flags->view.seed, 0, kMostWhole, "seed of the model's world");
   view->add_flag("--open", flags->view.open, "ask the system for a browser");
+  AddCadFlags(view, flags.get());
   return [flags, import, candidates, fk, view] {
+    flags->view.cad = CadOptionsOf(*flags);
     if (view->parsed()) return ViewTwin(flags->input, flags->view);
     EndAtSignals();
     return import->parsed()       ? ImportTwin(*flags)

@@ -52,18 +52,26 @@ Result<ViewedTwin> ReadViewed(const std::string& folder) {
 }
 
 // Imports a description into a folder that is gone again once its files are read.
-Result<ViewedTwin> ImportViewed(const std::string& description) {
+Result<ViewedTwin> ImportViewed(const std::string& description, const twin::CadOptions& cad) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::path place = fs::temp_directory_path(error) / ("consac-view-" + std::to_string(std::random_device()()));
-  if (error || !fs::create_directory(place, error))
-    return Status{StatusCode::kDataLoss, "cannot make the folder '" + FromPath(place) + "' to import into"};
+  if (!error && !fs::create_directory(place, error) && !error) error = std::make_error_code(std::errc::file_exists);
+  if (!error) fs::permissions(place, fs::perms::owner_all, error);  // the temporary folder is everybody's
+  if (error)
+    return Status{StatusCode::kDataLoss, "cannot make the folder " + Quote(FromPath(place)) +
+                                             " to import into: " + error.message() +
+                                             "; see that the folder for temporary files may be written to"};
   twin::ImportOptions options;
   options.output = FromPath(place / "twin");
+  options.cad = cad;
   options.progress = [](std::size_t, std::size_t) { return !Stopped(); };
   const Result<twin::ImportReport> report = twin::Import(description, options);
   Result<ViewedTwin> viewed = report.ok() ? ReadViewed(options.output) : Result<ViewedTwin>(report.status());
   fs::remove_all(place, error);
+  if (report.ok()) {
+    for (const std::string& warning : report->warnings) Print("warning: {}\n", warning);
+  }
   return viewed;
 }
 
@@ -162,20 +170,20 @@ void AskForBrowser(const std::string& url) {
 #elif defined(__APPLE__)
   const std::string command = "open " + url;
 #else
-  const std::string command = "xdg-open " + url + " >/dev/null 2>&1 &";
+  const std::string command = "command -v xdg-open >/dev/null 2>&1 && (xdg-open " + url + " >/dev/null 2>&1 &)";
 #endif
   if (std::system(command.c_str()) != 0) PrintError("consac twin: no browser could be asked for; open {}\n", url);
 }
 
-Result<ViewedTwin> OpenViewed(const std::string& input) {
+Result<ViewedTwin> OpenViewed(const std::string& input, const twin::CadOptions& cad) {
   std::error_code error;
   if (std::filesystem::is_directory(ToPath(input), error)) return ReadViewed(input);
-  return ImportViewed(input);
+  return ImportViewed(input, cad);
 }
 
 Status ServePage(const std::string& input, const ViewFlags& flags) {
   const std::atomic<bool>& stop = StopSignal();
-  const Result<ViewedTwin> viewed = OpenViewed(input);
+  const Result<ViewedTwin> viewed = OpenViewed(input, flags.cad);
   if (!viewed.ok()) return viewed.status();
   std::optional<TwinPlay> play;
   if (!flags.model.empty()) {
@@ -196,9 +204,13 @@ Status ServePage(const std::string& input, const ViewFlags& flags) {
   Print("{} is shown at {} (Ctrl-C stops)\n", viewed->robot.name, url);
   FlushOutput();
   if (flags.open) AskForBrowser(url);
+  std::string said;  // once, however often it is tried anew
   while (!stop.load()) {
     page.Advance();
-    CONSAC_RETURN_IF_ERROR(server->Poll([&](const HttpRequest& request) { return page.Answer(request); }, kPageWait));
+    const Status taken = server->Poll([&](const HttpRequest& request) { return page.Answer(request); }, kPageWait);
+    if (taken.ok() || taken.message() == said) continue;
+    said = taken.message();
+    PrintError("consac twin: {}\n", said);
   }
   return {StatusCode::kCancelled, ""};
 }

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "consac/twin/import.h"
+
 namespace consac::cli {
 
 /// What to show, and where.
@@ -13,6 +15,7 @@ struct ViewFlags {
   std::int64_t port = 8080, seed = 1000;
   double deadline_s = 20.0;  ///< that a connection may take from its beginning to its last byte
   bool open = false;         ///< ask the system for a browser
+  twin::CadOptions cad;      ///< of a STEP file
 };
 /// Serves the twin at `input`, an import's folder or a description, until it is stopped; returns the exit code.
 int ViewTwin(const std::string& input, const ViewFlags& flags);

@@ -6,12 +6,20 @@ const $ = (id) => document.getElementById(id);
 const DEGREES = 180 / Math.PI;
 const WITHOUT_LIMIT = { turns: Math.PI, slides: 1 };  // rad, m: how far a slider goes where a joint has no limit
 
-/** Asks the program; an answer that is none is shown. */
+let failed = "";  // the path whose error is shown
+
+/** Asks the program; an answer that is none is shown, until the same question has one. */
 async function ask(path, body) {
   const options = body === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
-  const response = await fetch(path, options);
-  if (!response.ok) throw new Error(`${path}: ${(await response.text()).trim()}`);
-  return response;
+  try {
+    const response = await fetch(path, options);
+    if (!response.ok) throw new Error(`${path}: ${(await response.text()).trim()}`);
+    if (failed === path) $("error").hidden = true;
+    return response;
+  } catch (error) {
+    failed = path;
+    throw error;
+  }
 }
 
 function fail(error) {
@@ -75,7 +83,7 @@ class Page {
         slider.setAttribute("aria-label", joint.name);
         slider.addEventListener("input", () => {
           this.positions.set(joint.name, Number(slider.value) / scale);
-          this.moved();
+          this.moved(joint);
         });
         for (const [end, said] of [[lower, joint.lower], [upper, joint.upper]]) {
           const text = document.createElement("span");
@@ -93,12 +101,12 @@ class Page {
     return joint.mimic ? joint.mimic.multiplier * this.positions.get(joint.mimic.joint) + joint.mimic.offset : this.positions.get(joint.name);
   }
 
-  /** The positions have changed: draws them, and asks the program for the pose. */
-  moved() {
+  /** The positions have changed, by `by`'s slider if there is one: draws them, and asks the program for the pose. */
+  moved(by) {
     for (const joint of this.moving) {
       const position = this.position(joint), { scale, name } = this.unit(joint), { value, slider } = this.rows.get(joint.name);
       value.textContent = `${(position * scale).toFixed(1)}${name}`;
-      if (slider && document.activeElement !== slider) slider.value = position * scale;
+      if (slider && joint !== by) slider.value = position * scale;
       this.scene.move(joint.node_index, position, joint.type === "prismatic");
     }
     this.scene.place();
@@ -197,6 +205,7 @@ class Page {
       from = null;
       if (link) this.choose(link);
     });
+    canvas.addEventListener("pointercancel", () => { from = null; });
     canvas.addEventListener("pointerleave", () => this.hover(-1, -1));
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
@@ -234,14 +243,19 @@ class Page {
     }
   }
 
-  /** Asks how the robot stands for as long as it is moved. */
+  /** Asks how the robot stands for as long as it is moved; once more where a start came while an answer was awaited. */
   async follow() {
+    this.started = true;
     if (this.following) return;
     this.following = true;
     try {
-      for (let state = { running: true }; state.running; await new Promise(requestAnimationFrame)) {
-        state = await (await ask("/play")).json();
+      while (this.started) {
+        this.started = false;
+        const state = await (await ask("/play")).json();
         this.showPlay(state);
+        if (!state.running) continue;
+        this.started = true;
+        await new Promise(requestAnimationFrame);
       }
     } catch (error) {
       fail(error);
