@@ -8,6 +8,7 @@
 
 #include "cli/flags.h"
 #include "cli/print.h"
+#include "cli/twin_pose.h"
 #include "cli/twin_view.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
@@ -184,9 +185,10 @@ int ShowPose(const TwinFlags& flags) {
     Print("{:<28} {:>12} {:>12} {:>12}   {:>9} {:>9} {:>9} {:>9}\n", "link", "x", "y", "z", "qx", "qy", "qz", "qw");
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     if (only >= 0 && static_cast<std::int32_t>(i) != only) continue;
-    const auto [q, p] = TransformIn(convention, kinematics.links()[i]);
+    const robot::Transform at = TransformIn(convention, kinematics.links()[i]);
+    const auto& [q, p] = at;
     const std::string& name = robot->links[i].name;
-    rows.push_back({{"link", name}, {"position", {p.x, p.y, p.z}}, {"rotation", {q.x, q.y, q.z, q.w}}});
+    rows.push_back(PoseRow(name, at));
     if (!flags.json)
       Print("{:<28} {:>12.6f} {:>12.6f} {:>12.6f}   {:>9.6f} {:>9.6f} {:>9.6f} {:>9.6f}\n", name, p.x, p.y, p.z, q.x,
             q.y, q.z, q.w);

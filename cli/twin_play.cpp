@@ -4,15 +4,17 @@
 
 #include "consac/base/text.h"
 #include "consac/run/training.h"
-#include "worlds/yumi_reach/yumi_arm.h"
+#include "worlds/yumi_reach/yumi_reach.h"
 
 namespace consac::cli {
 namespace {
 
 constexpr std::string_view kRobotWorlds = "yumi-reach";  // what ids of worlds with a robot begin with
-constexpr std::chrono::milliseconds kStepTime(40);       // of those worlds
-constexpr int kMostAtOnce = 5;                           // steps; after a stop of the machine the rest is not made up
-constexpr std::size_t kToolAt = 0, kTargetAt = 3, kJointsAt = 6;  // in a row: achieved_goal, desired_goal, observation
+constexpr auto kStepTime = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+    std::chrono::duration<double>(worlds::YumiArmState::kStep));
+constexpr int kMostAtOnce = 5;  // steps; after a stop of the machine the rest is not made up
+// In a row: achieved_goal, desired_goal, observation.
+constexpr std::size_t kToolAt = 0, kTargetAt = worlds::YumiArmState::kGoal, kJointsAt = 2 * kTargetAt;
 
 }  // namespace
 

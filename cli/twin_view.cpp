@@ -12,6 +12,7 @@
 #include "cli/http_server.h"
 #include "cli/print.h"
 #include "cli/twin_play.h"
+#include "cli/twin_pose.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
 #include "consac/base/json.h"
@@ -127,12 +128,10 @@ class ViewPage {
     kinematics_.Forward(positions);
     PageJson rows = PageJson::array();
     for (std::size_t i = 0; i < twin_.robot.links.size(); ++i) {
-      const auto& [q, p] = kinematics_.links()[i];
-      const robot::Vector3 turn = RollPitchYaw(q);
-      rows.push_back({{"link", twin_.robot.links[i].name},
-                      {"position", {p.x, p.y, p.z}},
-                      {"rotation", {q.x, q.y, q.z, q.w}},
-                      {"rpy", {turn.x, turn.y, turn.z}}});
+      const robot::Transform& at = kinematics_.links()[i];
+      const robot::Vector3 turn = RollPitchYaw(at.rotation);
+      rows.push_back(PoseRow(twin_.robot.links[i].name, at));
+      rows.back()["rpy"] = {turn.x, turn.y, turn.z};
     }
     return Of(rows);
   }

@@ -127,14 +127,14 @@ class Cad : public ::testing::Test {
 const std::string kArm = std::string(CONSAC_SOURCE_DIR) + "/examples/robots/low_cost_robot_arm";
 
 TEST_F(Cad, TheSmallArmsAxesAreFoundWhereTheyAre) {
-  PutFile(At("hints.json"),
-          R"({"joints": [{"name": "elbow", "parent": "XL,XC-330 v1:7", "child": "servo connector angle*",
+  Put(At("hints.json"),
+      R"({"joints": [{"name": "elbow", "parent": "XL,XC-330 v1:7", "child": "servo connector angle*",
       "axis": "component:XL,XC-330 v1:7#Z", "limit": [-1.5, 1.5]}]})");
   options_.cad.hints = At("hints.json");
   options_.density = 1000.0;
   const Result<ImportReport> report = Run(kArm + "/arm.step");
   ASSERT_TRUE(report.ok()) << report.status().message();
-  const Glb glb = TakeApart(FileText(At("out/twin.glb")));
+  const Glb glb = TakeApart(TextOf(At("out/twin.glb")));
   std::size_t parts = 0;
   for (const auto& node : glb.json["nodes"]) parts += node.contains("mesh") ? 1 : 0;
   EXPECT_EQ(parts, 161u);
@@ -162,7 +162,7 @@ TEST_F(Cad, TheSmallArmsAxesAreFoundWhereTheyAre) {
   EXPECT_EQ(report->robot.joints[0].drive.upper, robot::kNoLimit) << "what the file does not say is not made up";
   EXPECT_EQ(report->robot.joints[2].drive.upper, 1.5);
   for (std::size_t link = 1; link < 4; ++link) EXPECT_TRUE(report->robot.links[link].inertial.has_value()) << link;
-  const nlohmann::json table = nlohmann::json::parse(FileText(At("out/twin.json")));
+  const nlohmann::json table = nlohmann::json::parse(TextOf(At("out/twin.json")));
   EXPECT_EQ(table["source"]["format"], "step");
 }
 
@@ -172,7 +172,7 @@ TEST_F(Cad, TheSameFileGivesTheSameBytes) {
   for (const auto& entry : fs::recursive_directory_iterator(At("a"))) {
     if (!entry.is_regular_file()) continue;
     const std::string name = fs::relative(entry.path(), At("a")).string();
-    EXPECT_EQ(FileText(At("a/" + name)), FileText(At("b/" + name))) << name;
+    EXPECT_EQ(TextOf(At("a/" + name)), TextOf(At("b/" + name))) << name;
   }
 }
 
@@ -191,13 +191,13 @@ TEST_F(Cad, InchesNestingAndSharingComeOutInMetres) {
   for (const char* unit : {"MM", "INCH"}) {
     drawing.Write(At("machine.step"), unit);
     if (std::string(unit) == "INCH") {
-      EXPECT_NE(FileText(At("machine.step")).find("INCH"), std::string::npos);
+      EXPECT_NE(TextOf(At("machine.step")).find("INCH"), std::string::npos);
     }
     const Result<ImportReport> report = Run("machine.step", unit);
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->meshes, 1u) << "one product";
     EXPECT_EQ(report->robot.name, "machine");
-    const Glb glb = TakeApart(FileText(At(std::string(unit) + "/twin.glb")));
+    const Glb glb = TakeApart(TextOf(At(std::string(unit) + "/twin.glb")));
     const auto [low, high] = BoxOf(glb, "base");
     EXPECT_NEAR(Norm(low - Vector3{-0.254, 0, 0}), 0.0, 1e-7);
     EXPECT_NEAR(Norm(high - Vector3{-0.2286, 0.0508, 0.0762}), 0.0, 1e-7);
@@ -259,7 +259,7 @@ TEST_F(Cad, PinsInBoresAreJointsWithExactAxesAndMasses) {
   const Result<ImportReport> weightless = Run("chain.step");
   ASSERT_TRUE(weightless.ok());
   EXPECT_FALSE(weightless->robot.links[1].inertial.has_value()) << "nothing is made up";
-  EXPECT_NE(FileText(At("out/report.json")).find("without a mass"), std::string::npos);
+  EXPECT_NE(TextOf(At("out/report.json")).find("without a mass"), std::string::npos);
 }
 
 void Replace(std::string* text, const std::string& what, const std::string& by) {
@@ -281,12 +281,12 @@ TEST_F(Cad, AMirroredPartIsReadAndAMirroredPlaceRefused) {
   options_.density = 1000.0;
   const Result<ImportReport> report = Run("machine.step", "mirrored part");
   ASSERT_TRUE(report.ok()) << report.status().message();
-  const auto [low, high] = BoxOf(TakeApart(FileText(At("mirrored part/twin.glb"))), "left");
+  const auto [low, high] = BoxOf(TakeApart(TextOf(At("mirrored part/twin.glb"))), "left");
   EXPECT_NEAR(Norm(low - Vector3{-0.110, 0, 0}), 0.0, 1e-7);
   EXPECT_NEAR(Norm(high - Vector3{-0.100, 0.020, 0.030}), 0.0, 1e-7);
   EXPECT_NEAR(report->robot.links[0].inertial->mass, 2 * 1000.0 * 6e-6, 1e-8) << "its triangles face outwards";
 
-  const std::string written = FileText(At("machine.step"));
+  const std::string written = TextOf(At("machine.step"));
   const std::size_t at = written.find("ITEM_DEFINED_TRANSFORMATION("), end = written.find(");", at);
   ASSERT_NE(at, std::string::npos);
   const std::string plain = written.substr(at, end + 2 - at);
@@ -297,7 +297,7 @@ TEST_F(Cad, AMirroredPartIsReadAndAMirroredPlaceRefused) {
                 ",#900004);\n#900001=DIRECTION('',(1.,0.,0.));\n#900002=DIRECTION('',(0.,1.,0.));\n"
                 "#900003=CARTESIAN_POINT('',(9.,0.,0.));\n#900004=DIRECTION('',(0.,0.," +
                 third + "));");
-    PutFile(At("machine.step"), text);
+    Put(At("machine.step"), text);
   };
   write("'','',''", "1.", "-1.");
   ExpectRefused("machine.step", "places a part as a mirror image");
@@ -315,24 +315,24 @@ TEST_F(Cad, IgesIsGeometryOnlyAndSaysSo) {
   const Result<ImportReport> report = Run("box.igs");
   ASSERT_TRUE(report.ok()) << report.status().message();
   EXPECT_EQ(report->robot.joints.size(), 0u);
-  EXPECT_NE(FileText(At("out/report.json")).find("IGES holds geometry only"), std::string::npos);
-  const nlohmann::json table = nlohmann::json::parse(FileText(At("out/twin.json")));
+  EXPECT_NE(TextOf(At("out/report.json")).find("IGES holds geometry only"), std::string::npos);
+  const nlohmann::json table = nlohmann::json::parse(TextOf(At("out/twin.json")));
   EXPECT_EQ(table["source"]["format"], "iges");
 }
 
 TEST_F(Cad, CutRandomAndTooLargeIsOneLine) {
-  const std::string whole = FileText(kArm + "/arm.step");
+  const std::string whole = TextOf(kArm + "/arm.step");
   for (const double share : {0.0, 0.001, 0.3, 0.9, 0.9999}) {
-    PutFile(At("cut.step"), whole.substr(0, static_cast<std::size_t>(static_cast<double>(whole.size()) * share)));
+    Put(At("cut.step"), whole.substr(0, static_cast<std::size_t>(static_cast<double>(whole.size()) * share)));
     ExpectRefused("cut.step", "cut.step': it is");
   }
-  PutFile(At("cut.step"), whole.substr(0, 20000) + "\nENDSEC;\nEND-ISO-10303-21;\n");
+  Put(At("cut.step"), whole.substr(0, 20000) + "\nENDSEC;\nEND-ISO-10303-21;\n");
   ExpectRefused("cut.step", "cut.step': ");
   std::string noise = whole.substr(0, 300000);
   for (std::size_t i = 2000; i < noise.size(); i += 37) noise[i] = static_cast<char>(i * 7919 >> 3);
-  PutFile(At("noise.stp"), noise + "\nENDSEC;\nEND-ISO-10303-21;\n");
+  Put(At("noise.stp"), noise + "\nENDSEC;\nEND-ISO-10303-21;\n");
   ExpectRefused("noise.stp", "noise.stp': ");
-  PutFile(At("no.igs"), "hello\n");
+  Put(At("no.igs"), "hello\n");
   ExpectRefused("no.igs", "it is no IGES file, or is cut");
   ExpectRefused("nowhere.step", "nowhere.step");
   options_.cad.mebibytes = 100.0;

@@ -147,6 +147,35 @@ std::int32_t ParentOfComponents(const CadAssembly& assembly) {
   return above;
 }
 
+using Met = std::set<std::pair<std::size_t, std::size_t>>;  // patterns of hinted links, by number
+
+Status CheckMet(const JointHints& hints, const Met& met) {
+  for (std::size_t i = 0; i < hints.links.size(); ++i) {
+    for (std::size_t k = 0; k < hints.links[i].parts.size(); ++k) {
+      if (!met.contains({i, k}))
+        return {StatusCode::kInvalidArgument, "hints: link " + Quote(hints.links[i].name) + ": no part is " +
+                                                  Quote(hints.links[i].parts[k]) +
+                                                  "; consac twin candidates lists the components"};
+    }
+  }
+  return {};
+}
+
+// How large each group is, and whether it is of rods.
+void Measure(const CadAssembly& assembly, Groups* out) {
+  std::vector<bool> begun(out->groups.size(), false);
+  out->rods.assign(out->groups.size(), true);
+  for (std::size_t n = 0; n < assembly.nodes.size(); ++n) {
+    if (assembly.nodes[n].part < 0 || out->of_node[n] < 0) continue;
+    const auto group = static_cast<std::size_t>(out->of_node[n]);
+    const CadPart& part = assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)];
+    CadGroup& box = out->groups[group];
+    Extend(out->places[n], part.low, part.high, !begun[group], &box.low, &box.high);
+    begun[group] = true;
+    out->rods[group] = out->rods[group] && !box.hinted && IsRod(part);
+  }
+}
+
 }  // namespace
 
 bool Matches(std::string_view pattern, std::string_view text) {
@@ -170,7 +199,7 @@ Result<Groups> GroupParts(const CadAssembly& assembly, const JointHints& hints) 
   Groups out;
   const std::size_t count = assembly.nodes.size();
   const std::int32_t above = ParentOfComponents(assembly);
-  std::set<std::pair<std::size_t, std::size_t>> met;  // patterns of hints
+  Met met;
   for (std::size_t i = 0; i < hints.links.size(); ++i) {
     out.groups.push_back({hints.links[i].name, {}, {}, {}, true, false});
   }
@@ -206,25 +235,8 @@ Result<Groups> GroupParts(const CadAssembly& assembly, const JointHints& hints) 
         !whole[n] && narrow[n] && (FastensByName(node.name) || (part != nullptr && FastensByName(part->name)));
     out.fastens.push_back(below || named || (part != nullptr && FastensByShape(*part)));
   }
-  for (std::size_t i = 0; i < hints.links.size(); ++i) {
-    for (std::size_t k = 0; k < hints.links[i].parts.size(); ++k) {
-      if (!met.contains({i, k}))
-        return Status{StatusCode::kInvalidArgument, "hints: link " + Quote(hints.links[i].name) + ": no part is " +
-                                                        Quote(hints.links[i].parts[k]) +
-                                                        "; consac twin candidates lists the components"};
-    }
-  }
-  std::vector<bool> begun(out.groups.size(), false);
-  out.rods.assign(out.groups.size(), true);
-  for (std::size_t n = 0; n < count; ++n) {
-    if (assembly.nodes[n].part < 0 || out.of_node[n] < 0) continue;
-    const auto group = static_cast<std::size_t>(out.of_node[n]);
-    const CadPart& part = assembly.parts[static_cast<std::size_t>(assembly.nodes[n].part)];
-    CadGroup& box = out.groups[group];
-    Extend(out.places[n], part.low, part.high, !begun[group], &box.low, &box.high);
-    begun[group] = true;
-    out.rods[group] = out.rods[group] && !box.hinted && IsRod(part);
-  }
+  CONSAC_RETURN_IF_ERROR(CheckMet(hints, met));
+  Measure(assembly, &out);
   return out;
 }
 

@@ -4,14 +4,16 @@
 #include <cmath>
 #include <deque>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "cad_axes.h"
 #include "cad_candidates.h"
 #include "cad_groups.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "files.h"
+#include "pieces.h"
+#include "sets.h"
 
 namespace consac::twin {
 namespace {
@@ -19,29 +21,6 @@ namespace {
 using robot::JointType;
 using robot::Transform;
 using robot::Vector3;
-
-// Sets that are joined.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : above_(count) { std::iota(above_.begin(), above_.end(), 0); }
-  std::int32_t Of(std::int32_t each) {
-    while (above_[static_cast<std::size_t>(each)] != each) {
-      std::int32_t& above = above_[static_cast<std::size_t>(each)];
-      above = above_[static_cast<std::size_t>(above)];
-      each = above;
-    }
-    return each;
-  }
-  // False where they were one already. The smaller number stands for both.
-  bool Join(std::int32_t a, std::int32_t b) {
-    a = Of(a), b = Of(b);
-    if (a != b) above_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-    return a != b;
-  }
-
- private:
-  std::vector<std::int32_t> above_;
-};
 
 // A joint that will be one.
 struct Edge {
@@ -65,15 +44,10 @@ Status Wrong(const JointHint& hint, const std::string& what) {
   return {StatusCode::kInvalidArgument, "hints: joint " + Quote(hint.name) + ": " + what};
 }
 
-// A name that a robot's link may have: not too long, cut at a character's end.
-std::string AsLinkName(std::string name) {
+// A name that a robot's link may have.
+std::string AsLinkName(std::string_view name) {
   constexpr std::size_t kMost = 200;
-  if (name.size() > kMost) {
-    std::size_t end = kMost;
-    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;
-    name.resize(end);
-  }
-  return name.empty() ? "part" : name;
+  return name.empty() ? "part" : std::string(CutAtCharacter(name, kMost));
 }
 
 class Finder {
@@ -338,13 +312,9 @@ class Finder {
   }
 
   void SayLoose(const std::vector<std::string>& loose) {
-    constexpr std::size_t kNamed = 5;
     if (loose.empty()) return;
-    std::string names;
-    for (std::size_t i = 0; i < std::min(loose.size(), kNamed); ++i) names += (i > 0 ? ", " : "") + loose[i];
-    if (loose.size() > kNamed) names += " and " + std::to_string(loose.size() - kNamed) + " more";
-    out_.asked.push_back("nothing in the file says what these hang on, so they stand still with the base: " + names +
-                         "; say \"joints\" (of type \"fixed\" too) in --hints");
+    out_.asked.push_back("nothing in the file says what these hang on, so they stand still with the base: " +
+                         FirstFew(loose) + "; say \"joints\" (of type \"fixed\" too) in --hints");
   }
 
   // Adds what hangs on a cluster that is a link.

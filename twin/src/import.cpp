@@ -1,7 +1,6 @@
 #include "consac/twin/import.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -17,6 +16,8 @@
 #include "consac/robot/table.h"
 #include "consac/twin/mjcf.h"
 #include "files.h"
+#include "masses.h"
+#include "pieces.h"
 #include "read_model.h"
 #include "scene.h"
 #include "xml.h"
@@ -309,23 +310,6 @@ class Importer {
     return at == links.end() ? 0.0 : cad_->found.masses[static_cast<std::size_t>(at - links.begin())];
   }
 
-  // What a mass of 1 at `at` adds to the inertia about the origin. Source: the parallel axis theorem of Steiner.
-  static std::array<double, 6> InertiaOfPoint(Vector3 at) {
-    return {at.y * at.y + at.z * at.z, -at.x * at.y, -at.x * at.z,
-            at.x * at.x + at.z * at.z, -at.y * at.z, at.x * at.x + at.y * at.y};
-  }
-
-  // Adds a body that has density 1 where it stands. Moments about the link's origin until SetMass.
-  static void AddSolid(const robot::Inertial& solid, const Transform& at, robot::Inertial* sum) {
-    const Vector3 c = at * solid.centre;
-    const std::array<double, 6> turned = robot::TurnedInertia(solid.inertia, Inverse(at.rotation));
-    const double m = solid.mass;
-    const std::array<double, 6> shift = InertiaOfPoint(c);
-    for (std::size_t i = 0; i < 6; ++i) sum->inertia[i] += turned[i] + m * shift[i];
-    sum->centre = sum->centre + m * c;
-    sum->mass += m;
-  }
-
   void SetMass(robot::Link* link, bool solid, double density, const robot::Inertial& sum) {
     if (link->inertial.has_value() || density <= 0.0) return;
     if (!solid || !(sum.mass > 0.0)) {
@@ -333,10 +317,7 @@ class Importer {
            ": its meshes are not closed, or are inside out, so it has no mass; mend them, or write <inertial>");
       return;
     }
-    robot::Inertial body{density * sum.mass, (1.0 / sum.mass) * sum.centre, {}};
-    const std::array<double, 6> shift = InertiaOfPoint(body.centre);
-    for (std::size_t i = 0; i < 6; ++i) body.inertia[i] = density * (sum.inertia[i] - sum.mass * shift[i]);
-    link->inertial = body;
+    link->inertial = WithDensity(sum, density);
   }
 
   Status Put(const std::string& name, const std::string& text) {
@@ -346,11 +327,7 @@ class Importer {
 
   // A warning about things, if there are any; the first few are named.
   void WarnOf(const std::string& what, const std::vector<std::string>& quoted, const std::string& advice) {
-    constexpr std::size_t kNamed = 5;
-    std::string names;
-    for (std::size_t i = 0; i < std::min(quoted.size(), kNamed); ++i) names += (i > 0 ? ", " : "") + quoted[i];
-    if (quoted.size() > kNamed) names += " and " + std::to_string(quoted.size() - kNamed) + " more";
-    if (!quoted.empty()) Warn(what + ": " + names + "; " + advice);
+    if (!quoted.empty()) Warn(what + ": " + FirstFew(quoted) + "; " + advice);
   }
 
   void WarnOfMasses() {
@@ -377,8 +354,7 @@ class Importer {
            "write their <inertial>, or something they collide by");
     CONSAC_RETURN_IF_ERROR(Put("twin.xml", mjcf.text));
     const std::string table = robot::WriteTable(scene_.robot, origin_);
-    const Result<robot::Robot> again =
-        robot::ReadTable(table);  // many long names or pairs may be too much for a reader
+    const Result<robot::Robot> again = robot::ReadTable(table);  // too many long names or pairs are refused there
     if (!again.ok())
       return Of(path_, {again.status().code(), "nobody would read its joint table (" + again.status().message() +
                                                    "); shorten the names, or leave out links or pairs that may touch"});

@@ -96,10 +96,10 @@ TEST(CadStream, OneThatIsNestedForEverIsRefusedBeforeItsPathsAreMade) {
 // A program in consac-cad's place.
 class CadProgram : public ::testing::Test {
  protected:
-  CadProgram() : scratch_("cad_program") { PutFile(At("a.step"), "ISO-10303-21;"); }
+  CadProgram() : scratch_("cad_program") { Put(At("a.step"), "ISO-10303-21;"); }
   std::string At(const std::string& name) const { return scratch_.path() + "/" + name; }
   Result<ImportReport> Run(const std::string& script) {
-    PutFile(At("program"), "#!/bin/sh\n" + script + "\n");
+    Put(At("program"), "#!/bin/sh\n" + script + "\n");
     chmod(At("program").c_str(), 0755);
     options_.cad.program = At("program");
     options_.output = At("out");
@@ -121,13 +121,13 @@ class CadProgram : public ::testing::Test {
 
 TEST_F(CadProgram, WhatItWritesIsImported) {
   const std::vector<std::byte> bytes = Small().Stream();
-  PutFile(At("stream"), std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  Put(At("stream"), std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   const Result<ImportReport> report = Run("echo noise >&2; echo '= 1 2' >&2; cat " + At("stream"));
   ASSERT_TRUE(report.ok()) << report.status().message();
   EXPECT_EQ(report->robot.positions(), 1);
   EXPECT_EQ(report->meshes, 2u);
   EXPECT_TRUE(fs::exists(At("out/candidates.json")));
-  const Glb glb = TakeApart(FileText(At("out/twin.glb")));
+  const Glb glb = TakeApart(TextOf(At("out/twin.glb")));
   EXPECT_NE(glb.json.dump().find("arm/arm part"), std::string::npos) << "parts keep their names";
 }
 

@@ -21,10 +21,10 @@ class ImportTest : public ::testing::Test {
     fs::create_directories(At("robot/meshes/coarse"));
     const std::vector<std::byte> box = WriteStl(TrianglesOf(ShapeKind::kBox, {0.1, 0.1, 0.2}));
     const std::string text(reinterpret_cast<const char*>(box.data()), box.size());
-    PutFile(At("robot/meshes/box.stl"), text);
-    PutFile(At("robot/meshes/coarse/box.stl"), text);
-    PutFile(At("outside.stl"), text);
-    PutFile(At("robot/package.xml"), "<package><name>arm</name><license>MIT</license></package>");
+    Put(At("robot/meshes/box.stl"), text);
+    Put(At("robot/meshes/coarse/box.stl"), text);
+    Put(At("outside.stl"), text);
+    Put(At("robot/package.xml"), "<package><name>arm</name><license>MIT</license></package>");
   }
   std::string At(const std::string& name) const { return scratch_.path() + "/" + name; }
   std::string Urdf(const std::string& mesh, const std::string& more = "") const {
@@ -38,7 +38,7 @@ class ImportTest : public ::testing::Test {
            more + "</robot>";
   }
   Result<ImportReport> Run(const std::string& urdf) {
-    PutFile(At("robot/urdf/arm.urdf"), urdf);
+    Put(At("robot/urdf/arm.urdf"), urdf);
     options_.output = At("out");
     return Import(At("robot/urdf/arm.urdf"), options_);
   }
@@ -62,7 +62,7 @@ TEST_F(ImportTest, MeshesAreFoundByPackageRelativePathAndFile) {
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->meshes, 1u);
     EXPECT_TRUE(fs::exists(At("out/meshes/box.stl")));
-    EXPECT_NE(FileText(At("out/twin.json")).find("\"licence\": \"MIT\""), std::string::npos);
+    EXPECT_NE(TextOf(At("out/twin.json")).find("\"licence\": \"MIT\""), std::string::npos);
     options_.replace = true;
   }
 }
@@ -96,7 +96,7 @@ TEST_F(ImportTest, WhatIsNotThereOrOutsideIsNamed) {
 }
 
 TEST_F(ImportTest, DamagedMeshesAndDescriptionsLeaveNothing) {
-  PutFile(At("robot/meshes/cut.stl"), FileText(At("robot/meshes/box.stl")).substr(0, 300));
+  Put(At("robot/meshes/cut.stl"), TextOf(At("robot/meshes/box.stl")).substr(0, 300));
   ExpectRefused(Urdf("../meshes/cut.stl"), "it is no STL, or is cut");
   ExpectRefused("<robot", "this is no XML");
   ExpectRefused(Urdf("../meshes/box.stl", "<link name='x'/>"), "two roots");
@@ -109,10 +109,10 @@ TEST_F(ImportTest, WhatIsThereIsReplacedOnlyIfItIsAnImport) {
   EXPECT_NE(Run(Urdf("../meshes/box.stl")).status().message().find("--force to replace it"), std::string::npos);
   options_.replace = true;
   ASSERT_TRUE(Run(Urdf("../meshes/coarse/box.stl")).ok());
-  PutFile(At("out/notes.txt"), "mine");
+  Put(At("out/notes.txt"), "mine");
   EXPECT_NE(Run(Urdf("../meshes/box.stl")).status().message().find("holds what is no import's ('notes.txt')"),
             std::string::npos);
-  EXPECT_EQ(FileText(At("out/notes.txt")), "mine");
+  EXPECT_EQ(TextOf(At("out/notes.txt")), "mine");
 }
 
 // What the user has put there, by every way that looks like an import's folder.
@@ -123,18 +123,18 @@ TEST_F(ImportTest, AFolderThatIsNoImportsIsNeverReplaced) {
     const Result<ImportReport> report = Run(urdf);
     ASSERT_FALSE(report.ok()) << part;
     EXPECT_NE(report.status().message().find(part), std::string::npos) << report.status().message();
-    EXPECT_EQ(FileText(mine), "mine");
+    EXPECT_EQ(TextOf(mine), "mine");
   };
   fs::create_directories(At("out/meshes"));
-  PutFile(mine, "mine");
+  Put(mine, "mine");
   expect_kept("no twin.json that an import wrote");
-  PutFile(At("out/twin.json"), "{\"format\": \"another\"}");
+  Put(At("out/twin.json"), "{\"format\": \"another\"}");
   expect_kept("no twin.json that an import wrote");
-  PutFile(At("out/twin.json"), "{\"format\": \"consac-twin\"}");
+  Put(At("out/twin.json"), "{\"format\": \"consac-twin\"}");
   expect_kept("no report.json that an import wrote");
   fs::remove_all(At("out"));
   ASSERT_TRUE(Run(urdf).ok());
-  PutFile(mine, "mine");
+  Put(mine, "mine");
   expect_kept("'meshes/mine.stl'");
   fs::remove(mine);
   EXPECT_TRUE(Run(urdf).ok());
@@ -143,7 +143,7 @@ TEST_F(ImportTest, AFolderThatIsNoImportsIsNeverReplaced) {
 TEST_F(ImportTest, WhatStandsBesideThePlaceIsLeftAlone) {
   for (const char* beside : {"out.replaced", "out.importing", "out.importing-2"}) {
     fs::create_directories(At(beside));
-    PutFile(At(beside) + std::string("/twin.glb"), "mine");
+    Put(At(beside) + std::string("/twin.glb"), "mine");
   }
   for (int time = 0; time < 2; ++time) {
     const Result<ImportReport> report = Run(Urdf("../meshes/box.stl"));
@@ -151,7 +151,7 @@ TEST_F(ImportTest, WhatStandsBesideThePlaceIsLeftAlone) {
     options_.replace = true;
   }
   for (const char* beside : {"out.replaced", "out.importing", "out.importing-2"})
-    EXPECT_EQ(FileText(At(beside) + std::string("/twin.glb")), "mine");
+    EXPECT_EQ(TextOf(At(beside) + std::string("/twin.glb")), "mine");
   EXPECT_FALSE(fs::exists(At("out.importing-3")));
 }
 
@@ -160,14 +160,14 @@ TEST_F(ImportTest, WhatAppearsWhileAnImportRunsIsKept) {
   const std::string urdf = Urdf("../meshes/box.stl");
   options_.progress = [&](std::size_t done, std::size_t) {
     if (done == 0) fs::create_directories(At("out"));
-    PutFile(At("out/notes.txt"), "mine");
+    Put(At("out/notes.txt"), "mine");
     return true;
   };
   for (const bool replace : {false, true}) {
     fs::remove_all(At("out"));
     options_.replace = replace;
     EXPECT_NE(Run(urdf).status().message().find("holds what is no import's"), std::string::npos);
-    EXPECT_EQ(FileText(At("out/notes.txt")), "mine");
+    EXPECT_EQ(TextOf(At("out/notes.txt")), "mine");
   }
   fs::remove_all(At("out"));
   options_.replace = false;
@@ -199,7 +199,7 @@ TEST_F(ImportTest, EqualNamesStayApart) {
            "'/></geometry></visual></link><joint name='to_" + link +
            "' type='fixed'><parent link='tip'/><child link='" + link + "'/></joint>";
   };
-  PutFile(At("robot/meshes/coarse/BOX.stl"), FileText(At("robot/meshes/box.stl")));
+  Put(At("robot/meshes/coarse/BOX.stl"), TextOf(At("robot/meshes/box.stl")));
   const Result<ImportReport> report =
       Run(Urdf("../meshes/box.stl", also("../meshes/coarse/box.stl", "l") + also("../meshes/coarse/BOX.stl", "m")));
   ASSERT_TRUE(report.ok()) << report.status().message();
@@ -222,7 +222,7 @@ TEST_F(ImportTest, MassesComeFromClosedMeshesAndOnlyWhenAsked) {
   EXPECT_NEAR(body.mass, 2.0, 1e-6);
   EXPECT_NEAR(body.inertia[0], 2.0 * (0.01 + 0.04) / 12.0, 1e-8) << "x, which was y";
   EXPECT_NEAR(body.inertia[3] + body.inertia[5], 2.0 * (0.02 + 0.05) / 12.0, 1e-8);
-  PutFile(At("robot/meshes/open.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  Put(At("robot/meshes/open.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const Result<ImportReport> open = Run(Urdf("../meshes/open.obj"));
   ASSERT_TRUE(open.ok());
   EXPECT_NE(open->warnings[0].find("its meshes are not closed, or are inside out, so it has no mass"),
@@ -231,7 +231,7 @@ TEST_F(ImportTest, MassesComeFromClosedMeshesAndOnlyWhenAsked) {
 }
 
 TEST_F(ImportTest, AMeshInMillimetresIsNoticed) {
-  PutFile(At("robot/meshes/large.obj"), "v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n");
+  Put(At("robot/meshes/large.obj"), "v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n");
   const Result<ImportReport> report = Run(Urdf("../meshes/large.obj"));
   ASSERT_TRUE(report.ok());
   EXPECT_NE(report->warnings[0].find("is 100 m long; if that is a wrong unit"), std::string::npos)
@@ -241,7 +241,7 @@ TEST_F(ImportTest, AMeshInMillimetresIsNoticed) {
 TEST_F(ImportTest, ARobotWithoutLooksIsAGlbToo) {
   const Result<ImportReport> report = Run("<robot name='r'><link name='only'/></robot>");
   ASSERT_TRUE(report.ok()) << report.status().message();
-  const Glb glb = TakeApart(FileText(At("out/twin.glb")));
+  const Glb glb = TakeApart(TextOf(At("out/twin.glb")));
   EXPECT_EQ(glb.json["nodes"].size(), 1u);
   EXPECT_FALSE(glb.json.contains("meshes")) << "an empty list would be no glTF";
 }
@@ -273,11 +273,11 @@ TEST_F(ImportTest, EachLinkIsMeasuredByWhatItHas) {
 
 TEST_F(ImportTest, TheTableNamesTheBytesThatWereRead) {
   ASSERT_TRUE(Run(Urdf("../meshes/box.stl")).ok());
-  const auto sum = [&] { return nlohmann::json::parse(FileText(At("out/twin.json")))["source"]["sha256"]; };
+  const auto sum = [&] { return nlohmann::json::parse(TextOf(At("out/twin.json")))["source"]["sha256"]; };
   const nlohmann::json before = sum();
   options_.replace = true;
   options_.progress = [&](std::size_t, std::size_t) {
-    PutFile(At("robot/urdf/arm.urdf"), "another");
+    Put(At("robot/urdf/arm.urdf"), "another");
     return true;
   };
   ASSERT_TRUE(Run(Urdf("../meshes/box.stl")).ok());
@@ -303,9 +303,9 @@ TEST_F(ImportTest, EveryStepCanBeInterrupted) {
 }
 
 TEST_F(ImportTest, PairsThatAreNoneAreSaidWithoutNamingAFormat) {
-  PutFile(At("robot/urdf/arm.urdf"),
-          "<mujoco model='m'><worldbody><body name='a'/></worldbody><contact><exclude body1='a' body2='b'/></contact>"
-          "</mujoco>");
+  Put(At("robot/urdf/arm.urdf"),
+      "<mujoco model='m'><worldbody><body name='a'/></worldbody><contact><exclude body1='a' body2='b'/></contact>"
+      "</mujoco>");
   options_.output = At("out");
   const Result<ImportReport> report = Import(At("robot/urdf/arm.urdf"), options_);
   ASSERT_TRUE(report.ok()) << report.status().message();
@@ -322,14 +322,13 @@ TEST_F(ImportTest, ATableThatNobodyWouldReadIsNotWritten) {
             name(0) + "'/><child link='" + name(i) + "'/></joint>";
     for (int j = 0; j < i; ++j) pairs += "<disable_collisions link1='" + name(i) + "' link2='" + name(j) + "'/>";
   }
-  PutFile(At("pairs.srdf"), pairs + "</robot>");
+  Put(At("pairs.srdf"), pairs + "</robot>");
   options_.srdf = At("pairs.srdf");
   ExpectRefused(urdf + "</robot>", "nobody would read its joint table");
 }
 
 TEST_F(ImportTest, APairCountsOnce) {
-  PutFile(
-      At("pairs.srdf"),
+  Put(At("pairs.srdf"),
       "<robot><disable_collisions link1='base' link2='tip'/><disable_collisions link1='tip' link2='base'/></robot>");
   options_.srdf = At("pairs.srdf");
   const Result<ImportReport> report = Run(Urdf("../meshes/box.stl"));
@@ -338,7 +337,7 @@ TEST_F(ImportTest, APairCountsOnce) {
 }
 
 TEST_F(ImportTest, WhatAFileIsItsFirstElementSays) {
-  PutFile(At("a.urdf"), "<!-- was <mujoco> once --><robot name='r'><link name='l'/></robot>");
+  Put(At("a.urdf"), "<!-- was <mujoco> once --><robot name='r'><link name='l'/></robot>");
   const Result<Model> model = ReadModel(At("a.urdf"));
   ASSERT_TRUE(model.ok()) << model.status().message();
   EXPECT_EQ(model->format, "urdf");

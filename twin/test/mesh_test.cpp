@@ -202,7 +202,7 @@ TEST(Meshes, SolidsHaveTheMassOfTheirFormulas) {
 TEST(Meshes, AnUnknownEndingAndAnEmptyFileAreNamed) {
   const testing::ScratchFolder scratch("meshes");
   EXPECT_NE(ReadMesh(scratch.path() + "/a.fbx").status().message().find("its ending is '.fbx'"), std::string::npos);
-  PutFile(scratch.path() + "/a.obj", "v 0 0 0\n");
+  Put(scratch.path() + "/a.obj", "v 0 0 0\n");
   EXPECT_NE(ReadMesh(scratch.path() + "/a.obj").status().message().find("holds no triangle"), std::string::npos);
   EXPECT_EQ(ReadMesh(scratch.path() + "/b.STL").status().code(), StatusCode::kNotFound);
 }

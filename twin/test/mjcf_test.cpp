@@ -133,7 +133,7 @@ TEST(Mjcf, WhatWeWriteReadsBackWhereItWas) {
 class WrittenFiles {
  public:
   explicit WrittenFiles(const std::string& text) : scratch_("written") {
-    PutFile(scratch_.path() + "/in.xml", text);
+    Put(scratch_.path() + "/in.xml", text);
     ImportOptions options;
     options.output = scratch_.path() + "/twin";
     Result<ImportReport> report = Import(scratch_.path() + "/in.xml", options);
@@ -141,8 +141,8 @@ class WrittenFiles {
     if (report.ok()) warnings = report->warnings;
     mjcf = LoadRobot(options.output + "/twin.xml");
     urdf = LoadRobot(options.output + "/twin.urdf");
-    text_of_mjcf = FileText(options.output + "/twin.xml");
-    text_of_urdf = FileText(options.output + "/twin.urdf");
+    text_of_mjcf = TextOf(options.output + "/twin.xml");
+    text_of_urdf = TextOf(options.output + "/twin.urdf");
     EXPECT_TRUE(mjcf.ok()) << mjcf.status().message();
     EXPECT_TRUE(urdf.ok()) << urdf.status().message();
   }

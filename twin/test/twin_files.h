@@ -4,28 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "consac/robot/kinematics.h"
 #include "consac/robot/transform.h"
 #include "consac/twin/import.h"
+#include "tests/files.h"
 
 namespace consac::twin {
 
-inline std::string FileText(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-inline void PutFile(const std::string& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
-}
+using testing::Put;
+using testing::TextOf;
 
 /// One of RobotStudio's poses: positions of an arm's joints in physical order, and where its flange is from its base.
 struct ReferencePose {
@@ -37,7 +28,7 @@ struct ReferencePose {
 inline std::vector<ReferencePose> ReferencePoses(const std::string& yumi) {
   const double degree = robot::kPiRadians / 180.0;
   std::vector<ReferencePose> poses;
-  const nlohmann::json json = nlohmann::json::parse(FileText(yumi + "/reference_fk.json"));
+  const nlohmann::json json = nlohmann::json::parse(TextOf(yumi + "/reference_fk.json"));
   for (const auto& row : json["poses"]) {
     ReferencePose pose;
     for (const double q : row["q"]) pose.joints.push_back(q * degree);

@@ -148,7 +148,7 @@ TEST(Urdf, RefusesTooMuch) {
 
 TEST(Urdf, CutAnywhereItIsRefusedOrRead) {
   const std::string text =
-      FileText(std::string(CONSAC_SOURCE_DIR) + "/examples/robots/yumi/yumi_description/urdf/yumi.urdf");
+      TextOf(std::string(CONSAC_SOURCE_DIR) + "/examples/robots/yumi/yumi_description/urdf/yumi.urdf");
   for (std::size_t length = 0; length < text.size(); length += 97) {
     const Result<Model> model = ReadUrdf(std::string_view(text).substr(0, length));
     EXPECT_FALSE(model.ok()) << length;

@@ -99,7 +99,7 @@ TEST_F(YumiImported, TheWrittenUrdfIsWhereRobotStudioSaysAndItsAxesAreX) {
 
 // A node of the GLB, with the joints' nodes turned or shifted along X as an engine does it.
 TEST_F(YumiImported, TheNodesOfTheGlbAreWhereRobotStudioSays) {
-  const Glb glb = TakeApart(FileText(Folder() + "/twin.glb"));
+  const Glb glb = TakeApart(TextOf(Folder() + "/twin.glb"));
   const nlohmann::json& nodes = glb.json["nodes"];
   std::vector<std::size_t> parent(nodes.size(), 0);
   for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -132,7 +132,7 @@ TEST_F(YumiImported, TheNodesOfTheGlbAreWhereRobotStudioSays) {
 // Unreal's components: relative transforms of the table, Roll for a joint. Composed by Unreal's own rules, which for
 // quaternions and vectors are everybody's.
 TEST_F(YumiImported, UnrealsFormulasAreWhereRobotStudioSays) {
-  const nlohmann::json table = nlohmann::json::parse(FileText(Folder() + "/twin.json"));
+  const nlohmann::json table = nlohmann::json::parse(TextOf(Folder() + "/twin.json"));
   const robot::Robot& robot = report_.robot;
   const auto component = [&](std::int32_t link, const std::vector<double>& positions) {
     Transform at;
@@ -222,7 +222,7 @@ TEST(Yumi, TheWorldsArmIsTheFiles) {
 }
 
 TEST_F(YumiImported, MeshesAreSharedAndTheNumbersOfTheGlbFit) {
-  const Glb glb = TakeApart(FileText(Folder() + "/twin.glb"));
+  const Glb glb = TakeApart(TextOf(Folder() + "/twin.glb"));
   EXPECT_EQ(glb.json["nodes"].size(), 1 + 2 * 22 + 21u) << "a visual for every link but two";
   EXPECT_EQ(report_.meshes, 20u);
   EXPECT_LT(glb.json["meshes"].size(), 15u) << "both arms show the same meshes";
@@ -248,7 +248,7 @@ TEST_F(YumiImported, TheSameInputGivesTheSameBytes) {
   const ImportReport again = MustImport(kCalibratedUrdf, scratch_->path() + "/again");
   ASSERT_EQ(again.files, report_.files);
   for (const std::string& file : again.files)
-    EXPECT_TRUE(FileText(scratch_->path() + "/again/" + file) == FileText(Folder() + "/" + file)) << file;
+    EXPECT_TRUE(TextOf(scratch_->path() + "/again/" + file) == TextOf(Folder() + "/" + file)) << file;
 }
 
 }  // namespace

@@ -6,7 +6,6 @@ namespace {
 
 using robot::Vector3;
 
-constexpr double kYumiTick = 0.04;                   // s: 25 Hz
 constexpr int kParts = 2;                            // of a tick: a straight line is followed this finely
 constexpr double kToolReach = 0.05;                  // m a step
 constexpr double kJointReach = 0.05;                 // rad a step
@@ -32,9 +31,9 @@ void YumiArmState::Turn(std::span<const double> moves) {
 // Speeds and the tool after joints have moved from `from` within a tick.
 void YumiArmState::Arrive(const std::array<double, kYumiJoints>& from) {
   const Vector3 at = inverse_.tool().position;
-  for (std::size_t j = 0; j < kYumiJoints; ++j) speeds_[j] = (joints_[j] - from[j]) / kYumiTick;
+  for (std::size_t j = 0; j < kYumiJoints; ++j) speeds_[j] = (joints_[j] - from[j]) / kStep;
   const std::array<double, kGoal> now = {at.x, at.y, at.z};
-  for (std::size_t i = 0; i < kGoal; ++i) tool_speed_[i] = (now[i] - tool_[i]) / kYumiTick;
+  for (std::size_t i = 0; i < kGoal; ++i) tool_speed_[i] = (now[i] - tool_[i]) / kStep;
   tool_ = now;
 }
 
@@ -51,7 +50,7 @@ void YumiArmState::MoveTool(const float* action) {
   const auto way = [&](std::size_t i) { return kToolReach * std::clamp(static_cast<double>(action[i]), -1.0, 1.0); };
   const Vector3 target = Vector3{tool_[0], tool_[1], tool_[2]} + Vector3{way(0), way(1), way(2)};
   std::array<double, kYumiJoints> furthest, moves;
-  for (std::size_t j = 0; j < kYumiJoints; ++j) furthest[j] = inverse_.limits().velocity[j] * kYumiTick / kParts;
+  for (std::size_t j = 0; j < kYumiJoints; ++j) furthest[j] = inverse_.limits().velocity[j] * kStep / kParts;
   Vector3 at{tool_[0], tool_[1], tool_[2]};
   for (int part = 0; part < kParts; ++part) {
     inverse_.Step((1.0 / (kParts - part)) * (target - at), {}, furthest, moves);

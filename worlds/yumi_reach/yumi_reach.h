@@ -24,12 +24,13 @@ enum class YumiReward : std::uint8_t {
   kDense,   ///< minus the distance, m
 };
 
-/// The arm and its goal, whatever the variant. A step is 0.04 s.
+/// The arm and its goal, whatever the variant.
 class YumiArmState {
  public:
   static constexpr std::size_t kGoal = 3;          ///< numbers of a goal: x, y, z in `world`, m
   static constexpr std::size_t kObservation = 20;  ///< joints, their speeds, the tool, its speed; rad, m, s
   static constexpr std::size_t kRow = 2 * kGoal + kObservation;
+  static constexpr double kStep = 0.04;  ///< s that one takes: 25 Hz
 
   YumiArmState();
   /// Ready pose; the goal anywhere in a cube of 0.3 m around its tool point.

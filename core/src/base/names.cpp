@@ -144,6 +144,12 @@ std::string FileNameOf(std::string_view name, std::string_view extension) {
   return out + std::string(extension);
 }
 
+std::string_view CutAtCharacter(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return text;
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
+  return text.substr(0, most);
+}
+
 std::string PrintableLine(std::string text) {
   return Printable(std::move(text), false);
 }

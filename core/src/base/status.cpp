@@ -10,9 +10,7 @@ constexpr std::size_t kLongestMessage = 4096;  // bytes: a screen of text, not a
 std::string CutMessage(std::string message) {
   if (message.size() <= kLongestMessage) return message;
   const std::string whole = std::to_string(message.size());
-  std::size_t end = kLongestMessage;
-  while (end > 0 && (static_cast<unsigned char>(message[end]) & 0xC0) == 0x80) --end;  // not within a character
-  message.resize(end);
+  message.resize(CutAtCharacter(message, kLongestMessage).size());
   return message + "... (" + whole + " bytes)";
 }
 

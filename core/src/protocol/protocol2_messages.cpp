@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "consac/base/json.h"
+#include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "consac/protocol/protocol2.h"
 #include "protocol/protocol2_json.h"
@@ -16,13 +17,6 @@ namespace {
 constexpr JsonLimits kMessageLimits = {.bytes = kLargestJson, .values = std::size_t{1} << 18};
 constexpr std::size_t kEscapedBytes = 6;   // of JSON for a byte of text, at most
 constexpr std::size_t kLongestPath = 512;  // bytes in an ERROR
-
-/// At most `most` bytes of a text in UTF-8, and no part of a character.
-std::string Cut(const std::string& text, std::size_t most) {
-  if (text.size() <= most) return text;
-  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
-  return text.substr(0, most);
-}
 
 }  // namespace
 
@@ -126,17 +120,17 @@ std::string EncodePicture(const Picture& picture) {
 }
 
 std::string EncodeError(const ErrorMessage& error) {
-  std::string message = Cut(error.message, kLargestBeforeWelcome);
+  std::string message(CutAtCharacter(error.message, kLargestBeforeWelcome));
   Json json = {
       {"code", error.code}, {"severity", error.ends_connection ? "connection" : "request"}, {"message", message}};
-  if (!error.path.empty()) json["path"] = Cut(error.path, kLongestPath);
+  if (!error.path.empty()) json["path"] = std::string(CutAtCharacter(error.path, kLongestPath));
   if (error.retry_after_s > 0.0) json["retry_after_s"] = error.retry_after_s;
   if (error.environment >= 0) json["env"] = error.environment;
   if (error.code == "UNSUPPORTED_VERSION") json["protocol"] = {kVersion, kVersion};
   std::string text = JsonText(json);
   while (text.size() > kLargestBeforeWelcome && !message.empty()) {  // R17
     const std::size_t over = (text.size() - kLargestBeforeWelcome + kEscapedBytes - 1) / kEscapedBytes;
-    message = Cut(message, message.size() - std::min(over, message.size()));
+    message.resize(CutAtCharacter(message, message.size() - std::min(over, message.size())).size());
     json["message"] = message;
     text = JsonText(json);
   }

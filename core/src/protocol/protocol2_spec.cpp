@@ -188,6 +188,16 @@ Result<BehaviourSpec> BehaviourFromJson(const Json& json, std::int64_t environme
   return members.Checked("a behaviour of SPEC", std::move(behaviour));
 }
 
+Json SharedMemoryToJson(const SharedMemorySpec& shared) {
+  return {{"path", shared.path},
+          {"bytes", shared.bytes},
+          {"request_offset", shared.request_offset},
+          {"request_bytes", shared.request_bytes},
+          {"result_offset", shared.result_offset},
+          {"result_bytes", shared.result_bytes},
+          {"spin_us", shared.spin_us}};
+}
+
 Result<SharedMemorySpec> SharedMemoryFromJson(const Json& json) {
   if (!json.is_object()) return Fault("MALFORMED", "shm is " + Quote(JsonText(json)) + ", expected an object");
   const Members members{json};
@@ -197,20 +207,9 @@ Result<SharedMemorySpec> SharedMemoryFromJson(const Json& json) {
   const SharedMemorySpec shared = {members.Text("path"),    size("bytes"),         size("request_offset"),
                                    size("request_bytes"),   size("result_offset"), size("result_bytes"),
                                    members.Whole("spin_us")};
-  for (const char* required :
-       {"path", "bytes", "request_offset", "request_bytes", "result_offset", "result_bytes", "spin_us"})
-    members.Need(required);
+  const Json said = SharedMemoryToJson(shared);  // all of which is required
+  for (const auto& [name, value] : said.items()) members.Need(name.c_str());
   return members.Checked("shm", shared);
-}
-
-Json SharedMemoryToJson(const SharedMemorySpec& shared) {
-  return {{"path", shared.path},
-          {"bytes", shared.bytes},
-          {"request_offset", shared.request_offset},
-          {"request_bytes", shared.request_bytes},
-          {"result_offset", shared.result_offset},
-          {"result_bytes", shared.result_bytes},
-          {"spin_us", shared.spin_us}};
 }
 
 }  // namespace

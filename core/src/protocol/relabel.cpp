@@ -16,13 +16,6 @@ namespace {
 
 constexpr std::size_t kRowsOffset = 8;  // in RELABEL
 
-/// The leaf of `desired_goal` that has the same place there as `achieved` has in `achieved_goal`; null: there is none.
-const Leaf* Desired(const Layout& layout, std::string_view below) {
-  const auto found = std::find_if(layout.leaves.begin(), layout.leaves.end(),
-                                  [&](const Leaf& leaf) { return PathBelow(kDesiredGoal, leaf) == below; });
-  return found == layout.leaves.end() ? nullptr : &*found;
-}
-
 /// R93, of `rows` rows.
 Status CheckGoals(const Layout& layout, const std::byte* observations, std::int64_t rows) {
   for (const Leaf& leaf : layout.leaves) {
@@ -49,7 +42,7 @@ bool HasGoals(const Layout& observation) {
     const auto below = PathBelow(kAchievedGoal, leaf);
     if (!below.has_value()) continue;
     ++achieved;
-    const Leaf* like = Desired(observation, *below);
+    const Leaf* like = FindLeafBelow(observation, kDesiredGoal, *below);
     if (like == nullptr || !(like->space == leaf.space)) return false;
   }
   return achieved > 0 && achieved == desired;

@@ -230,6 +230,13 @@ std::optional<std::string_view> PathBelow(std::string_view part, const Leaf& lea
   return rest;
 }
 
+const Leaf* FindLeafBelow(const Layout& layout, std::string_view part, std::string_view rest) {
+  for (const Leaf& leaf : layout.leaves) {
+    if (PathBelow(part, leaf) == rest) return &leaf;
+  }
+  return nullptr;
+}
+
 void EncodeFeatures(const Layout& layout, const std::byte* data, std::int64_t rows, float* features) {
   if (layout.plain_floats) {
     std::memcpy(features, data, static_cast<std::size_t>(rows) * layout.row_bytes);

@@ -6,27 +6,16 @@
 #include "ConsacModelFactory.h"
 #include "EditorFramework/AssetImportData.h"
 #include "Misc/Paths.h"
-#include "consac/nn/net_arch.h"
-#include "graphs.h"
+#include "random_policy.h"
 
 namespace consac::testing {
 namespace {
 
 /// A policy for the road with random weights.
 Policy RoadPolicy(std::uint64_t seed, int seen = 2) {
-  PolicyData data;
-  data.behaviour = "default";
-  data.observation_space = *Space::Box(0, 40, {seen});
-  data.action_space = *Space::Discrete(3);
-  nn::ActorCriticOptions options;
-  options.arch = {{}, {16}, {16}};
-  options.observation_size = seen;
-  options.action_size = 3;
-  data.network = nn::ActorCritic(options);
-  const auto network = nn::Network::Create(data.network);
-  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
   Rng rng(seed, 0);
-  network->Initialise(rng, data.parameters);
+  PolicyData data = RandomPolicyData(*Space::Box(0, 40, {seen}), *Space::Discrete(3), seen, 3, {16}, rng);
+  data.behaviour = "default";
   for (float& parameter : data.parameters) parameter = static_cast<float>(rng.Between(-2.0, 2.0));
   data.training_json = R"({"algorithm": "ppo2", "steps": 20000})";
   return *Policy::Create(std::move(data), 1);

@@ -6,27 +6,16 @@
 #include <limits>
 #include <map>
 
-#include "consac/nn/net_arch.h"
 #include "consac/nn/network.h"
-#include "graphs.h"
+#include "random_policy.h"
 
 namespace consac::testing {
 namespace {
 
 /// A model of the road with random weights, as a file.
 void WriteModel(const std::string& path) {
-  PolicyData data;
-  data.observation_space = *Space::Box(0, 40, {2});
-  data.action_space = *Space::Discrete(3);
-  nn::ActorCriticOptions options;
-  options.arch = {{}, {8}, {8}};
-  options.observation_size = 2;
-  options.action_size = 3;
-  data.network = nn::ActorCritic(options);
-  const auto network = nn::Network::Create(data.network);
-  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
   Rng rng(1, 1);
-  network->Initialise(rng, data.parameters);
+  PolicyData data = RandomPolicyData(*Space::Box(0, 40, {2}), *Space::Discrete(3), 2, 3, {8}, rng);
   ASSERT_TRUE(Policy::Create(std::move(data), 1)->ToFile(1).Save(path).ok());
 }
 

@@ -1,6 +1,5 @@
 // Predict and Predict Many beside the core's own policy, where an action is numbers.
-#include "consac/nn/net_arch.h"
-#include "graphs.h"
+#include "random_policy.h"
 #include "tests/remembering.h"
 
 namespace consac::testing {
@@ -11,19 +10,9 @@ constexpr float kBound = 0.0625f;  // of an action's numbers
 
 /// A policy with random weights that are large enough for some actions to meet their bounds.
 Policy RandomPolicy() {
-  PolicyData data;
-  data.observation_space = *Space::Box(-2, 2, {kSeen});
-  data.action_space = *Space::Box(-kBound, kBound, {kDone});
-  nn::ActorCriticOptions options;
-  options.arch = {{}, {64, 64}, {64, 64}};
-  options.observation_size = kSeen;
-  options.action_size = kDone;
-  data.network = nn::ActorCritic(options);
-  const auto network = nn::Network::Create(data.network);
-  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
   Rng rng(4, 4);
-  network->Initialise(rng, data.parameters);
-  for (float& parameter : data.parameters) parameter *= 3.0f;
+  PolicyData data = RandomPolicyData(*Space::Box(-2, 2, {kSeen}), *Space::Box(-kBound, kBound, {kDone}), kSeen, kDone,
+                                     {64, 64}, rng, 3.0f);
   data.log_std.assign(kDone, -1.0f);
   return *Policy::Create(std::move(data), 1);
 }

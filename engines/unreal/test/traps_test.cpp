@@ -4,9 +4,8 @@
 #include "ConsacCameraSensorComponent.h"
 #include "ConsacHyperparameters.h"
 #include "Misc/App.h"
-#include "consac/nn/net_arch.h"
 #include "consac/policy/training_facts.h"
-#include "graphs.h"
+#include "random_policy.h"
 
 namespace consac::testing {
 namespace {
@@ -18,21 +17,19 @@ bool Logged(const std::string& what) {
 
 /// The model of an agent that sees "coin" and "place", one number each, and does "aim" and "move": random weights.
 Policy TwoByTwo(const char* coin = "coin", const char* place = "place") {
-  PolicyData data;
-  data.observation_space = *Space::Dict({{coin, *Space::Box(0, 40, {1})}, {place, *Space::Box(0, 40, {1})}});
-  data.action_space = *Space::Dict({{"aim", *Space::Box(-1, 1, {2})}, {"move", *Space::Box(-1, 1, {1})}});
-  nn::ActorCriticOptions options;
-  options.arch = {{}, {8}, {8}};
-  options.observation_size = 2;
-  options.action_size = 3;
-  data.network = nn::ActorCritic(options);
-  const auto network = nn::Network::Create(data.network);
-  data.parameters.resize(static_cast<std::size_t>(network->parameter_count()));
   Rng rng(4, 4);
-  network->Initialise(rng, data.parameters);
-  for (float& parameter : data.parameters) parameter *= 10.0f;
+  PolicyData data = RandomPolicyData(
+      *Space::Dict({{coin, *Space::Box(0, 40, {1})}, {place, *Space::Box(0, 40, {1})}}),
+      *Space::Dict({{"aim", *Space::Box(-1, 1, {2})}, {"move", *Space::Box(-1, 1, {1})}}), 2, 3, {8}, rng, 10.0f);
   data.log_std.assign(3, -1.0f);
   return *Policy::Create(std::move(data), 1);
+}
+
+void ExpectStarts(AConsacTrainer& trainer) {
+  EConsacResult result = EConsacResult::Failed;
+  FString error;
+  trainer.StartTraining(result, error);
+  EXPECT_EQ(result, EConsacResult::Success) << Text(error);
 }
 
 FConsacNumbers Row(const TCHAR* name, std::initializer_list<float> values) {
@@ -252,10 +249,7 @@ TEST(Traps, WhatMovesByPhysicsIsNotSteppedSeveralTimesInATick) {
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_NE(errors[0].find("Max Steps Per Tick is 64"), std::string::npos) << errors[0];
   trainer->MaxStepsPerTick = 1;
-  EConsacResult result = EConsacResult::Failed;
-  FString error;
-  trainer->StartTraining(result, error);
-  EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  ExpectStarts(*trainer);
 }
 
 TEST(Traps, ABodyBelowTheRootAndANewcomerAreLookedAtToo) {
@@ -281,10 +275,7 @@ TEST(Traps, ABodyBelowTheRootAndANewcomerAreLookedAtToo) {
   // With several ticks to a decision one step is taken in a tick anyway.
   trainer->StopTraining();
   first.agent->DecisionPeriod = late.agent->DecisionPeriod = 2;
-  EConsacResult result = EConsacResult::Failed;
-  FString error;
-  trainer->StartTraining(result, error);
-  EXPECT_EQ(result, EConsacResult::Success) << Text(error);
+  ExpectStarts(*trainer);
 }
 
 TEST(Traps, EpisodesThatEndWithTheirFirstStepAreToldOf) {

@@ -15,13 +15,6 @@ std::size_t LeafBytes(const Leaf& leaf) {
   return static_cast<std::size_t>(leaf.count) * SizeOf(leaf.dtype);
 }
 
-const Leaf* FindLeaf(const Layout& layout, std::string_view part, std::string_view rest) {
-  for (const Leaf& leaf : layout.leaves) {
-    if (PathBelow(part, leaf) == rest) return &leaf;
-  }
-  return nullptr;
-}
-
 /// Of a minibatch of `rows`, k of k + 1.
 std::int64_t Wanted(std::int64_t rows, std::int64_t k) {
   return rows * k / (k + 1);
@@ -44,7 +37,7 @@ Status Hindsight::GoalsFit(const BehaviourSpec& behaviour) {
       const auto rest = PathBelow(achieved ? kAchievedGoal : kDesiredGoal, leaf);
       if (!rest.has_value()) continue;
       ++goals;
-      const Leaf* other = FindLeaf(layout, achieved ? kDesiredGoal : kAchievedGoal, *rest);
+      const Leaf* other = FindLeafBelow(layout, achieved ? kDesiredGoal : kAchievedGoal, *rest);
       if (other == nullptr || !(other->space == leaf.space)) return refuse(Quote(leaf.name) + " has no like in those");
     }
   }
@@ -57,7 +50,7 @@ std::vector<Hindsight::Part> Hindsight::PartsOf(const BehaviourSpec& behaviour) 
   for (const Leaf& leaf : layout.leaves) {
     const auto rest = PathBelow(kAchievedGoal, leaf);
     if (!rest.has_value()) continue;
-    const Leaf* desired = FindLeaf(layout, kDesiredGoal, *rest);
+    const Leaf* desired = FindLeafBelow(layout, kDesiredGoal, *rest);
     CONSAC_ASSERT(desired != nullptr);
     if (desired != nullptr) parts.push_back({leaf.offset, desired->offset, LeafBytes(leaf)});
   }

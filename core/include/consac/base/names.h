@@ -38,6 +38,8 @@ std::string AsFolderName(std::string_view text, std::size_t most = kLongestFolde
 /// do not count, see CheckNamesTogether. Never a path. `extension` is ours: ".consac".
 std::string FileNameOf(std::string_view name, std::string_view extension);
 
+/// As much of `text` as `most` bytes hold without a part of a UTF-8 character.
+std::string_view CutAtCharacter(std::string_view text, std::size_t most);
 /// `text` as one line: UTF-8 that shows stays; control characters (line ends and escape too), what turns the direction
 /// of writing, what shows nothing and bytes that are no UTF-8 become \xNN, byte by byte. Cost: one pass.
 std::string PrintableLine(std::string text);

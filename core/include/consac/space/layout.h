@@ -45,6 +45,8 @@ inline constexpr std::string_view kAchievedGoal = "achieved_goal", kDesiredGoal 
 /// Where `leaf` lies below `part` of its tree: "/x" of "part/x", "" of `part` itself; null: elsewhere. A view of its
 /// name.
 std::optional<std::string_view> PathBelow(std::string_view part, const Leaf& leaf);
+/// The leaf that lies at `rest` below `part`, in PathBelow's words; null: there is none. Cost: all leaves.
+const Leaf* FindLeafBelow(const Layout& layout, std::string_view part, std::string_view rest);
 /// Writes the flattened, one-hot form of `rows` rows as network input, in Gymnasium's order.
 /// `data` is [rows, row_bytes], `features` is [rows, feature_count].
 void EncodeFeatures(const Layout& layout, const std::byte* data, std::int64_t rows, float* features);
