@@ -122,7 +122,9 @@ Status Conversation::DoSend(const Case& what) {
     payload = payloads_.Of(kind, result_, leaf);
   }
   payload.resize(std::max(payload.size(), what.value("blanks", std::size_t{0})), ' ');
-  const std::uint64_t request = what["request"] == "next" ? request_ + 1 : what["request"].get<std::uint64_t>();
+  const std::uint64_t request = what["request"] == "next"    ? request_ + 1
+                                : what["request"] == "again" ? request_
+                                                             : what["request"].get<std::uint64_t>();
   return Ask(FrameTypeOf(what["type"]), request, payload, what);
 }
 

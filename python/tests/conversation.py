@@ -81,7 +81,7 @@ class Conversation:
                 return
         elif "payload" in what:
             payload = self.payload(what["payload"] + {"discrete": " by one", "discrete, below": " below"}.get(what.get("leaf"), ""))
-        request = self.last + 1 if what["request"] == "next" else what["request"]
+        request = {"next": self.last + 1, "again": self.last}.get(what["request"], what["request"])
         self.ask(kind, request, payload, what)
 
     def ask(self, kind, request, payload, how={}):
