@@ -6,12 +6,14 @@ import pytest
 
 from test_native import built  # noqa: F401 (the extension must be there)
 from test_traps import DRAWS, WORLDS
+from test_twin import yumi  # noqa: F401
 
-# An agent without entries, two syncs, a sensor without its node, a body in loop mode.
+# An agent without entries, two syncs, a sensor without its node, a body in loop mode, a twin and one without its files.
 WARNED = """[gd_scene format=3]
 [ext_resource type="Script" path="res://addons/consac/consac_sync.gd" id="1"]
 [ext_resource type="Script" path="res://addons/consac/consac_agent.gd" id="2"]
 [ext_resource type="Script" path="res://addons/consac/sensors/ray_sensor_2d.gd" id="3"]
+[ext_resource type="Script" path="res://addons/consac/twin/consac_twin.gd" id="4"]
 [node name="World" type="Node2D"]
 [node name="Body" type="RigidBody2D" parent="."]
 [node name="ConsacSync" type="Node" parent="."]
@@ -23,17 +25,22 @@ script = ExtResource("1")
 script = ExtResource("2")
 [node name="Rays" type="Node" parent="Agent"]
 script = ExtResource("3")
+[node name="Twin" type="Node3D" parent="."]
+script = ExtResource("4")
+folder = "YUMI"
+[node name="Lost" type="Node3D" parent="."]
+script = ExtResource("4")
 """
 
 
 @pytest.fixture
-def editor(godot, display, tmp_path):
+def editor(godot, display, yumi, tmp_path):
     plugin = godot.project / "addons/drive"
     plugin.mkdir(exist_ok=True)
     (plugin / "plugin.cfg").write_text('[plugin]\nname="Drive"\ndescription="Drive"\nauthor="-"\nversion="1"\nscript="plugin.gd"\n')
     source = (WORLDS / "editor_drive.gd").read_text().replace('const FOLDER := ""', f'const FOLDER := "{tmp_path}"')
     (plugin / "plugin.gd").write_text(source)
-    (godot.project / "warned.tscn").write_text(WARNED)
+    (godot.project / "warned.tscn").write_text(WARNED.replace("YUMI", str(yumi)))
     settings = godot.project / "project.godot"
     before = settings.read_text()
     settings.write_text(before.replace('cfg")', 'cfg", "res://addons/drive/plugin.cfg")'))
@@ -51,6 +58,8 @@ def test_the_editor_as_a_person_uses_it(editor, tmp_path):
     for warning in ("The scene has several ConsacSync nodes", "Agent: it has no actions; add a ConsacEntry for each.",
                     "Agent/Rays: body is empty", "loop_mode stops the engine's physics, and Body is a RigidBody2D"):
         assert f"drive: warning: {warning}" in output, output
+    assert "drive: Twin: 16 joints, []" in output, output
+    assert 'drive: Lost: 0 joints, ["folder is empty; set it to what consac twin import has made."]' in output, output
     assert "drive: warnings of the road: []" in output and "drive: by hand of loop_mode: 0" in output, output
     assert int(re.search(r"points of the curve: (\d+)", output).group(1)) >= 6 and '"mean_episode_reward"' in output, output
     assert "drive: playing after stop: false" in output and "drive: saved: true" in output, output

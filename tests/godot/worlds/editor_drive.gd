@@ -22,6 +22,8 @@ func _ready() -> void:
 	var sync := (await _open("res://warned.tscn")).get_node("ConsacSync")
 	for warning in sync._get_configuration_warnings():
 		print("drive: warning: ", warning)
+	for twin: ConsacTwin in [sync.get_node("../Twin"), sync.get_node("../Lost")]:
+		print("drive: ", twin.name, ": ", twin.joint_names().size(), " joints, ", twin._get_configuration_warnings())
 	sync.mode = ConsacSync.Mode.BY_HAND
 	var of_loop := Array(sync._get_configuration_warnings()).filter(func(text: String) -> bool: return text.contains("loop_mode"))
 	print("drive: by hand of loop_mode: ", of_loop.size())
