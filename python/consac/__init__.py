@@ -1,14 +1,15 @@
 """Engines of CONSAC in Python: `env = consac.make("tcp://127.0.0.1:5005")`."""
 __version__ = "0.1.0"
 
-from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, Refused, SpecMismatch
+from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProgramError, ProtocolError, Refused, SpecMismatch
 
 _LAZY = {"make": "env", "ConsacEnv": "env", "make_vec": "vector", "ConsacVectorEnv": "vector", "ConsacParallelEnv": "pettingzoo", "ConsacVecEnv": "sb3",
-         "Connection": "client", "connect": "client", "Server": "serve", "load_policy": "policy", "load_policies": "policy"}
+         "Connection": "client", "connect": "client", "Server": "serve", "load_policy": "policy", "load_policies": "policy",
+         "train": "training", "Training": "training", "Progress": "training", "find_program": "program"}
 
-_MODULES = ("env", "vector", "pettingzoo", "sb3", "rllib", "client", "policy", "serve", "wire")
+_MODULES = ("env", "vector", "pettingzoo", "sb3", "rllib", "client", "policy", "serve", "wire", "training", "program")
 
-__all__ = ["__version__", "ConnectionLost", "ConsacError", "DeadlineExceeded", "EngineBusy", "EngineError", "ProtocolError", "Refused", "SpecMismatch", *_LAZY, "serve"]
+__all__ = ["__version__", "ConnectionLost", "ConsacError", "DeadlineExceeded", "EngineBusy", "EngineError", "ProgramError", "ProtocolError", "Refused", "SpecMismatch", *_LAZY, "serve"]
 
 
 def __getattr__(name: str):

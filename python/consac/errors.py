@@ -68,3 +68,11 @@ class SpecMismatch(EngineError):
 
 
 KINDS = {"AUTH_FAILED": Refused, "UNSUPPORTED_VERSION": Refused, "CAPACITY": EngineBusy, "SHUTTING_DOWN": EngineBusy, "SPEC_MISMATCH": SpecMismatch}
+
+
+class ProgramError(ConsacError):
+    """The program `consac` is not there, or ended with a failure; `exit_code` is its own (docs/program.md), None where it did not run."""
+
+    def __init__(self, message: str, exit_code: int | None = None):
+        super().__init__(message)
+        self.exit_code = exit_code
