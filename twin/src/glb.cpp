@@ -1,6 +1,5 @@
 // Binary glTF 2.0: a header, a chunk of JSON, a chunk of numbers. Source: Khronos, glTF 2.0, 4.4.
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +8,7 @@
 #include "consac/base/version.h"
 #include "consac/robot/conventions.h"
 #include "consac/robot/table.h"
+#include "looks.h"
 #include "scene.h"
 
 namespace consac::twin {
@@ -19,36 +19,15 @@ using robot::Convention;
 
 constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr int kFloat = 5126, kUnsigned = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
-constexpr double kRoughness = 0.6;  // where nobody knows: painted metal and plastics
-
-// Colours of displays are made linear. Source: IEC 61966-2-1.
-double Linear(double value) {
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
 
 void PutWord(std::uint32_t value, std::vector<std::byte>* out) {
   for (int i = 0; i < 4; ++i) out->push_back(static_cast<std::byte>(value >> (8 * i)));
 }
 
-// Materials and meshes of the scene; equal ones are one.
+// Meshes of the scene, and their materials; equal ones are one.
 class Looks {
  public:
   explicit Looks(const Scene& scene) : scene_(scene) {}
-
-  std::size_t Material(const Colour& colour, const std::string& name) {
-    for (std::size_t i = 0; i < colours_.size(); ++i) {
-      if (colours_[i] == colour) return i;
-    }
-    colours_.push_back(colour);
-    Json factor = Json::array();
-    for (std::size_t i = 0; i < 4; ++i) factor.push_back(i < 3 ? Linear(colour[i]) : colour[i]);
-    Json material = {{"name", name.empty() ? "colour " + std::to_string(colours_.size()) : name},
-                     {"pbrMetallicRoughness",
-                      {{"baseColorFactor", factor}, {"metallicFactor", 0.0}, {"roughnessFactor", kRoughness}}}};
-    if (colour[3] < 1.0) material["alphaMode"] = "BLEND";
-    materials.push_back(std::move(material));
-    return colours_.size() - 1;
-  }
 
   // The mesh that shows visual `v`.
   std::size_t MeshOf(std::size_t v) {
@@ -57,13 +36,10 @@ class Looks {
     Json primitives = Json::array();
     const Geometry& looks = scene_.geometries[geometry];
     for (std::size_t part = 0; part < looks.parts.size(); ++part) {
-      const bool own = !shape.has_colour && looks.parts[part].colour.has_value();
-      const std::size_t material =
-          Material(own ? *looks.parts[part].colour : shape.colour, own || !shape.has_colour ? "" : shape.material);
       primitives.push_back(
           {{"attributes", {{"POSITION", first_accessor[geometry]}, {"NORMAL", first_accessor[geometry] + 1}}},
            {"indices", first_accessor[geometry] + 2 + part},
-           {"material", material}});
+           {"material", palette_.Of(shape, looks.parts[part])}});
     }
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       if (meshes[i]["primitives"] == primitives) return i;
@@ -73,12 +49,27 @@ class Looks {
     return meshes.size() - 1;
   }
 
-  Json materials = Json::array(), meshes = Json::array();
+  // Those of the meshes so far.
+  Json Materials() const {
+    Json materials = Json::array();
+    for (const auto& [name, colour] : palette_.materials()) {
+      const auto [red, green, blue] = LinearOf(colour);
+      materials.push_back({{"name", name},
+                           {"pbrMetallicRoughness",
+                            {{"baseColorFactor", {red, green, blue, colour[3]}},
+                             {"metallicFactor", 0.0},
+                             {"roughnessFactor", kRoughness}}}});
+      if (colour[3] < 1.0) materials.back()["alphaMode"] = "BLEND";
+    }
+    return materials;
+  }
+
+  Json meshes = Json::array();
   std::vector<std::size_t> first_accessor;  // [geometries]
 
  private:
   const Scene& scene_;
-  std::vector<Colour> colours_;
+  Palette palette_;
 };
 
 Json Node(const std::string& name, const robot::Transform& at) {
@@ -189,7 +180,7 @@ Status WriteGlb(const Scene& scene, const LoadGeometry& load, const std::string&
   json["nodes"] = NodesOf(scene, &looks);
   if (numbers > 0) {  // an empty list is no glTF
     json["meshes"] = std::move(looks.meshes);
-    json["materials"] = std::move(looks.materials);
+    json["materials"] = looks.Materials();
     json["accessors"] = std::move(accessors);
     json["bufferViews"] = std::move(views);
     json["buffers"] = Json::array({{{"byteLength", numbers}}});

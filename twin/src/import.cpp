@@ -102,8 +102,8 @@ class Importer {
     Place(model->visuals, &scene_.visuals);
     Place(model->collisions, &scene_.collisions);
     Allow(model->allowed_collisions);
-    // Copies, measures and writes meshes, and looks at links.
-    parts_ = 3 * scene_.visuals.size() + scene_.collisions.size() + scene_.robot.links.size();
+    // Copies, measures and writes meshes twice, and looks at links.
+    parts_ = 4 * scene_.visuals.size() + 2 * scene_.collisions.size() + scene_.robot.links.size();
     return {};
   }
 
@@ -346,6 +346,8 @@ class Importer {
     WarnOfMasses();
     CONSAC_RETURN_IF_ERROR(WriteGlb(scene_, load, folder_.file("twin.glb")));
     report_.files.push_back("twin.glb");
+    CONSAC_RETURN_IF_ERROR(WriteUsd(scene_, load, folder_.file("twin.usda")));
+    report_.files.push_back("twin.usda");
     CONSAC_RETURN_IF_ERROR(Put("twin.urdf", WriteUrdf(scene_.robot, scene_.visuals, scene_.collisions)));
     const MjcfText mjcf = WriteMjcf(scene_);
     std::vector<std::string> massless;

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <set>
 
 #include "consac/robot/kinematics.h"
@@ -15,8 +14,7 @@ namespace {
 using robot::JointType;
 using robot::Transform;
 
-constexpr double kStiffness = 100.0;  // of the position actuators, N m/rad: a start, to be tuned for the robot
-constexpr double kArmature = 0.01;    // kg m^2: what the rotor of a small geared motor adds
+constexpr double kArmature = 0.01;  // kg m^2: what the rotor of a small geared motor adds
 
 class MjcfWriter {
  public:
@@ -45,19 +43,8 @@ class MjcfWriter {
   }
 
  private:
-  // Where a joint is held by limits that are equal, its own or those of the joint it follows. MuJoCo takes no range
-  // without a length, so such a joint is none there.
-  std::optional<double> HeldAt(const robot::Joint& joint) const {
-    if (joint.type == JointType::kFixed) return std::nullopt;
-    const robot::JointDrive& leader = robot_.LeaderOf(joint).drive;
-    if (leader.lower == leader.upper) return joint.multiplier * leader.lower + joint.offset;
-    return joint.drive.lower == joint.drive.upper ? std::optional(joint.drive.lower) : std::nullopt;
-  }
-  bool Moves(const robot::Joint& joint) const { return joint.type != JointType::kFixed && !HeldAt(joint).has_value(); }
-  Transform RestOf(const robot::Joint& joint) const {
-    const std::optional<double> held = HeldAt(joint);
-    return held.has_value() ? joint.rest * JointMotion(joint, *held) : joint.rest;
-  }
+  bool Moves(const robot::Joint& joint) const { return ::consac::twin::Moves(robot_, joint); }
+  Transform RestOf(const robot::Joint& joint) const { return ::consac::twin::RestOf(robot_, joint); }
   bool HasInertial(std::size_t link) const {
     const auto& inertial = robot_.links[link].inertial;
     return inertial.has_value() && inertial->mass > 0.0;
@@ -221,7 +208,7 @@ class MjcfWriter {
     pugi::xml_node node = actuator.append_child("position");
     Set(node, "name", joint.name);
     Set(node, "joint", joint.name);
-    Set(node, "kp", kStiffness);
+    Set(node, "kp", kDriveStiffness);
     AddRange(node, joint, "ctrllimited", "ctrlrange");
     const double force[] = {-joint.drive.effort, joint.drive.effort};
     const bool forced = std::isfinite(joint.drive.effort) && joint.drive.effort > 0.0;

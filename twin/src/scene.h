@@ -2,6 +2,7 @@
 // What the writers write from: shapes placed on a robot's links, and the geometries they share. Private to twin.
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,16 @@ struct Scene {
   std::vector<MeshFile> files;               ///< PlacedShape::mesh
 };
 
+inline constexpr double kDriveStiffness = 100.0;  ///< N m/rad, N/m of motors: a start, to be tuned for the robot
+
+/// Where a joint is held by limits that are equal, its own or those of the joint it follows. Simulators take no range
+/// without a length, so such a joint is fixed in what is written for them.
+std::optional<double> HeldAt(const robot::Robot& robot, const robot::Joint& joint);
+/// Whether it is neither fixed nor held.
+bool Moves(const robot::Robot& robot, const robot::Joint& joint);
+/// Its frame in the parent link's: at rest, or where it is held.
+robot::Transform RestOf(const robot::Robot& robot, const robot::Joint& joint);
+
 /// Reads a geometry's triangles again.
 using LoadGeometry = std::function<Result<Triangles>(const Geometry&)>;
 
@@ -48,6 +59,11 @@ using LoadGeometry = std::function<Result<Triangles>(const Geometry&)>;
 /// that stands where it is and one that moves (robot::NodeNamesOf), below it a node for each visual. Geometries are
 /// written once and shared. The same bytes for the same scene. Errors of `load` and of the file.
 Status WriteGlb(const Scene& scene, const LoadGeometry& load, const std::string& path);
+
+/// Writes the scene as USD text with UsdPhysics, one geometry in memory at a time: links side by side below an
+/// articulation's root, joints about X with limits and drives, meshes once and referenced, collision shapes as guides.
+/// The same bytes for the same scene. Errors of `load` and of the file.
+Status WriteUsd(const Scene& scene, const LoadGeometry& load, const std::string& path);
 
 /// A robot as MJCF.
 struct MjcfText {

@@ -1,5 +1,6 @@
 // ABB's YuMi against ten poses of RobotStudio, by every path: the file, the joint table, the nodes of the GLB, Unreal's
-// formulas, the URDF that was written. Numbers: 0.01 mm and 0.01 degrees; the public file's elbow is off by 1.38 mm.
+// formulas, the frames of the USD's joints, the URDF that was written. Numbers: 0.01 mm and 0.01 degrees; the public
+// file's elbow is off by 1.38 mm.
 #include <chrono>
 
 #include "consac/robot/conventions.h"
@@ -156,6 +157,38 @@ TEST_F(YumiImported, UnrealsFormulasAreWhereRobotStudioSays) {
       OffReference(robot, ReferencePoses(kYumi), [&](const std::vector<double>& positions, std::int32_t link) {
         const Transform rebased = TransformFrom(Convention::kUnreal, component(link, positions));
         return rebased * Transform{Inverse(robot.joints[static_cast<std::size_t>(link) - 1].axis_turn), {}};
+      }));
+}
+
+// The joints' frames of the USD, which stand in the order of the table.
+TEST_F(YumiImported, TheJointFramesOfTheUsdAreWhereRobotStudioSays) {
+  const std::string text = TextOf(Folder() + "/twin.usda");
+  const robot::Robot& robot = report_.robot;
+  std::vector<Transform> rests;
+  const auto numbers = [&](const std::string& name, std::size_t from, std::size_t count) {
+    std::vector<double> out;
+    std::size_t at = text.find(name + " = (", from) + name.size() + 4;
+    for (; out.size() < count; at = text.find_first_of(",)", at) + 1) out.push_back(std::strtod(&text[at], nullptr));
+    return out;
+  };
+  for (const robot::Joint& joint : robot.joints) {
+    const std::size_t at = text.find("Joint \"" + joint.name + "\"");
+    ASSERT_NE(at, std::string::npos) << joint.name;
+    const std::vector<double> p = numbers("physics:localPos0", at, 3), q = numbers("physics:localRot0", at, 4);
+    rests.push_back({{q[1], q[2], q[3], q[0]}, {p[0], p[1], p[2]}});
+  }
+  const auto rebased = [&](const std::vector<double>& positions, std::int32_t link) {
+    Transform at;
+    for (; link > 0; link = robot.joints[static_cast<std::size_t>(link) - 1].parent) {
+      const auto j = static_cast<std::size_t>(link) - 1;
+      at = rests[j] * JointMotion(robot.joints[j], JointPosition(robot.joints[j], positions)) * at;
+    }
+    return at;
+  };
+  ExpectReference(
+      OffReference(robot, ReferencePoses(kYumi), [&](const std::vector<double>& positions, std::int32_t link) {
+        const Transform turn{Inverse(robot.joints[static_cast<std::size_t>(link) - 1].axis_turn), {}};
+        return rebased(positions, link) * turn;
       }));
 }
 

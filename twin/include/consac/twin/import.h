@@ -55,9 +55,9 @@ struct ImportReport {
 /// Reads a description: a URDF or an MJCF. CAD files are for Import. kInvalidArgument says what is read where it is
 /// something else; errors name the file.
 Result<Model> ReadModel(const std::string& path);
-/// Reads `path`, writes twin.glb, twin.json, twin.urdf, twin.xml (MJCF), report.json and meshes/*.stl, of a CAD file
-/// candidates.json too. The same bytes for the same input. One mesh is in memory at a time. Errors are one line;
-/// nothing is left then.
+/// Reads `path`, writes twin.glb, twin.usda, twin.json, twin.urdf, twin.xml (MJCF), report.json and meshes/*.stl, of a
+/// CAD file candidates.json too. The same bytes for the same input. One mesh is in memory at a time. Errors are one
+/// line; nothing is left then.
 Result<ImportReport> Import(const std::string& path, const ImportOptions& options);
 /// What is looked for in a CAD file: its components and joint candidates, and what became of each.
 Result<CadRobot> FindCandidates(const std::string& path, const CadOptions& options, const ImportProgress& progress);
