@@ -5,65 +5,14 @@
 
 #include "consac/run/training.h"
 #include "consac/server/env_client.h"
-#include "engines/host/test/ticked_engine.h"
 #include "tests/protocol2_peers.h"
 #include "tests/support.h"
+#include "tests/ticking_host.h"
 
 namespace consac::testing {
 namespace {
 
-constexpr std::int64_t kSteps = 4096;
-
-/// An engine that ticks on a thread of its own and waits for its trainer within a tick, or not.
-class TickingHost {
- public:
-  TickingHost(const char* world, std::int32_t copies, int period, double wait_s) {
-    host::ServeOptions options;
-    options.endpoint.port = 0;
-    options.server.training_length = kSteps;
-    engine_ = std::make_unique<TickedEngine>(world, copies, period);
-    driver_ = *host::Serve(engine_->world(), options);
-    thread_ = std::thread([this, wait_s] {
-      while (!stop_) {
-        in_step_ = engine_->world().cue() == host::Cue::kAct;
-        if (in_step_ && held_) {
-          std::this_thread::sleep_for(std::chrono::milliseconds(1));
-          continue;
-        }
-        (void)engine_->Tick(*driver_, wait_s);
-        finished_ = driver_->finished();
-        if (wait_s == 0.0) std::this_thread::yield();
-      }
-    });
-  }
-  ~TickingHost() {
-    finished_ = true;
-    Stop();
-  }
-  /// Whether the training ended in order, as the engine sees it soon.
-  bool Stop() {
-    for (const double until = Now() + 2.0; !finished_ && Now() < until;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    stop_ = true;
-    if (thread_.joinable()) thread_.join();
-    return finished_;
-  }
-  /// Steps that begin from now on do not end until it is called with false.
-  void Hold(bool held) { held_ = held; }
-  void AwaitStep() const {
-    for (const double until = Now() + 2.0; !in_step_ && Now() < until;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    ASSERT_TRUE(in_step_);
-  }
-  const EnvSpec& spec() const { return engine_->world().spec(); }
-  std::string url() const { return "tcp://127.0.0.1:" + std::to_string(driver_->port()); }
-
- private:
-  std::unique_ptr<TickedEngine> engine_;
-  std::unique_ptr<host::Driver> driver_;
-  std::atomic<bool> stop_{false}, finished_{false}, held_{false}, in_step_{false};
-  std::thread thread_;
-};
+constexpr std::int64_t kSteps = TickingHost::kSteps;
 
 run::RunConfig Quiet(const std::string& world, const ScratchFolder& folder, const char* name) {
   run::RunConfig config;
@@ -140,6 +89,24 @@ TEST(EngineInTicks, TeachesTheLearnerInsideTheSame) {
   const std::string path = folder.path() + "/inside.consac";
   ASSERT_TRUE(driver->SaveModel(0, path).ok());
   EXPECT_EQ(Policy::Load(path)->data().parameters, Policy::Load(outside->models[0].path)->data().parameters);
+}
+
+/// Hindsight on point reach, over a connection.
+TEST(EngineInTicks, TeachesGoalsThatWereNotMeantTheSame) {
+  const ScratchFolder folder("goals_in_ticks");
+  const auto by_hindsight = [&](const std::string& world, const char* name) {
+    run::RunConfig config = Quiet(world, folder, name);
+    config.algorithm = "sac";
+    config.hyperparameters = {{"replay_buffer_class", "HerReplayBuffer"}, {"net_arch", "[16]"}, {"batch_size", "32"}};
+    return WeightsOf(config);
+  };
+  TickingHost host("point-reach-v0", 2, 1, 0.01);
+  const std::uint64_t ticked = by_hindsight(host.url(), "ticks");
+  EXPECT_TRUE(host.Stop());
+  EnvServerOptions options;
+  options.training_length = kSteps;
+  const ServedWorld served((*worlds::FindWorld("point-reach-v0"))->create(2), options);
+  EXPECT_EQ(ticked, by_hindsight(served.url(), "at_once"));
 }
 
 // The step that was under way is carried out once, whether its trainer was there to hear of it or not.

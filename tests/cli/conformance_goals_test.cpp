@@ -3,6 +3,7 @@
 
 #include "tests/cli/program_fixture.h"
 #include "tests/mixed_env.h"
+#include "tests/ticking_host.h"
 
 namespace consac::testing {
 namespace {
@@ -18,6 +19,16 @@ TEST_F(ConformanceOfGoals, EveryCaseHoldsForABehaviourWithGoalsBesideOneWithout)
   const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
   EXPECT_EQ(outcome.code, 0) << outcome.out;
   EXPECT_THAT(outcome.out, HasSubstr("holds        RELABEL of a behaviour without goals"));
+  EXPECT_THAT(outcome.out, HasSubstr("holds        rows as they came are worth what was paid for them"));
+}
+
+// Priced by their distance, as agents of a game's are.
+TEST_F(ConformanceOfGoals, EveryCaseHoldsForAWorldInAnEnginesTicks) {
+  host::Goals goals;
+  goals.reward = host::GoalReward::kDense;
+  const TickingHost engine("point-reach-dense-v0", 2, 1, 0.001, goals);
+  const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
   EXPECT_THAT(outcome.out, HasSubstr("holds        rows as they came are worth what was paid for them"));
 }
 

@@ -6,6 +6,7 @@
 
 #include "consac/base/hooks.h"
 #include "consac/base/text.h"
+#include "consac/protocol/relabel.h"
 #include "tick_world_state.h"
 
 namespace consac::host {
@@ -60,6 +61,19 @@ Status MendReward(const BehaviourSpec& behaviour, std::int64_t place, float* rew
   *reward = 0.0f;
   return {StatusCode::kNonFinite, "the reward of agent " + std::to_string(place) + " of '" + behaviour.name +
                                       "' is NaN or infinite; 0 was taken instead"};
+}
+
+/// Warns, once for each behaviour, where an agent was given something else than its goals are worth.
+void WatchPay(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, float given, float worth) {
+  constexpr float kRounding = 1e-4f;  // as protocol 2 has it (R96)
+  const bool silent = herd.goals.pays() && given == 0.0f;
+  if (herd.differed || silent || std::fabs(given - worth) <= kRounding * (1.0f + std::fabs(worth))) return;
+  herd.differed = true;
+  Log(LogLevel::kWarning,
+      "agent " + std::to_string(place) + " of '" + behaviour.name + "' was given a reward of " + NumberText(given) +
+          ", but its goals are worth " + NumberText(worth) +
+          (herd.goals.pays() ? "; they alone pay here: give none, or turn off that goals pay"
+                             : "; what is learned from other goals will not be what is paid: make the two agree"));
 }
 
 /// Where nothing is legal, everything is: an agent has to do something.
@@ -144,6 +158,39 @@ void TickWorld::Abandon() {
   state_->cue = Cue::kWait;
 }
 
+bool TickWorld::prices_goals() const {
+  bool any = false;
+  for (std::size_t b = 0; b < state_->herds.size(); ++b) {
+    if (!prices_goals_of(b) && protocol2::HasGoals(state_->spec.behaviours[b].observation_layout)) return false;
+    any = any || prices_goals_of(b);
+  }
+  return any;
+}
+
+bool TickWorld::prices_goals_of(std::size_t b) const {
+  return state_->herds[b].goals.reward() != GoalReward::kNone;
+}
+
+bool TickWorld::prices_here_only(std::size_t b) const {
+  return state_->herds[b].goals.reward() == GoalReward::kFunction;
+}
+
+void TickWorld::PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) const {
+  state_->herds[b].goals.Price(observations, rows, rewards);
+}
+
+float TickWorld::Reward(AgentId agent) const {
+  Herd& herd = state_->HerdOf(agent);
+  const std::size_t index = state_->PlaceOf(agent);
+  const Place& place = herd.places[index];
+  if (!place.takes_part || herd.goals.reward() == GoalReward::kNone) return place.reward;
+  const bool ends = place.going != Going::kOn || Ending(agent);
+  float worth = 0.0f;
+  herd.goals.Price((ends ? herd.last : herd.seen).data() + index * herd.observation_bytes, 1, &worth);
+  WatchPay(state_->spec.behaviours[BehaviourOf(agent)], herd, static_cast<std::int64_t>(index), place.reward, worth);
+  return herd.goals.pays() ? worth : place.reward;
+}
+
 void TickWorld::Visit(Archive& archive) {
   archive("steps", state_->steps);
 }
@@ -161,17 +208,18 @@ Status TickWorld::OfferPlace(std::size_t b, std::size_t index, std::size_t row, 
     const bool acted = place.takes_part;
     if (acted && place.joined && Ending(herd.first + static_cast<AgentId>(index)) && place.going == Going::kOn)
       place.going = Going::kTruncated;
-    const Status reward = MendReward(behaviour, number, &place.reward);
-    if (status.ok()) status = reward;
-    batch.rewards[row] = acted ? place.reward : 0.0f;
-    batch.terminated[row] = place.going == Going::kTerminated ? 1 : 0;
-    batch.truncated[row] = place.going == Going::kTruncated ? 1 : 0;
     if (place.going != Going::kOn) {
       std::byte* last = herd.last.data() + index * herd.observation_bytes;
       const Status final = MendRow(behaviour, herd, number, last);
       if (status.ok()) status = final;
       std::memcpy(batch.final_observations + row * herd.observation_bytes, last, herd.observation_bytes);
     }
+    place.reward = Reward(herd.first + static_cast<AgentId>(index));
+    const Status reward = MendReward(behaviour, number, &place.reward);
+    if (status.ok()) status = reward;
+    batch.rewards[row] = acted ? place.reward : 0.0f;
+    batch.terminated[row] = place.going == Going::kTerminated ? 1 : 0;
+    batch.truncated[row] = place.going == Going::kTruncated ? 1 : 0;
     if (acted) Count(place);
   } else if (!place.resets) {
     return status;

@@ -56,13 +56,13 @@ struct Recorder::State {
   bool full = false;
 
   std::size_t bytes() const { return observations.size() + actions.size() + rewards.size() * kBytesBeside; }
-  void Append(const Herd& herd, std::size_t i, Going going) {
+  void Append(const Herd& herd, std::size_t i, float reward, Going going) {
     const auto append = [](std::vector<std::byte>* rows, const std::byte* row, std::size_t bytes) {
       rows->insert(rows->end(), row, row + bytes);
     };
     append(&observations, seen.data() + i * herd.observation_bytes, herd.observation_bytes);
     append(&actions, herd.done.data() + i * herd.action_bytes, herd.action_bytes);
-    rewards.push_back(herd.places[i].reward);
+    rewards.push_back(reward);
     terminated.push_back(going == Going::kTerminated ? 1 : 0);
     truncated.push_back(going == Going::kTruncated ? 1 : 0);
     slots.push_back(static_cast<std::int32_t>(i));
@@ -96,8 +96,9 @@ void Recorder::Note() {
     if (cue == Cue::kReset && !place.resets) continue;
     if (cue == Cue::kReset) state.CutOff(i);
     if (cue == Cue::kAct && place.takes_part && state.acts[i] != 0) {
-      const bool out_of_time = state.world.Ending(herd.first + static_cast<AgentId>(i)) && place.going == Going::kOn;
-      state.Append(herd, i, out_of_time ? Going::kTruncated : place.going);
+      const AgentId agent = herd.first + static_cast<AgentId>(i);
+      const bool out_of_time = state.world.Ending(agent) && place.going == Going::kOn;
+      state.Append(herd, i, state.world.Reward(agent), out_of_time ? Going::kTruncated : place.going);
     }
     state.acts[i] = place.joined ? 1 : 0;
     std::memcpy(state.seen.data() + i * herd.observation_bytes, herd.seen.data() + i * herd.observation_bytes,

@@ -135,7 +135,10 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
                     "with behaviour '" + behaviour->name + "' the agents' rows take more than " +
                         std::to_string(kMostRowBytes >> 20) + " MiB; offer less room or smaller observations"};
     }
+    Result<GoalPrices> goals = GoalPrices::Of(offering.goals, *behaviour);
+    if (!goals.ok()) return goals.status();
     Herd& herd = state->herds.emplace_back(*behaviour);
+    herd.goals = *std::move(goals);
     herd.first = static_cast<AgentId>(state->behaviour_of.size());
     herd.observation_leaves = LeavesOfEntries(offering.observations, behaviour->observation_layout);
     herd.action_leaves = LeavesOfEntries(offering.actions, behaviour->action_layout);

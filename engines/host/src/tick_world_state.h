@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "consac/host/tick_world.h"
+#include "goal_prices.h"
 
 namespace consac::host {
 
@@ -47,6 +48,8 @@ struct Herd {
   std::vector<std::int64_t> choices;  // mask bytes of each choice; empty where nothing is masked
   std::vector<Usual> usual;           // [observation leaves]
   std::vector<std::uint8_t> outside;  // [observation leaves] a number beyond the bounds was told of
+  GoalPrices goals;
+  bool differed = false;  // what was paid and what goals are worth; it was told of
 };
 
 /// Mean over the latest 100 episodes.

@@ -1,7 +1,9 @@
 // A learner in this process drives the world. The engine's thread chooses actions and records what came of them, which
 // takes microseconds; learning is a job of a thread of its own. Learners of rounds (ppo, a2c) are the job's for a whole
 // round. Those that learn at every step (dqn) are shared: the job has them for one gradient step at a time, and where
-// the engine waits for it anyway and it is short, the engine's thread learns at once and hands nothing over.
+// the engine waits for it anyway and it is short, the engine's thread learns at once and hands nothing over; where only
+// that thread may say what other goals would have paid, it learns a gradient step at least in every Poll, and all of
+// it.
 #include <algorithm>
 #include <optional>
 
@@ -50,6 +52,13 @@ class TrainingDriver final : public Driver {
       options.seed = learn::BehaviourSeed(options_.seed, b);
       options.total_steps = ShareOfSteps(b);
       options.max_bytes = kMostLearnerBytes;
+      if (world_.prices_goals_of(b)) {
+        options.price_goals = [this, b](const std::byte* observations, std::int64_t rows, float* rewards) {
+          world_.PriceGoals(b, observations, rows, rewards);
+          return Status::Ok();
+        };
+      }
+      here_only_ = here_only_ || world_.prices_here_only(b);
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       if (models != 0) CONSAC_RETURN_IF_ERROR(StartFrom(options_.start_from[b], b, learner->get()));
@@ -209,10 +218,11 @@ class TrainingDriver final : public Driver {
   Status GoOnLearning() {
     bool due = LearningDue();
     const bool idle = thread_.Done(0.0);
-    for (const double end = Now() + kAtOnce; due && idle && Waits() && health_.ok() && Now() + step_seconds_ < end;)
-      due = LearnStep();
+    const double end = Now() + kAtOnce;
+    if (due && here_only_) due = LearnStep();
+    while (due && idle && Waits() && health_.ok() && Now() + step_seconds_ < end) due = LearnStep();
     if (idle && !health_.ok()) return Fail();
-    if (due && idle) thread_.Begin([this] { LearnSteps(); });
+    if (due && idle && !here_only_) thread_.Begin([this] { LearnSteps(); });
     for (Pupil& pupil : pupils_) {
       pupil.has_learned = pupil.learner->updates() > 0;
       updates_ = std::max(updates_, pupil.learner->updates());
@@ -296,6 +306,7 @@ class TrainingDriver final : public Driver {
   std::vector<Pupil> pupils_;
   Phase phase_ = Phase::kBegin;
   bool at_every_step_ = false;  // the learners learn
+  bool here_only_ = false;      // and only this thread may price goals: the job is never begun
   mutable Sharing sharing_;     // of those, and of what follows, with the job
   Status health_;               // the job's, while one is under way
   double step_seconds_ = 0.0;   // the latest gradient step took; likewise

@@ -167,6 +167,85 @@ TEST_P(LearningAtEveryStep, WhileTheGameGoesOnLosesNoStep) {
   EXPECT_EQ(driver->progress().updates, Alone(engine, made)->updates());
 }
 
+/// Hindsight on point reach, whose goals the host prices, or a function that only the engine's thread may call.
+class LearningFromOtherGoals : public ::testing::TestWithParam<GoalReward> {
+ protected:
+  LearningFromOtherGoals() {
+    options_ = BySmallSteps("sac", 1500);
+    options_.hyperparameters.emplace_back("replay_buffer_class", "HerReplayBuffer");
+  }
+  static TickedEngine Engine() {
+    if (GetParam() == GoalReward::kFunction) return {kReach, 2, 1};
+    Goals goals;
+    goals.reward = GetParam();
+    return {kReach, 2, 1, goals};
+  }
+  static constexpr const char* kReach = "point-reach-v0";
+  TrainOptions options_;
+};
+INSTANTIATE_TEST_SUITE_P(Each, LearningFromOtherGoals, ::testing::Values(GoalReward::kSparse, GoalReward::kFunction),
+                         [](const auto& tested) {
+                           return tested.param == GoalReward::kSparse ? "Sparse" : "Function";
+                         });
+
+TEST_P(LearningFromOtherGoals, InsideTheEngineIsWhatItIsInProcess) {
+  for (const char* gradient_steps : {"1", "20"}) {
+    TickedEngine engine = Engine();
+    TrainOptions options = options_;
+    options.hyperparameters.emplace_back("gradient_steps", gradient_steps);
+    const auto driver = *Train(engine.world(), options);
+    TrainToTheEnd(engine, *driver);
+    const std::unique_ptr<learn::Learner> alone = InProcess(kReach, 2, options, options.seed);
+    EXPECT_EQ(driver->progress().updates, alone->updates());
+    EXPECT_GT(alone->updates(), 200);
+    EXPECT_EQ(Policy::FromFile(*driver->Model(0))->data().parameters, alone->Snapshot().parameters);
+    EXPECT_FALSE(engine.priced_elsewhere());
+  }
+}
+
+TEST_P(LearningFromOtherGoals, WhileTheGameGoesOnLosesNoStep) {
+  TickedEngine engine = Engine();
+  options_.while_learning = WhileLearning::kGoOn;
+  const auto driver = *Train(engine.world(), options_);
+  for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) {
+    ASSERT_TRUE(engine.Tick(*driver, 1.0).ok());
+    ASSERT_NE(engine.world().cue(), Cue::kWait);
+    ASSERT_EQ(driver->progress().steps, std::min(engine.world().tally().steps, options_.total_steps));
+  }
+  ASSERT_TRUE(driver->finished());
+  EXPECT_EQ(driver->progress().updates, InProcess(kReach, 2, options_, options_.seed)->updates());
+  EXPECT_FALSE(engine.priced_elsewhere());
+}
+
+// And the model is of use: reached within 0.05 m, from anywhere, most of the time.
+TEST(Training, InsideTheEngineLearnsToReachByGoalsThatWereNotMeant) {
+  Goals goals;
+  goals.reward = GoalReward::kSparse;
+  TickedEngine engine("point-reach-v0", 1, 1, goals);
+  TrainOptions options = RoadTraining(4000);
+  options.algorithm = "sac";
+  options.hyperparameters = {{"replay_buffer_class", "HerReplayBuffer"},
+                             {"net_arch", "[32, 32]"},
+                             {"batch_size", "64"},
+                             {"learning_rate", "2e-3"},
+                             {"gamma", "0.9"},
+                             {"learning_starts", "200"}};
+  const auto driver = *Train(engine.world(), options);
+  TrainToTheEnd(engine, *driver);
+  TickedEngine judged("point-reach-v0", 20, 1, goals);
+  const std::vector<std::byte> model = driver->Model(0)->Serialise();
+  const auto actor = *Act(judged.world(), std::span(&model, 1), ActOptions());
+  while (judged.world().tally().episodes < 100) ASSERT_TRUE(judged.Tick(*actor, 0.0).ok());
+  EXPECT_GT(judged.world().tally().mean_episode_reward, -20.0) << "of 50 steps, which it takes ten to reach";
+}
+
+TEST(Training, FromOtherGoalsNeedsAGoalReward) {
+  TickedEngine engine("point-reach-v0", 1, 1, Goals());
+  TrainOptions options = BySmallSteps("sac", 1500);
+  options.hyperparameters.emplace_back("replay_buffer_class", "HerReplayBuffer");
+  EXPECT_THAT(Train(engine.world(), options).status().message(), HasSubstr("what other goals would have paid"));
+}
+
 TEST(Training, OfDqnThatFailsOrIsStoppedEndsInOrder) {
   for (const WhileLearning mode : {WhileLearning::kWait, WhileLearning::kGoOn}) {
     TickedEngine engine("cartpole-v1", 1, 1);

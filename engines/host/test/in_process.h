@@ -24,6 +24,12 @@ inline std::unique_ptr<learn::Learner> InProcess(const std::string& world, std::
   made.behaviour = env->spec().behaviours[0];
   made.seed = learn::BehaviourSeed(options.seed, 0);
   made.total_steps = options.total_steps;
+  if (env->prices_goals()) {
+    made.price_goals = [&env](const std::byte* observations, std::int64_t rows, float* rewards) {
+      env->PriceGoals(0, observations, rows, rewards);
+      return Status::Ok();
+    };
+  }
   std::unique_ptr<learn::Learner> learner = *algorithm.create(made, values);
   BatchBuffer rows(made.behaviour);
   Batch& batch = rows.batch();

@@ -328,6 +328,109 @@ TEST(TickWorld, ASingleWorldIsResetAlone) {
   EXPECT_EQ(w.Seen(1, w.batches[0].next_observations), 0.5f);
 }
 
+/// A walker with a goal on a line of which it sees nothing else.
+TickWorldOptions Seekers(const Goals& goals) {
+  TickWorldOptions options = Walkers(1);
+  const Space place = *Space::Box(-10, 10, {2});
+  options.offerings[0].observations = {{"desired_goal", place}, {"achieved_goal", place}};
+  options.offerings[0].goals = goals;
+  return options;
+}
+Goals Priced(GoalReward reward, double threshold = 0.1) {
+  Goals goals;
+  goals.reward = reward;
+  goals.threshold = threshold;
+  return goals;
+}
+
+TEST(TickWorld, SaysWhatIsWrongWithItsGoals) {
+  const auto message = [](TickWorldOptions options) {
+    return TickWorld::Create(std::move(options)).status().message();
+  };
+  TickWorldOptions options = Walkers(1);
+  options.offerings[0].goals = Priced(GoalReward::kDense);
+  EXPECT_THAT(message(options), HasSubstr("'walker' has a goal reward, but no observations 'achieved_goal' and"));
+  options = Seekers(Priced(GoalReward::kDense));
+  options.offerings[0].observations[1].space = *Space::Box(-10, 10, {3});
+  EXPECT_THAT(message(options), HasSubstr("that are alike"));
+  EXPECT_THAT(message(Seekers(Priced(GoalReward::kSparse, -0.5))), HasSubstr("its threshold is -0.5"));
+  EXPECT_THAT(message(Seekers(Priced(GoalReward::kFunction))), HasSubstr("no function that prices goals"));
+}
+
+TEST(TickWorld, PricesGoalsWhereEveryBehaviourThatHasThemSaysHow) {
+  EXPECT_FALSE(World(Walkers(1)).world->prices_goals());
+  EXPECT_FALSE(World(Seekers(Goals())).world->prices_goals());
+  TickWorldOptions options = Seekers(Priced(GoalReward::kSparse));
+  EXPECT_TRUE(World(options).world->prices_goals());
+  options.offerings.push_back(Walker(1));
+  options.offerings[1].name = "plain";
+  EXPECT_TRUE(World(options).world->prices_goals());
+  options.offerings.push_back(Seekers(Goals()).offerings[0]);
+  options.offerings[2].name = "unpriced";
+  EXPECT_FALSE(World(options).world->prices_goals());
+}
+
+TEST(TickWorld, GoalsAreWorthWhatTheirDistanceSays) {
+  // achieved_goal and desired_goal lie in the order of their names.
+  const float rows[3][4] = {{1, 2, 4, 6}, {0.1f, 0, 0, 0}, {0, 0, 0, 0.11f}};
+  float worth[3];
+  const auto price = [&](const Goals& goals) {
+    World(Seekers(goals)).world->PriceGoals(0, reinterpret_cast<const std::byte*>(rows), 3, worth);
+    return std::vector<float>(worth, worth + 3);
+  };
+  EXPECT_EQ(price(Priced(GoalReward::kDense)), (std::vector<float>{-5.0f, -0.1f, -0.11f}));
+  EXPECT_EQ(price(Priced(GoalReward::kSparse)), (std::vector<float>{-1.0f, 0.0f, -1.0f}));
+  Goals own = Priced(GoalReward::kFunction);
+  own.price = [](const std::byte*, std::int64_t count, float* rewards) { std::fill_n(rewards, count, 7.0f); };
+  EXPECT_EQ(price(own), (std::vector<float>{7.0f, 7.0f, 7.0f}));
+}
+
+/// Puts agent 0's achieved goal this far from the desired one, in `row`.
+void Reach(World& w, std::byte* row, float far) {
+  WriteElement(w.world->ObservationLeaf(0, 0), row, 0, 0.0);
+  WriteElement(w.world->ObservationLeaf(0, 1), row, 0, far);
+}
+
+// By the observation that the step led to, which is the final one where the episode ended.
+TEST(TickWorld, PaysByItsGoals) {
+  for (const bool pays : {true, false}) {
+    std::vector<std::string> told;
+    Hooks hooks;
+    hooks.user = &told;
+    hooks.log = [](void* into, LogLevel, std::string_view message) {
+      static_cast<std::vector<std::string>*>(into)->emplace_back(message);
+    };
+    SetHooks(hooks);
+    Goals goals = Priced(GoalReward::kDense);
+    goals.pays = pays;
+    TickWorldOptions options = Seekers(goals);
+    options.max_episode_steps = 2;
+    World w(options);
+    w.JoinAll();
+    w.world->Reset(1, w.batches);
+    ASSERT_TRUE(w.world->Offer().ok());
+    w.world->Step(w.batches);
+    w.world->AddReward(0, -3.0f);
+    Reach(w, w.world->Observation(0), 3.0f);
+    ASSERT_TRUE(w.world->Offer().ok());
+    EXPECT_EQ(w.batches[0].rewards[0], -3.0f);
+    EXPECT_TRUE(told.empty()) << told[0];
+    for (int i = 0; i < 2; ++i) {
+      w.world->Step(w.batches);
+      w.world->AddReward(0, -1.0f);
+      if (i == 0) Reach(w, w.world->FinalObservation(0), 2.0f);
+      Reach(w, w.world->Observation(0), i == 0 ? 9.0f : 2.0f);
+      ASSERT_TRUE(w.world->Offer().ok());
+      EXPECT_EQ(w.batches[0].truncated[0], i == 0 ? 1 : 0);
+      EXPECT_EQ(w.batches[0].rewards[0], pays ? -2.0f : -1.0f);
+    }
+    EXPECT_EQ(w.world->tally().mean_episode_reward, pays ? -5.0 : -4.0);
+    SetHooks({});
+    ASSERT_EQ(told.size(), 1u) << "once";
+    EXPECT_THAT(told[0], HasSubstr("agent 0 of 'walker' was given a reward of -1, but its goals are worth -2"));
+  }
+}
+
 TEST(TickWorld, WhatWasAbandonedIsWrittenNowhere) {
   World w(Walkers(1));
   w.JoinAll();

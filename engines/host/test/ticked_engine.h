@@ -3,6 +3,8 @@
 
 #include <cstring>
 #include <memory>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include "consac/env/buffer.h"
@@ -15,7 +17,9 @@ namespace consac::testing {
 /// Carries out what a driver wants of the agents; an action takes `period` ticks.
 class TickedEngine {
  public:
-  TickedEngine(std::unique_ptr<VectorEnv> inner, int period, bool agents_leave = false)
+  /// `goals`, where others than the inner world's own are to be priced.
+  TickedEngine(std::unique_ptr<VectorEnv> inner, int period, bool agents_leave = false,
+               std::optional<host::Goals> goals = std::nullopt)
       : inner_(std::move(inner)), period_(period), rows_(inner_->spec().behaviours[0]) {
     const BehaviourSpec& behaviour = inner_->spec().behaviours[0];
     host::TickWorldOptions options;
@@ -24,6 +28,12 @@ class TickedEngine {
     host::Offering offering;
     offering.name = behaviour.name;
     offering.observations = {{"seen", behaviour.observation_space}};
+    if (behaviour.observation_space.kind() == SpaceKind::kDict) {
+      offering.observations.clear();
+      for (const auto& [part, space] : behaviour.observation_space.children())
+        offering.observations.push_back({part, space});
+    }
+    if (inner_->prices_goals()) offering.goals = goals.value_or(GoalsOfInner());
     offering.actions = {{"done", behaviour.action_space}};
     offering.agents = behaviour.slots;
     options.offerings = {offering};
@@ -32,12 +42,16 @@ class TickedEngine {
   }
   TickedEngine(const std::string& name, std::int32_t copies, int period)
       : TickedEngine((*worlds::FindWorld(name))->create(copies), period) {}
+  /// With goals that the host prices by their distance.
+  TickedEngine(const std::string& name, std::int32_t copies, int period, const host::Goals& goals)
+      : TickedEngine((*worlds::FindWorld(name))->create(copies), period, false, goals) {}
 
   host::TickWorld& world() { return *world_; }
 
   /// One tick of the engine. The status is Poll's.
   Status Tick(host::Driver& driver, double wait_s) {
     ++ticks_;
+    thread_ = std::this_thread::get_id();
     if (world_->cue() == host::Cue::kAct && --left_ > 0) return Status::Ok();
     if (world_->cue() != host::Cue::kWait) Offer();
     const Status status = driver.Poll(wait_s);
@@ -46,9 +60,23 @@ class TickedEngine {
   }
 
   std::int64_t ticks() const { return ticks_; }
+  /// Whether the inner world was asked for prices by another thread than the one that ticked last.
+  bool priced_elsewhere() const { return priced_elsewhere_; }
   host::Recorder* recorder = nullptr;
 
  private:
+  /// What the inner world pays and says that it would have paid.
+  host::Goals GoalsOfInner() {
+    host::Goals goals;
+    goals.reward = host::GoalReward::kFunction;
+    goals.pays = false;
+    goals.price = [this](const std::byte* observations, std::int64_t rows, float* rewards) {
+      priced_elsewhere_ = priced_elsewhere_ || std::this_thread::get_id() != thread_;
+      inner_->PriceGoals(0, observations, rows, rewards);
+    };
+    return goals;
+  }
+
   void Offer() {
     const BehaviourSpec& behaviour = inner_->spec().behaviours[0];
     Batch& batch = rows_.batch();
@@ -80,6 +108,8 @@ class TickedEngine {
   std::unique_ptr<host::TickWorld> world_;
   int left_ = 0;
   std::int64_t ticks_ = 0;
+  std::thread::id thread_;
+  bool priced_elsewhere_ = false;
 };
 
 }  // namespace consac::testing

@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,6 +38,29 @@ struct Entry {
   Space space;       ///< any, but Dict and Tuple
 };
 
+/// What a step pays that leads to an observation with goals.
+enum class GoalReward : std::uint8_t {
+  kNone,      ///< goals are not priced: nothing can be learned from those that were not meant
+  kSparse,    ///< 0 where the achieved goal is within Goals::threshold of the desired one, else -1
+  kDense,     ///< minus the distance between them
+  kFunction,  ///< what Goals::price says
+};
+
+/// The goals of one kind of agent, as Gymnasium has them: entries "achieved_goal" and "desired_goal" of equal spaces,
+/// whose distance is Euclidean, over all their numbers, in their own units. What learners of goals that were not meant
+/// (hindsight experience replay) ask for, here and over a connection (protocol 2, section 13).
+struct Goals {
+  GoalReward reward = GoalReward::kNone;  ///< of a step, by the observation that it led to
+  double threshold = 0.05;                ///< kSparse: 0 or more
+  /// The world pays by it, and what AddReward brings is left out: what is paid and what is priced cannot differ. False:
+  /// AddReward alone pays, and is to come to the same; a warning, once, names where it does not.
+  bool pays = true;
+  /// kFunction: writes what steps pay that lead to `observations`, [rows, observation row_bytes]; rewards [rows] out.
+  /// Called by the world's thread alone: a training inside that learns at every step then learns there too. Follows
+  /// from the two goals of a row.
+  std::function<void(const std::byte* observations, std::int64_t rows, float* rewards)> price;
+};
+
 /// One kind of agent.
 struct Offering {
   std::string name = "default";     ///< unique within the world
@@ -44,6 +68,7 @@ struct Offering {
   std::vector<Entry> actions;       ///< likewise
   std::int32_t agents = 1;          ///< room for so many at once
   bool masks_actions = false;       ///< the host writes ActionMask() at every step
+  Goals goals;                      ///< where it has some
 };
 
 /// What a world is made of.
@@ -110,7 +135,7 @@ class TickWorld final : public VectorEnv {
   std::optional<std::uint64_t> Seed(AgentId agent) const;
   /// kAct: what the agent is to do; [action row_bytes]. The host may write it, where a person plays.
   std::byte* Action(AgentId agent);
-  /// Reward since the latest Offer is summed.
+  /// Reward since the latest Offer is summed. Where goals pay (Goals::pays) it counts for nothing.
   void AddReward(AgentId agent, float reward);
   /// The agent's episode has ended; the first call before an Offer counts.
   void EndEpisode(AgentId agent, EpisodeEnd end);
@@ -122,6 +147,8 @@ class TickWorld final : public VectorEnv {
   std::byte* Observation(AgentId agent);
   /// Which actions are legal; [mask_bytes], null when the behaviour masks none.
   std::uint8_t* ActionMask(AgentId agent);
+  /// kAct, its observations written: what the coming Offer pays the agent, by its goals where those pay.
+  float Reward(AgentId agent) const;
   /// Everything is written: the cue is done with. kNonFinite names a NaN or infinity; it was offered as 0.
   /// A number beyond its bounds is offered as it is, with a warning once for each entry.
   /// kFailedPrecondition when nothing is wanted.
@@ -138,6 +165,13 @@ class TickWorld final : public VectorEnv {
   bool steps_some() const override;
   std::span<const std::uint8_t> present(std::size_t b) const override;
   bool settled() const override;
+  /// True where some behaviour has a GoalReward, and each that has goals does.
+  bool prices_goals() const override;
+  /// Any thread may ask while the world lives, but of a GoalReward::kFunction.
+  void PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) const override;
+  /// Whether behaviour `b` has a GoalReward, and whether only the world's thread may ask for its prices.
+  bool prices_goals_of(std::size_t b) const;
+  bool prices_here_only(std::size_t b) const;
   /// Counts only: the engine's own state is the engine's.
   void Visit(Archive& archive) override;
   /// Forgets what was asked for: the cue is kWait, agents stay where they are.
