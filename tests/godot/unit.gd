@@ -11,6 +11,7 @@ func _initialize() -> void:
 func _run() -> void:
 	_entries()
 	_agents()
+	_goals()
 	_images()
 	_command_line()
 	_framer()
@@ -40,6 +41,33 @@ func _entries() -> void:
 	_holds("low above high", ConsacEntry.box(&"a", 1, 2.0, 1.0).fault(), "low 2.0 above high 1.0")
 	_holds("no name", ConsacEntry.box(&"", 1).fault(), "no name")
 	_holds("no choice", ConsacEntry.discrete(&"a", 0).fault(), "0 choices")
+
+
+func _goals() -> void:
+	var goals := ConsacGoals.new()
+	var entries: Array[ConsacEntry] = [
+		ConsacEntry.box(&"speed", 1), ConsacEntry.box(&"desired_goal", 2), ConsacEntry.box(&"achieved_goal", 2)]
+	_check("goals are right", goals.fault(entries), "")
+	_check("where goals are", ConsacGoals.places(entries), PackedInt32Array([3, 1, 2]))
+	var at := ConsacGoals.places(entries)
+	_check("reached", goals.worth(PackedFloat32Array([9, 1, 1, 1, 1.05]), at), 0.0)
+	_check("not reached", goals.worth(PackedFloat32Array([9, 1, 1, 1, 1.06]), at), -1.0)
+	goals.pay = ConsacGoals.Pay.DENSE
+	_check("how far", goals.worth(PackedFloat32Array([9, 1, 1, 4, 5]), at), -5.0)
+	goals.threshold = -1.0
+	_holds("bad threshold", goals.fault(entries), "threshold is -1.0")
+	entries[1] = ConsacEntry.box(&"desired_goal", 3)
+	_holds("unlike goals", goals.fault(entries), "differ in size, low or high")
+	entries[1] = ConsacEntry.discrete(&"desired_goal", 3)
+	_holds("no box", goals.fault(entries), "'desired_goal' is no box")
+	var agent := _Speaker.new()
+	agent.observations = [ConsacEntry.box(&"achieved_goal", 1), ConsacEntry.box(&"desired_goal", 1)]
+	_holds("goals that nothing pays", ConsacSceneCheck._fault_of_goals(agent), "set goals to a ConsacGoals")
+	agent.goals = ConsacGoals.new()
+	_check("goals that are paid", ConsacSceneCheck._fault_of_goals(agent), "")
+	agent.observations.pop_back()
+	_holds("pay without goals", ConsacSceneCheck._fault_of_goals(agent), "add a box for each")
+	agent.free()
 
 
 func _agents() -> void:

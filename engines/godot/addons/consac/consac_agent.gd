@@ -45,6 +45,9 @@ const GROUP := &"consac_agents"
 @export_range(0, 1000000000, 1, "hide_slider") var max_steps: int = 0
 ## Not every choice is legal at every time; [method mask] says which are. Needs the native extension.
 @export var masks_actions: bool = false
+## Of one that observes a desired and an achieved goal: what it is paid, so that goals which were not meant can be learned
+## from, too.
+@export var goals: ConsacGoals
 @export_group("Who chooses")
 ## Who chooses for this agent: a person or a model may act beside agents that learn, or against them.
 @export var control: ControlMode = ControlMode.AS_THE_SYNC
@@ -85,6 +88,8 @@ var _action_names: Array[StringName] = []
 var _action_widths := PackedInt32Array()
 var _given := {}  # actions by name
 var _legal := {}  # masks by name
+var _goals_at := PackedInt32Array()  # in row
+var _told_of_pay := false
 var _problem := ""
 
 
@@ -191,6 +196,10 @@ func prepare() -> String:
 	var fault := _fault_of(all_observations, "observation")
 	if fault.is_empty():
 		fault = _fault_of(actions, "action")
+	if fault.is_empty() and goals != null:
+		fault = goals.fault(all_observations)
+		fault = "" if fault.is_empty() else "%s, %s" % [name, fault]
+		_goals_at = ConsacGoals.places(all_observations)
 	row.resize(_plan(all_observations, _names, _widths))
 	action_row.resize(_plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
@@ -297,12 +306,26 @@ func blame_for(numbers: PackedFloat32Array) -> String:
 func account() -> String:
 	judge()
 	steps += 1
-	total_reward += reward
+	if goals == null or not goals.pays:
+		total_reward += reward
 	if max_steps > 0 and steps >= max_steps and not terminated:
 		truncated = true
 	if not is_finite(reward):
 		return "%s: the reward is %s; mend where it comes from" % [name, reward]
 	return ""
+
+
+## Called by [ConsacSync] once it has looked at what the step led to: what its goals pay, where those do.
+func settle() -> void:
+	if goals == null or not goals.pays:
+		return
+	var worth := goals.worth(row, _goals_at)
+	if reward != 0.0 and not is_equal_approx(reward, worth) and not _told_of_pay:
+		_told_of_pay = true
+		push_warning("%s was given a reward of %s, but its goals are worth %s; they alone pay: give none, or turn off goals.pays"
+				% [name, reward, worth])
+	reward = worth
+	total_reward += reward
 
 
 ## Called by [ConsacSync]: gives the action in [member action_row] to [method act].

@@ -49,6 +49,9 @@ static func warnings_of(sync: Node) -> PackedStringArray:
 			var fault := _fault_of_entries(agent, role)
 			if not fault.is_empty():
 				found.append("%s: %s" % [agent.name, fault])
+		var unpaid := _fault_of_goals(agent)
+		if not unpaid.is_empty():
+			found.append("%s: %s" % [agent.name, unpaid])
 		for sensor in nodes_of_class(agent, &"ConsacSensor"):
 			for property: String in ["body", "viewport", "observer", "subject", "origin"]:
 				if property in sensor and sensor.get(property) == null:
@@ -85,6 +88,20 @@ static func _fault_of_entries(agent: Node, role: String) -> String:
 			return fault
 		seen[entry.name] = true
 	return ""
+
+
+# Goals without what they pay, or the other way round, as far as the inspector holds them.
+static func _fault_of_goals(agent: Node) -> String:
+	var entries: Variant = agent.get("observations")
+	if not entries is Array or entries.is_empty():
+		return ""
+	var names: Array = entries.map(func(entry: Variant) -> StringName: return &"" if entry == null else entry.get("name"))
+	var has := names.has(&"achieved_goal") and names.has(&"desired_goal")
+	if agent.get("goals") == null:
+		return "it observes goals, but nothing says what they pay; set goals to a ConsacGoals." if has else ""
+	if has or not nodes_of_class(agent, &"ConsacSensor").is_empty():
+		return ""
+	return "it has goals, but does not observe achieved_goal and desired_goal; add a box for each."
 
 
 ## Nodes below, whose script is this class or stems from it; works where scripts do not run.

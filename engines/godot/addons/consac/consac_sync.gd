@@ -508,9 +508,6 @@ func _look() -> void:
 		var what := agent.account()
 		if not what.is_empty():
 			fault = what
-		if not (agent.played and _learning):
-			_step_rewards[steps % STEPS_KEPT] = agent.reward
-			steps += 1
 		ended = ended or agent.terminated or agent.truncated
 	if _sees_pictures:
 		_draw()
@@ -518,6 +515,12 @@ func _look() -> void:
 		var what := agent.look()
 		if not what.is_empty():
 			fault = what
+		if fresh and _newcomers.has(agent):
+			continue
+		agent.settle()
+		if not (agent.played and _learning):
+			_step_rewards[steps % STEPS_KEPT] = agent.reward
+			steps += 1
 	if steps >= _next_checkpoint:
 		_checkpoint()
 	if not ended:

@@ -115,6 +115,17 @@ Status ReadEntries(Reader& reader, std::string_view key, const std::string& wher
   return Status::Ok();
 }
 
+Status ReadGoals(const Dictionary& table, const std::string& where, host::Goals* goals) {
+  Reader reader(table, where + ", goals: ");
+  if (!reader.Has("reward"))
+    return {StatusCode::kInvalidArgument, where + ", goals: has no 'reward'; give \"sparse\" or \"dense\""};
+  reader.Take<host::GoalReward>("reward", &goals->reward,
+                                {{"sparse", host::GoalReward::kSparse}, {"dense", host::GoalReward::kDense}});
+  reader.Take("threshold", &goals->threshold);
+  reader.Take("pays", &goals->pays);
+  return reader.Finish();
+}
+
 void DescribeSpace(const Space& space, Dictionary* table) {
   const auto numbers = [](const auto& values) {
     Array array;
@@ -153,6 +164,9 @@ Result<host::Offering> ReadOffering(const Dictionary& table) {
   const std::string where = "behaviour '" + offering.name + "'";
   reader.Take("agents", &offering.agents);
   reader.Take("masks_actions", &offering.masks_actions);
+  Dictionary goals;
+  reader.Take("goals", &goals);
+  if (reader.Has("goals")) CONSAC_RETURN_IF_ERROR(ReadGoals(goals, where, &offering.goals));
   CONSAC_RETURN_IF_ERROR(ReadEntries(reader, "observations", where, &offering.observations));
   CONSAC_RETURN_IF_ERROR(ReadEntries(reader, "actions", where, &offering.actions));
   CONSAC_RETURN_IF_ERROR(reader.Finish());

@@ -3,8 +3,10 @@
 //
 //   {name = "default", agents = 4, masks_actions = false,
 //    observations = [{name = "position", type = "box", shape = [2], low = -1.0, high = 1.0}],
-//    actions = [{name = "steer", type = "discrete", n = 3}]}
+//    actions = [{name = "steer", type = "discrete", n = 3}],
+//    goals = {reward = "sparse", threshold = 0.05, pays = true}}
 //
+// goals only where the observations have an achieved_goal and a desired_goal; reward is sparse or dense (host::Goals).
 // type is box (low, high, shape, dtype "float32" or "uint8"), discrete (n, start), multi_discrete (nvec) or
 // multi_binary (n).
 

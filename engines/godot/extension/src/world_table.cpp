@@ -12,7 +12,9 @@ std::vector<Method> MakingMethods() {
       Bind<World, &World::Create>(
           "create", {"description"},
           "Makes the world: [code]{id, max_episode_steps, agents_leave, behaviours = [{name, agents, "
-          "masks_actions, observations = [entries], actions = [entries]}]}[/code]. An entry is [code]{name, "
+          "masks_actions, observations = [entries], actions = [entries], goals = {reward = \"sparse\" or \"dense\", "
+          "threshold, "
+          "pays}}]}[/code], goals where it observes achieved_goal and desired_goal. An entry is [code]{name, "
           "type, ...}[/code]: [code]box[/code] (low, high, shape, dtype \"float32\" or \"uint8\"), "
           "[code]discrete[/code] (n, start), [code]multi_discrete[/code] (nvec) or "
           "[code]multi_binary[/code] (n)."),

@@ -17,6 +17,7 @@ class Herd:
 	var actions: Array[ConsacEntry] = []
 	var first := 0  # the first place's number in the world
 	var masked := false
+	var goals := {}  # as ConsacWorld takes them; empty: none
 
 var _sync: ConsacSync
 var _agents: Array[ConsacAgent] = []
@@ -109,7 +110,7 @@ func join(agent: ConsacAgent) -> String:
 		if herd.name != agent.behaviour:
 			continue
 		if not _alike(agent, herd):
-			return "its entries are not those of the behaviour '%s'" % herd.name
+			return "its entries or goals are not those of the behaviour '%s'" % herd.name
 		if herd.agents.find(null) < 0:
 			return "room_for_agents is %d, and so many of the behaviour '%s' are there" % [herd.agents.size(), herd.name]
 		_take_place(b, agent)
@@ -181,10 +182,11 @@ func _gather(agents: Array[ConsacAgent]) -> String:
 			herd.entries = agent.all_observations
 			herd.actions = agent.actions
 			herd.masked = agent.masks_actions
+			herd.goals = _goals_of(agent)
 			herd.take_form(agent)
 			_herds.append(herd)
 		elif not _alike(agent, herd):
-			return "%s and %s share the behaviour '%s', but not their entries; give them one each" % [
+			return "%s and %s share the behaviour '%s', but not their entries or goals; give them one each" % [
 					herd.agents[0].name, agent.name, agent.behaviour]
 		herd.agents.append(agent)
 	return ""
@@ -195,13 +197,17 @@ func _create() -> String:
 	for b in _herds.size():
 		var herd := _herds[b]
 		var known := _known(b)
-		behaviours.append({
+		var seen := ConsacEntry.tables_for(herd.entries, known.observations)
+		var behaviour := {
 			name = herd.name,
 			agents = maxi(herd.agents.size(), _sync.room_for_agents),
 			masks_actions = herd.masked,
-			observations = ConsacEntry.tables_for(herd.entries, known.observations),
+			observations = seen,
 			actions = ConsacEntry.tables_for(herd.actions, known.actions),
-		})
+		}
+		if seen.size() == herd.entries.size() and not herd.goals.is_empty():  # numbers without names have no goals
+			behaviour.goals = herd.goals
+		behaviours.append(behaviour)
 	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
 	var fault: String = _world.create({
 		id = scene, behaviours = behaviours, agents_leave = _sync.agents_may_leave()})
@@ -429,7 +435,12 @@ func _known(b: int) -> Dictionary:
 static func _alike(agent: ConsacAgent, herd: Herd) -> bool:
 	return (ConsacEntry.tables(agent.all_observations) == ConsacEntry.tables(herd.entries)
 			and ConsacEntry.tables(agent.actions) == ConsacEntry.tables(herd.actions)
-			and agent.masks_actions == herd.masked)
+			and agent.masks_actions == herd.masked
+			and _goals_of(agent) == herd.goals)
+
+
+static func _goals_of(agent: ConsacAgent) -> Dictionary:
+	return {} if agent.goals == null else agent.goals.table()
 
 
 static func _first(fault: String, other: String) -> String:
