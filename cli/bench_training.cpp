@@ -46,26 +46,31 @@ struct LayerSums {
   double all, first;
 };
 
-/// An actor and two critics on Pendulum, one update a step, which are what is counted: the first steps only fill the
-/// replay. FLOP are those that the algorithm asks for: a gradient is two products, of the first layer one; an actor is
-/// learned through critics that are held fast.
+constexpr std::int64_t kReplayStarts = 100;
+
+/// SAC or TD3 with one update a step behind the first kReplayStarts, which only fill the replay.
+BenchJob PendulumReplayJob(bool td3, double width, double batch, std::int64_t steps) {
+  const std::string text = fmt::format("{:.0f}", width);
+  return {"pendulum-v1",
+          td3 ? "td3" : "sac",
+          1,
+          steps,
+          {{"net_arch", "[" + text + ", " + text + "]"},
+           {"batch_size", fmt::format("{:.0f}", batch)},
+           {"learning_starts", std::to_string(kReplayStarts)}}};
+}
+
+/// An actor and two critics on Pendulum, one update a step, which are what is counted. FLOP are those that the
+/// algorithm asks for: a gradient is two products, of the first layer one; an actor is learned through critics that are
+/// held fast.
 Figure PendulumReplay(const BenchContext& context, bool td3, double width, double batch, std::int64_t steps) {
-  constexpr std::int64_t kStarts = 100;
   const LayerSums actor(3, width, td3 ? 1 : 2), critic(4, width, 1);
   const double targets = actor.all + 2 * critic.all, critics = 2 * (3 * critic.all - critic.first);
   const double judged = (td3 ? 1 : 2) * (2 * critic.all - critic.first);         // TD3 asks the first critic alone
   const double policy = (3 * actor.all - actor.first + judged) / (td3 ? 2 : 1);  // every other time
   const double flops = 2 * batch * (targets + critics + policy);
-  const std::string text = fmt::format("{}", static_cast<std::int64_t>(width));
-  return TrainingFigure(context,
-                        {"pendulum-v1",
-                         td3 ? "td3" : "sac",
-                         1,
-                         steps,
-                         {{"net_arch", "[" + text + ", " + text + "]"},
-                          {"batch_size", fmt::format("{}", static_cast<std::int64_t>(batch))},
-                          {"learning_starts", std::to_string(kStarts)}}},
-                        {steps - kStarts, "k updates/s", flops * static_cast<double>(steps - kStarts)});
+  return TrainingFigure(context, PendulumReplayJob(td3, width, batch, steps),
+                        {steps - kReplayStarts, "k updates/s", flops * static_cast<double>(steps - kReplayStarts)});
 }
 
 }  // namespace
@@ -155,6 +160,19 @@ Figure PendulumSacWide(const BenchContext& context) {
   return PendulumReplay(context, false, 256, 256, 1000);
 }
 
+Figure PendulumSacTwoCores(const BenchContext& context) {
+  constexpr std::int64_t kSteps = 1000;
+  run::RunConfig config = ConfigOf(PendulumReplayJob(false, 256, 256, kSteps));
+  const BenchContext by_the_wall{context.peak, context.repeats, false};
+  const double alone = Median(context.repeats, [&] { return TrainSeconds(by_the_wall, config); });
+  config.threads = 2;
+  const double shared = Median(context.repeats, [&] { return TrainSeconds(by_the_wall, config); });
+  constexpr double kUpdates = static_cast<double>(kSteps - kReplayStarts);
+  return {
+      alone / shared, "x",
+      fmt::format("{:.2f} ms an update on one core, {:.2f} on two", alone / kUpdates * 1e3, shared / kUpdates * 1e3)};
+}
+
 // The settings of the strongest native peer's own Pendulum benchmark.
 Figure PendulumPpo(const BenchContext& context) {
   const BenchJob job{"pendulum-v1",
@@ -183,6 +201,7 @@ constexpr BenchRow kTrainingRows[] = {
     {"sac", "Pendulum SAC, one update a step, batch 100, 64x64", PendulumSac},
     {"td3", "Pendulum TD3, one update a step, batch 100, 64x64", PendulumTd3},
     {"sac256", "Pendulum SAC, one update a step, batch 256, 256x256", PendulumSacWide},
+    {"sac256cores", "the same on two cores against one", PendulumSacTwoCores},
 };
 
 }  // namespace
