@@ -5,7 +5,7 @@
 
 namespace consac::run {
 namespace {
-constexpr int kSpins = 2000;  // about 20 us: the gap between two minibatches
+constexpr int kSpins = 60000;  // about 60 us: what lies between two jobs of an update, an optimiser's step above all
 }
 
 // A constructor that has come to its end here: whatever fails below, the destructor ends what has begun.

@@ -178,6 +178,27 @@ TEST(Training, WhatTheResultDependsOnCannotChangeInARunThatGoesOn) {
   EXPECT_EQ(TrainOk(bare).weights_hash, TrainOk(whole).weights_hash) << "a name is enough to go on";
 }
 
+// Wide networks and enough rows for threads to share.
+TEST(Training, ThreadsChangeNoBitOfWhatLearnsFromAReplay) {
+  testing::ScratchFolder scratch("threads");
+  for (const auto& [algorithm, world] : {std::pair{"dqn", "cartpole-v1"}, std::pair{"ddpg", "pendulum-v1"},
+                                         std::pair{"td3", "pendulum-v1"}, std::pair{"sac", "pendulum-v1"}}) {
+    RunConfig config = SmallRun(scratch.path());
+    config.algorithm = algorithm;
+    config.world = world;
+    config.steps = 330;
+    config.envs = 1;
+    config.force = true;
+    config.hyperparameters = {
+        {"net_arch", "[256,256]"}, {"batch_size", "300"}, {"learning_starts", "310"}, {"train_freq", "1"}};
+    const std::uint64_t alone = TrainOk(config).weights_hash;
+    for (const std::int32_t threads : {2, 3}) {
+      config.threads = threads;
+      EXPECT_EQ(TrainOk(config).weights_hash, alone) << algorithm << " with " << threads << " threads";
+    }
+  }
+}
+
 // A run that a broken number has ended goes on once it is told what to do with such numbers.
 TEST(Training, WhatIsDoneWithNumbersThatAreNoneMayChange) {
   consac::testing::ScratchFolder scratch("watch");

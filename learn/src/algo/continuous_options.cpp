@@ -84,7 +84,7 @@ Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const
   // initialisation in double precision, the snapshot; with noise two more, each packed; and gradients, twice those of
   // the critics.
   const std::int64_t copies =
-      14 + (wants.parameter_noise ? 4 : 0) + 2 * Backpropagation::GradientCopies(own.batch_size);
+      14 + (wants.parameter_noise ? 4 : 0) + 2 * Backpropagation::GradientCopies(*values, own.batch_size);
   const std::int64_t parameters = acts->parameter_count() + values->parameter_count();
   const std::int64_t activations = Backpropagation::ActivationBytes(*acts, own.batch_size) +
                                    2 * Backpropagation::ActivationBytes(*values, own.batch_size);

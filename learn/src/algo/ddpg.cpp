@@ -93,9 +93,9 @@ class Ddpg final : public Learner {
         actions_(collector_.action_head().raw_size()),
         return_range_(ddpg.return_range > 0.0 ? static_cast<float>(ddpg.return_range) : HUGE_VALF),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               Learned(ddpg, std::max<std::int64_t>(options.behaviour.slots, ddpg.batch_size)), options.ranks),
-        critic_(std::move(model.critics), Rng(options.seed, StreamId("critics")), Learned(ddpg, ddpg.batch_size),
-                options.ranks),
+               Learned(options, ddpg, std::max<std::int64_t>(options.behaviour.slots, ddpg.batch_size)), options.ranks),
+        critic_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
+                Learned(options, ddpg, ddpg.batch_size), options.ranks),
         noise_(ddpg.noise, &actor_, options.seed, options.ranks),
         action_gradient_(critic_.network(), actions_, ddpg.batch_size, critic_.packed()),
         minibatch_(options.behaviour, {ddpg.batch_size, ddpg.n_steps, actions_}, options.ranks),
@@ -164,8 +164,8 @@ class Ddpg final : public Learner {
   }
 
  private:
-  static LearnedNetworkOptions Learned(const DdpgOptions& ddpg, std::int64_t run_rows) {
-    return {run_rows, ddpg.batch_size, ddpg.adam, ddpg.clip_norm, true};
+  static LearnedNetworkOptions Learned(const LearnerOptions& options, const DdpgOptions& ddpg, std::int64_t run_rows) {
+    return {run_rows, ddpg.batch_size, ddpg.adam, ddpg.clip_norm, true, options.executor};
   }
 
   bool GradientStepOnDraws() {
@@ -209,7 +209,7 @@ class Ddpg final : public Learner {
                     block.output_gradients[0][r] = 2.0f * error * inverse;
                   }
                 });
-    const std::span<float> gradient = critic_.Gradient(minibatch_.size(), executor_, loss);
+    const std::span<float> gradient = critic_.Gradient(minibatch_.size(), loss);
     penalty_.AddGradient(critic_.parameters(), gradient);
     critic_.Step(gradient, learning_rate_);
   }
@@ -233,7 +233,7 @@ class Ddpg final : public Learner {
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
                 [this](const LossBlock& block) { action_gradient_.Backward(block); });
     const float rate = ddpg_.actor_lr.absent ? learning_rate_ : RateAt(ddpg_.actor_lr, steps(), total_steps_);
-    actor_.Step(actor_.Gradient(minibatch_.size(), executor_, loss), rate);
+    actor_.Step(actor_.Gradient(minibatch_.size(), loss), rate);
   }
 
   // Source: Stable Baselines 2.10.2, ddpg/ddpg.py, and Stable Baselines3, td3.py.

@@ -66,7 +66,6 @@ class Dqn final : public Learner, private BlockLoss {
   Dqn(const LearnerOptions& options, const DqnOptions& dqn, QModel model, std::string hyperparameters)
       : dqn_(dqn),
         hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
         total_steps_(options.total_steps),
         collector_(options.behaviour, std::move(model.head), dqn.collect, options.seed, options.ranks),
         choices_(collector_.action_head().size()),
@@ -75,7 +74,8 @@ class Dqn final : public Learner, private BlockLoss {
             .batch_rows = dqn.batch_size,
             .adam = dqn.adam,
             .max_grad_norm = dqn.max_grad_norm,
-            .clip_each = dqn.clip == GradientClip::kVariable},
+            .clip_each = dqn.clip == GradientClip::kVariable,
+            .executor = options.executor},
            options.ranks),
         explorer_(choices_, options.seed),
         minibatch_(options.behaviour, dqn.batch_size, dqn.n_steps, options.ranks),
@@ -151,7 +151,7 @@ class Dqn final : public Learner, private BlockLoss {
     if (!minibatch_.Draw(collector_, dqn_.BetaAt(steps(), total_steps_))) return false;
     SetTargets();
     learning_rate_ = dqn_.LearningRateAt(steps(), total_steps_);
-    q_.Step(q_.Gradient(minibatch_.size(), executor_, *this), learning_rate_);
+    q_.Step(q_.Gradient(minibatch_.size(), *this), learning_rate_);
     losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
     minibatch_.SetPriorities();
     ++updates_;
@@ -220,7 +220,6 @@ class Dqn final : public Learner, private BlockLoss {
 
   const DqnOptions dqn_;
   const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
   std::int64_t total_steps_;
   ReplayCollector collector_;
   const std::int64_t choices_;
@@ -251,7 +250,8 @@ Result<std::unique_ptr<Learner>> CreateDqn(const LearnerOptions& options, const 
   if (!model.ok()) return model.status();
   // Two networks' parameters, each packed, a packed form to learn, the optimiser's two columns, initialisation in
   // double precision, the snapshot; with noise four more; and gradients.
-  const std::int64_t copies = 10 + (dqn.param_noise ? 4 : 0) + Backpropagation::GradientCopies(dqn.batch_size);
+  const std::int64_t copies =
+      10 + (dqn.param_noise ? 4 : 0) + Backpropagation::GradientCopies(model->network, dqn.batch_size);
   CONSAC_RETURN_IF_ERROR(CheckOffPolicyMemory(options, dqn,
                                               {model->head.raw_size(), model->network.parameter_count(), copies,
                                                Backpropagation::ActivationBytes(model->network, dqn.batch_size)}));

@@ -51,10 +51,10 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
   // The parameters and packed forms of them to act and to learn, the optimiser's two columns, the initialisation in
   // double precision, the snapshot; and gradients.
   constexpr std::int64_t kBesides = 9;
-  const std::int64_t copies = kBesides + Backpropagation::GradientCopies(minibatch_rows);
+  const std::int64_t copies = kBesides + Backpropagation::GradientCopies(*network, minibatch_rows);
   const std::int64_t learning = network->parameter_count() * copies * static_cast<std::int64_t>(sizeof(float)) +
                                 Backpropagation::ActivationBytes(*network, minibatch_rows) +
-                                HeadGradient::Bytes(*head) * Backpropagation::GradientCopies(minibatch_rows);
+                                HeadGradient::Bytes(*head) * Backpropagation::GradientCopies(*network, minibatch_rows);
   if (learning > options.max_bytes - bytes) {
     return Status{StatusCode::kResourceExhausted,
                   "net_arch makes " + std::to_string(network->parameter_count()) +

@@ -61,10 +61,9 @@ class Sac final : public Learner {
         acting_rng_(options.seed, StreamId("action_sampling")),
         learning_rng_(options.seed, StreamId("sac_samples")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               {std::max<std::int64_t>(options.behaviour.slots, sac.batch_size), sac.batch_size, sac.adam},
-               options.ranks),
+               Learned(options, sac, std::max<std::int64_t>(options.behaviour.slots, sac.batch_size)), options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
-                 {sac.batch_size, sac.batch_size, sac.adam}, options.ranks),
+                 Learned(options, sac, sac.batch_size), options.ranks),
         action_gradient_(critics_.network(), head().raw_size(), sac.batch_size, critics_.packed()),
         minibatch_(options.behaviour, {sac.batch_size, sac.n_steps, head().raw_size()}, options.ranks),
         now_(head(), sac.batch_size),
@@ -130,6 +129,9 @@ class Sac final : public Learner {
   }
 
  private:
+  static LearnedNetworkOptions Learned(const LearnerOptions& options, const SacOptions& sac, std::int64_t run_rows) {
+    return {.run_rows = run_rows, .batch_rows = sac.batch_size, .adam = sac.adam, .executor = options.executor};
+  }
   const ActionHead& head() const { return collector_.action_head(); }
 
   // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
@@ -170,7 +172,7 @@ class Sac final : public Learner {
   // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n (min_k Q'_k(s_n, a') - ent_coef log pi(a' | s_n)); with the value
   // network gamma^n V'(s_n). Nothing follows a terminal state.
   void SetTargets(float ent_coef) {
-    nn::Evaluator& target = critics_.Target();
+    SlicedEvaluator& target = critics_.Target();
     const float* inputs[] = {minibatch_.next_features().data(), next_.actions().data()};
     if (sac_.value_network) {
       target.ForwardTo(kValueOutput, inputs, minibatch_.size());
@@ -201,7 +203,7 @@ class Sac final : public Learner {
                     }
                   }
                 });
-    critics_.Step(critics_.Gradient(minibatch_.size(), executor_, loss), learning_rate_);
+    critics_.Step(critics_.Gradient(minibatch_.size(), loss), learning_rate_);
   }
 
   // L = mean (ent_coef log pi(a~ | s) - min_k Q_k(s, a~)), with Q_1 for the least where there is a value network: first
@@ -232,7 +234,7 @@ class Sac final : public Learner {
                                   block.output_gradients[0] + r * head().size());
                   }
                 });
-    actor_.Step(actor_.Gradient(minibatch_.size(), executor_, loss), learning_rate_);
+    actor_.Step(actor_.Gradient(minibatch_.size(), loss), learning_rate_);
   }
 
   // Source: Stable Baselines 2.10.2, sac/sac.py, and Stable Baselines3, off_policy_algorithm.py and sac.py.

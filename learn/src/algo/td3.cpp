@@ -53,10 +53,9 @@ class Td3 final : public Learner {
         actions_(collector_.action_head().raw_size()),
         learning_rng_(options.seed, StreamId("target_policy_noise")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               {std::max<std::int64_t>(options.behaviour.slots, td3.batch_size), td3.batch_size, td3.adam},
-               options.ranks),
+               Learned(options, td3, std::max<std::int64_t>(options.behaviour.slots, td3.batch_size)), options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
-                 {td3.batch_size, td3.batch_size, td3.adam}, options.ranks),
+                 Learned(options, td3, td3.batch_size), options.ranks),
         action_gradient_(*nn::Network::Create(nn::FirstOutputOf(critics_.network().spec())), actions_, td3.batch_size),
         minibatch_(options.behaviour, {td3.batch_size, td3.n_steps, actions_}, options.ranks),
         next_actions_(static_cast<std::size_t>(td3.batch_size * actions_)),
@@ -117,6 +116,10 @@ class Td3 final : public Learner {
   }
 
  private:
+  static LearnedNetworkOptions Learned(const LearnerOptions& options, const Td3Options& td3, std::int64_t run_rows) {
+    return {.run_rows = run_rows, .batch_rows = td3.batch_size, .adam = td3.adam, .executor = options.executor};
+  }
+
   bool GradientStepOnDraws() {
     if (!minibatch_.Draw(collector_)) return false;
     learning_rate_ = td3_.LearningRateAt(steps(), total_steps_);
@@ -162,7 +165,7 @@ class Td3 final : public Learner {
                     }
                   }
                 });
-    critics_.Step(critics_.Gradient(minibatch_.size(), executor_, loss), learning_rate_);
+    critics_.Step(critics_.Gradient(minibatch_.size(), loss), learning_rate_);
   }
 
   // L = -mean Q_1(s, mu(s)): first dL/da through the critic, held fast, then through the actor.
@@ -181,7 +184,7 @@ class Td3 final : public Learner {
         });
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
                 [this](const LossBlock& block) { action_gradient_.Backward(block); });
-    actor_.Step(actor_.Gradient(minibatch_.size(), executor_, loss), learning_rate_);
+    actor_.Step(actor_.Gradient(minibatch_.size(), loss), learning_rate_);
     actor_losses_.AddMinibatch(minibatch_.size(), minibatch_.total());
   }
 

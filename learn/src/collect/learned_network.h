@@ -6,9 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "collect/sliced_evaluator.h"
 #include "consac/base/archive.h"
 #include "consac/base/communicator.h"
+#include "consac/base/executor.h"
 #include "consac/learn/grad/backpropagation.h"
+#include "consac/nn/activations.h"
 #include "consac/nn/kernels.h"
 #include "consac/nn/network.h"
 #include "optim/gradient_step.h"
@@ -22,6 +25,7 @@ struct LearnedNetworkOptions {
   AdamOptions adam;             ///< its optimiser
   double max_grad_norm = 0.0;   ///< gradients are clipped to this norm; 0: never
   bool clip_each = false;       ///< each tensor's gradient by itself, as Stable Baselines 2 does, instead of the whole
+  Executor executor = {};       ///< parallel work; none: the calling thread
 };
 
 /// Stays where it was made. Parameters are packed when they are first run after a change.
@@ -32,9 +36,11 @@ class LearnedNetwork {
       : network_(std::move(network)),
         run_rows_(options.run_rows),
         parameters_(static_cast<std::size_t>(network_.parameter_count())),
+        executor_(options.executor),
         backpropagation_(network_, 0, options.batch_rows),
-        evaluator_(backpropagation_.packed(), options.run_rows),
-        target_evaluator_(network_, options.run_rows),
+        evaluator_(network_, backpropagation_.packed(), options.run_rows, executor_),
+        packed_target_(std::make_shared<nn::PackedNetwork>(network_)),
+        target_evaluator_(network_, packed_target_, options.run_rows, executor_),
         step_(Optimiser(Adam(network_.parameter_count(), options.adam)), options.max_grad_norm, ranks) {
     if (options.clip_each) step_.ClipEach(network_.parameters());
     network_.Initialise(rng, parameters_);
@@ -76,13 +82,13 @@ class LearnedNetwork {
   /// The parameters of the latest Loaded, Online or Gradient.
   std::shared_ptr<const nn::PackedNetwork> packed() const { return backpropagation_.packed(); }
   /// Runs the parameters of now.
-  nn::Evaluator& Online() {
+  SlicedEvaluator& Online() {
     (void)Loaded();
     return evaluator_;
   }
   /// Runs the target's.
-  nn::Evaluator& Target() {
-    if (!std::exchange(target_packed_, true)) target_evaluator_.Load(target_);
+  SlicedEvaluator& Target() {
+    if (!std::exchange(target_packed_, true)) packed_target_->Load(target_);
     return target_evaluator_;
   }
   /// The first output for features [rows, F]; until the same runs again.
@@ -91,9 +97,9 @@ class LearnedNetwork {
   const float* TargetOutput(const float* features, std::int64_t rows) { return OutputOf(Target(), features, rows); }
 
   /// d loss / d parameters of a minibatch of `rows`.
-  std::span<float> Gradient(std::int64_t rows, const Executor& executor, BlockLoss& loss) {
+  std::span<float> Gradient(std::int64_t rows, BlockLoss& loss) {
     (void)Loaded();
-    backpropagation_.RunLoaded(rows, executor, loss);
+    backpropagation_.RunLoaded(rows, executor_, loss);
     return backpropagation_.gradient();
   }
   /// One step along it.
@@ -121,7 +127,7 @@ class LearnedNetwork {
   }
 
  private:
-  static const float* OutputOf(nn::Evaluator& evaluator, const float* features, std::int64_t rows) {
+  static const float* OutputOf(SlicedEvaluator& evaluator, const float* features, std::int64_t rows) {
     evaluator.Forward({&features, 1}, rows);
     return evaluator.output(0);
   }
@@ -129,8 +135,11 @@ class LearnedNetwork {
   nn::Network network_;
   std::int64_t run_rows_;
   std::vector<float> parameters_, target_;  // [parameters]
+  Executor executor_;
   Backpropagation backpropagation_;
-  nn::Evaluator evaluator_, target_evaluator_;   // the first runs what backpropagation_ packs
+  SlicedEvaluator evaluator_;  // runs what backpropagation_ packs
+  std::shared_ptr<nn::PackedNetwork> packed_target_;
+  SlicedEvaluator target_evaluator_;
   bool packed_ = false, target_packed_ = false;  // the parameters of now
   GradientStep step_;
   std::int64_t gradients_ = 0;  // of the round

@@ -12,15 +12,18 @@
 namespace consac::learn {
 namespace {
 
-constexpr std::int64_t kBlocksPerLane = 4;   // about 150 us of work: more than waking a thread costs
-constexpr std::int64_t kMostLanes = 16;      // each has a gradient of its own, to be added at the end
-constexpr std::int64_t kReduceChunk = 4096;  // parameters that one task adds up
+constexpr std::int64_t kBlocksPerLane = 4;       // about 150 us of two 64x64 towers: more than waking a thread costs
+constexpr std::int64_t kWideParameters = 32768;  // of which one block is as much
+constexpr std::int64_t kMostLanes = 16;          // each has a gradient of its own, to be added at the end
+constexpr std::int64_t kReduceChunk = 4096;      // parameters that one task adds up
 
 std::int64_t BlockCount(std::int64_t rows, std::int64_t block_rows) {
   return (rows + block_rows - 1) / block_rows;
 }
-std::int64_t LaneCountFor(std::int64_t rows, std::int64_t block_rows) {
-  return std::clamp(BlockCount(rows, block_rows) / kBlocksPerLane, std::int64_t{1}, kMostLanes);
+std::int64_t LaneCountFor(std::int64_t rows, std::int64_t block_rows, bool wide) {
+  const std::int64_t blocks = BlockCount(rows, block_rows);
+  const std::int64_t least = wide && blocks >= kBlocksPerLane ? 2 : 1;
+  return std::clamp(blocks / kBlocksPerLane, least, kMostLanes);
 }
 
 }  // namespace
@@ -30,7 +33,8 @@ struct Backpropagation::State {
       : schedule(network, options),
         network_count(network.parameter_count()),
         extra(options.extra),
-        max_rows(options.max_rows) {
+        max_rows(options.max_rows),
+        wide(IsWide(network)) {
     const std::int64_t lanes = Lanes(max_rows);
     for (std::int64_t lane = 0; lane < lanes; ++lane) {
       gradients.emplace_back(network_count + extra);
@@ -38,7 +42,7 @@ struct Backpropagation::State {
     }
   }
 
-  std::int64_t Lanes(std::int64_t rows) const { return LaneCountFor(rows, schedule.block_rows); }
+  std::int64_t Lanes(std::int64_t rows) const { return LaneCountFor(rows, schedule.block_rows, wide); }
 
   /// A workspace that no other thread uses: there are as many as lanes. The first free one, so that a single thread
   /// keeps to one that is warm in its cache.
@@ -79,6 +83,7 @@ struct Backpropagation::State {
   std::int64_t network_count;
   std::int64_t extra;
   std::int64_t max_rows;
+  bool wide;
   bool along_tangent = false;                               // of this run
   std::vector<nn::AlignedFloats> gradients;                 // [lanes] each [network_count + extra]
   std::vector<std::unique_ptr<BlockWorkspace>> workspaces;  // [lanes]
@@ -93,8 +98,12 @@ Backpropagation::Backpropagation(const nn::Network& network, const Backpropagati
 Backpropagation::~Backpropagation() = default;
 Backpropagation::Backpropagation(Backpropagation&&) noexcept = default;
 
-std::int64_t Backpropagation::GradientCopies(std::int64_t max_rows) {
-  return LaneCountFor(max_rows, kBlockRows);
+bool Backpropagation::IsWide(const nn::Network& network) {
+  return network.parameter_count() >= kWideParameters;
+}
+
+std::int64_t Backpropagation::GradientCopies(const nn::Network& network, std::int64_t max_rows) {
+  return LaneCountFor(max_rows, kBlockRows, IsWide(network));
 }
 
 std::int64_t Backpropagation::ActivationBytes(const nn::Network& network, std::int64_t max_rows) {
@@ -111,7 +120,7 @@ std::int64_t Backpropagation::ActivationBytes(const nn::Network& network, std::i
     if (op != nullptr && op->scratch != nullptr) backward = std::max(backward, op->scratch(step.block, kBlockRows));
   }
   const std::int64_t floats = kBlockRows * row + forward + backward;
-  return LaneCountFor(max_rows, kBlockRows) * floats * static_cast<std::int64_t>(sizeof(float));
+  return GradientCopies(network, max_rows) * floats * static_cast<std::int64_t>(sizeof(float));
 }
 
 bool Backpropagation::HasTangent(const nn::Network& network) {
@@ -149,7 +158,8 @@ void Backpropagation::RunLoaded(std::int64_t rows, const Executor& executor, Blo
   if (!fits) return;
   const std::int64_t lanes = state.Lanes(rows);
   executor.ForEach(lanes, [&](std::int64_t lane) { state.RunLane(lane, lanes, rows, loss); });
-  if (lanes == 1) return;
+  const bool learns = state.schedule.options.parameter_count > 0 || state.extra > 0;
+  if (lanes == 1 || !learns) return;
   const std::int64_t chunks = (state.network_count + state.extra + kReduceChunk - 1) / kReduceChunk;
   executor.ForEach(chunks, [&](std::int64_t chunk) { state.Reduce(chunk, lanes); });
 }

@@ -28,7 +28,7 @@ TEST(PopArt, OutputsOfBothNetworksGoOnToMeanWhatTheyMeant) {
   PopArt pop_art(&critic, "qf0/head");
   const float seen[] = {0.3f, -0.8f}, done[] = {0.6f};
   const float* inputs[] = {seen, done};
-  const auto value = [&](nn::Evaluator& of) {
+  const auto value = [&](SlicedEvaluator& of) {
     of.Forward(inputs, 1);
     return pop_art.Value(of.output(0)[0]);
   };

@@ -82,7 +82,9 @@ class Backpropagation {
   Backpropagation(Backpropagation&&) noexcept;
 
   /// How many gradients it keeps, each of [network parameters + extra]: for whoever counts memory before creation.
-  static std::int64_t GradientCopies(std::int64_t max_rows);
+  static std::int64_t GradientCopies(const nn::Network& network, std::int64_t max_rows);
+  /// Whether few rows of `network` are work enough to be shared between threads: by its parameters alone.
+  static bool IsWide(const nn::Network& network);
   /// Bytes of what flows through `network` and back, in all lanes of such minibatches: for them too.
   static std::int64_t ActivationBytes(const nn::Network& network, std::int64_t max_rows);
   /// Whether all block kinds of `network` can be run along a tangent.
