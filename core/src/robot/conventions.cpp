@@ -57,4 +57,12 @@ double ShiftIn(Convention convention, double shift) {
   return convention == Convention::kUnreal ? shift * kCentimetres : shift;
 }
 
+double JointIn(Convention convention, JointType type, double position) {
+  return type == JointType::kPrismatic ? ShiftIn(convention, position) : AngleIn(convention, position);
+}
+
+double JointFrom(Convention convention, JointType type, double written) {
+  return written / JointIn(convention, type, 1.0);
+}
+
 }  // namespace consac::robot

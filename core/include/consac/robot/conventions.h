@@ -6,14 +6,12 @@
 //   kRobot    z  right  m       rad      x, y, z                      URDF, MJCF, this library
 //   kGltf     y  right  m       rad      x, z, -y                     glTF; Godot
 //   kUnreal   z  left   cm      degree   100 x, -100 y, 100 z         Unreal Engine
-// TransformFrom, AngleIn and ShiftIn are what an engine's component of a robot needs, which is to come; until then
-// tests of the written files use them. The X axis stays the X axis in each, so a joint that turns about its local X
-// does so everywhere, and by the same sign: what is +q here is a rotation about X by +q in glTF and Godot, and a roll
-// of +q degrees in Unreal.
+// The X axis stays the X axis in each, so a joint that turns about its local X does so everywhere, and by the same
+// sign: what is +q here is a rotation about X by +q in glTF and Godot, and a roll of +q degrees in Unreal.
 
 #include <cstdint>
 
-#include "consac/robot/transform.h"
+#include "consac/robot/robot.h"
 
 namespace consac::robot {
 
@@ -32,4 +30,8 @@ Transform TransformFrom(Convention convention, const Transform& written);
 double AngleIn(Convention convention, double angle);
 /// The shift along its local X (m; in Unreal cm) of one that slides.
 double ShiftIn(Convention convention, double shift);
+/// AngleIn or ShiftIn, as a joint of that type is moved.
+double JointIn(Convention convention, JointType type, double position);
+/// The position (rad or m) of what JointIn wrote.
+double JointFrom(Convention convention, JointType type, double written);
 }  // namespace consac::robot

@@ -1,4 +1,5 @@
 // The editor's assets: packages by their paths, made by whoever takes a file's ending.
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -36,8 +37,11 @@ TArray<UObject*> IAssetTools::ImportAssetsAutomated(const UAutomatedAssetImportD
     std::unique_ptr<Package>& package = Packages()[Shim::Narrow(*data->DestinationPath) + "/" + path.stem().string()];
     if (package == nullptr) package = std::make_unique<Package>();
     if (package->asset.object() != nullptr && !data->bReplaceExisting) continue;
-    for (UFactory* factory : std::vector<UFactory*>(UFactory::ShimAll())) {
-      if (ending.empty() || !factory->ShimTakes(ending.substr(1))) continue;
+    std::vector<UFactory*> factories = UFactory::ShimAll();
+    std::stable_sort(factories.begin(), factories.end(),
+                     [](const UFactory* a, const UFactory* b) { return a->ImportPriority > b->ImportPriority; });
+    for (UFactory* factory : factories) {
+      if (ending.empty() || !factory->ShimTakes(ending.substr(1)) || !factory->FactoryCanImport(file)) continue;
       bool canceled = false;
       UObject* asset = factory->FactoryCreateFile(factory->SupportedClass.Get(), package->outer.object(), FName(*name),
                                                   RF_Public | RF_Standalone, file, nullptr, nullptr, canceled);

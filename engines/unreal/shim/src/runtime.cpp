@@ -18,6 +18,10 @@
 #include "PhysicsEngine/PhysicsSettings.h"
 #include "UObject/ConstructorHelpers.h"
 
+FName MakeUniqueObjectName(UObject* outer, const UClass*, FName name) {
+  return Shim::UniqueName(outer, name);
+}
+
 bool ShimGenerated();  // by generate.py: every subsystem, the address of every node
 
 namespace {
@@ -82,6 +86,18 @@ UObject* Find(const UObject* outer, FName name) {
   for (UObject* object : Heap())
     if (object->ShimOuter() == outer && object->ShimName() == name && !object->ShimDead()) return object;
   return nullptr;
+}
+
+FName UniqueName(const UObject* outer, FName name) {
+  const auto taken = [&](FName wanted) {
+    return std::any_of(Heap().begin(), Heap().end(), [&](const UObject* object) {
+      return object->ShimOuter() == outer && object->ShimName() == wanted;
+    });
+  };
+  FName unique = name;
+  for (int number = 0; unique == NAME_None || taken(unique); ++number)
+    unique = FName(*FString((std::u16string(*name.ToString()) + u"_" + Wide(std::to_string(number))).c_str()));
+  return unique;
 }
 
 std::size_t Objects() {

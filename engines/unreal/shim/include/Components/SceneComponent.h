@@ -9,6 +9,9 @@ class USceneComponent : public UActorComponent {
     shim_location_ = location;
     shim_rotation_ = rotation;
   }
+  void SetRelativeTransform(const FTransform& transform) {
+    SetRelativeLocationAndRotation(transform.GetLocation(), transform.GetRotation());
+  }
   void SetRelativeScale3D(const FVector& scale) { shim_scale_ = scale; }
   FVector GetComponentLocation() const;
   FVector GetForwardVector() const;

@@ -20,6 +20,11 @@ class UFactory : public UObject {
     return &made;
   }
   UClass* ShimClass() const override { return StaticClass(); }
+  /// Of a file whose ending fits.
+  virtual bool FactoryCanImport(const FString& file) {
+    static_cast<void>(file);
+    return true;
+  }
   virtual UObject* FactoryCreateFile(UClass* cls, UObject* parent, FName name, EObjectFlags flags, const FString& file,
                                      const TCHAR* parameters, FFeedbackContext* warn, bool& canceled) = 0;
 
@@ -41,4 +46,6 @@ class UFactory : public UObject {
   uint8 bCreateNew : 1 = 1;
   uint8 bEditorImport : 1 = 0;
   uint8 bText : 1 = 1;
+  int32 ImportPriority = DefaultImportPriority;  // the highest is asked first
+  static constexpr int32 DefaultImportPriority = 100;
 };

@@ -17,6 +17,8 @@ inline bool packaged = true;
 namespace Shim {
 /// The object of that name directly within another one; null where there is none.
 UObject* Find(const UObject* outer, FName name);
+/// For MakeUniqueObjectName.
+FName UniqueName(const UObject* outer, FName name);
 }  // namespace Shim
 
 template <class T>
@@ -38,6 +40,9 @@ T* NewObject(UObject* outer = nullptr, FName name = NAME_None, EObjectFlags flag
   made->PostInitProperties();
   return made;
 }
+
+/// That name, or one made of it that no object within `outer` has, be it destroyed and not collected yet.
+FName MakeUniqueObjectName(UObject* outer, const UClass* cls, FName name = NAME_None);
 
 template <class T>
 T* LoadObject(UObject* outer, const TCHAR* name) {

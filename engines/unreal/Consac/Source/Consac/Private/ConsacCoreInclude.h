@@ -37,6 +37,9 @@ THIRD_PARTY_INCLUDES_START
 #include "consac/host/tick_world.h"
 #include "consac/policy/policy.h"
 #include "consac/policy/training_facts.h"
+#include "consac/robot/conventions.h"
+#include "consac/robot/posture.h"
+#include "consac/robot/table.h"
 #pragma pop_macro("PI")
 #pragma pop_macro("TEXT")
 #pragma pop_macro("ensure")

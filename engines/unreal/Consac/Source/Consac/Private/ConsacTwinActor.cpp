@@ -1,0 +1,10 @@
+// Copyright CONSAC authors. MIT License.
+#include "ConsacTwinActor.h"
+
+#include "ConsacTwinComponent.h"
+
+AConsacTwinActor::AConsacTwinActor()
+{
+	Robot = CreateDefaultSubobject<UConsacTwinComponent>(TEXT("Robot"));
+	SetRootComponent(Robot);
+}
