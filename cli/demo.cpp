@@ -81,7 +81,7 @@ int Demo(const DemoFlags& flags) {
   Print("\n3. The saved model acts, with no network and no trainer (A: actor, o: coin):\n\n");
   WalkOptions walk;
   walk.steps = 40;
-  const Status walked = Walk({summary->models[0].path}, **world, walk, StopSignal());
+  const Status walked = Walk({summary->models[0].path}, kWorld, walk, StopSignal());
   if (!walked.ok()) return Fail("demo", walked);
   run::EvaluateOptions evaluate;
   evaluate.model = summary->models[0].path;

@@ -51,12 +51,19 @@ std::string RangeOf(const learn::Hyperparameter& row) {
 Rows WorldRows() {
   Rows rows = Rows::array();
   for (const worlds::World& world : worlds::Worlds()) {
-    const std::unique_ptr<VectorEnv> env = world.create(1);
-    const BehaviourSpec& behaviour = env->spec().behaviours[0];
-    rows.push_back({{"world", world.id},
+    std::string name = world.id, action = "as its " + std::string(world.argument != nullptr ? world.argument : "");
+    std::string observation = action;
+    if (world.argument != nullptr) {
+      name += ":" + std::string(world.argument);
+    } else {
+      const std::unique_ptr<VectorEnv> env = world.create(1);
+      const BehaviourSpec& behaviour = env->spec().behaviours[0];
+      action = behaviour.action_space.ToString(), observation = behaviour.observation_space.ToString();
+    }
+    rows.push_back({{"world", name},
                     {"what", world.description},
-                    {"action", behaviour.action_space.ToString()},
-                    {"observation", behaviour.observation_space.ToString()},
+                    {"action", action},
+                    {"observation", observation},
                     {"source", world.source}});
   }
   return rows;

@@ -61,8 +61,7 @@ Status PlayIn(const std::vector<std::string>& models, const PlayFlags& flags) {
     id = run::TrainedWorld(*policy);
   }
   if (run::IsUrl(id)) return PlayWithEngine(models, flags, id);
-  const Result<const worlds::World*> world = worlds::FindWorld(id);
-  return world.ok() ? Walk(models, **world, flags.walk, StopSignal()) : world.status();
+  return Walk(models, id, flags.walk, StopSignal());
 }
 
 int Play(const PlayFlags& flags) {
@@ -150,9 +149,13 @@ Status WalkAlong(run::Actors& actors, const Walked& world, const WalkOptions& op
 
 }  // namespace
 
-Status Walk(const std::vector<std::string>& models, const worlds::World& world, const WalkOptions& options,
+Status Walk(const std::vector<std::string>& models, std::string_view world, const WalkOptions& options,
             const std::atomic<bool>& stop) {
-  const std::unique_ptr<VectorEnv> env = world.create(1);
+  const Result<const worlds::World*> row = worlds::FindWorld(world);
+  if (!row.ok()) return row.status();
+  Result<std::unique_ptr<VectorEnv>> made = worlds::MakeWorld(world, 1);
+  if (!made.ok()) return made.status();
+  const std::unique_ptr<VectorEnv> env = std::move(*made);
   Result<run::Actors> actors = run::Actors::Load(models, env->spec());
   if (!actors.ok()) return actors.status();
   env->Reset(static_cast<std::uint64_t>(options.seed), actors->batches());
@@ -161,7 +164,7 @@ Status Walk(const std::vector<std::string>& models, const worlds::World& world, 
     return Status::Ok();
   };
   std::function<std::string()> picture;
-  if (world.describe != nullptr) picture = [&] { return world.describe(*env, 0); };
+  if ((*row)->describe != nullptr) picture = [&] { return (*row)->describe(*env, 0); };
   return WalkAlong(*actors, {env->spec(), step, [&](std::size_t b) { return env->present(b); }, picture}, options,
                    stop);
 }

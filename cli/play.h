@@ -22,7 +22,7 @@ struct WalkOptions {
 
 /// Prints the thesis' trajectory, a line per step: observation, action, reward; with several behaviours a line for an
 /// agent of each. `models` are the files of what acts (run::FindModels). Ok at the end or when stopped.
-Status Walk(const std::vector<std::string>& models, const worlds::World& world, const WalkOptions& options,
+Status Walk(const std::vector<std::string>& models, std::string_view world, const WalkOptions& options,
             const std::atomic<bool>& stop);
 /// The same with the world of an engine, all of whose agents act.
 Status Walk(const std::vector<std::string>& models, EnvClient& engine, const WalkOptions& options,

@@ -22,8 +22,8 @@ struct ServeFlags {
   bool no_newline = false, wait_after_end = false;
 };
 
-std::unique_ptr<VectorEnv> MakeWorlds(const ServeFlags& flags) {
-  return (*worlds::FindWorld(flags.world))->create(static_cast<std::int32_t>(flags.envs));
+Result<std::unique_ptr<VectorEnv>> MakeWorlds(const ServeFlags& flags) {
+  return worlds::MakeWorld(flags.world, static_cast<std::int32_t>(flags.envs));
 }
 
 Result<std::unique_ptr<EnvServer>> OpenServer(const ServeFlags& flags, VectorEnv& env) {
@@ -48,7 +48,7 @@ Result<std::unique_ptr<EnvServer>> OpenServer(const ServeFlags& flags, VectorEnv
   options.wait_after_end = flags.wait_after_end;
   options.max_sessions = static_cast<std::int32_t>(flags.trainers);
   options.make_env = [flags] {
-    auto worlds = run::Guarded([&]() -> Result<std::unique_ptr<VectorEnv>> { return MakeWorlds(flags); });
+    auto worlds = run::Guarded([&] { return MakeWorlds(flags); });
     return worlds.ok() ? std::move(*worlds) : nullptr;
   };
   return EnvServer::Create(env, std::move(*listener), options);
@@ -67,9 +67,10 @@ int Serve(const ServeFlags& flags) {
                           "--protocol text1 cannot ask for a token (--token or CONSAC_TOKEN), so nobody could be "
                           "served; take --protocol 2, or no token"});
   }
-  const std::unique_ptr<VectorEnv> env = MakeWorlds(flags);
+  const Result<std::unique_ptr<VectorEnv>> env = MakeWorlds(flags);
+  if (!env.ok()) return Fail("serve", env.status());
   const run::MemoryReserve reserve(run::kFirstAid);  // sessions outlive a short moment
-  const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, *env);
+  const Result<std::unique_ptr<EnvServer>> server = OpenServer(flags, **env);
   if (!server.ok()) return Fail("serve", server.status());
   const int port = (*server)->port();
   if (!flags.port_file.empty()) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -13,11 +14,13 @@
 #include "cli/verbs.h"
 #include "consac/base/file.h"
 #include "consac/base/json.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/robot/conventions.h"
 #include "consac/robot/kinematics.h"
 #include "consac/robot/self_collision.h"
 #include "consac/twin/import.h"
+#include "worlds/twin_reach/twin_reach.h"
 
 namespace consac::cli {
 namespace {
@@ -26,6 +29,7 @@ constexpr double kDegrees = 180.0 / robot::kPiRadians;  // in a radian
 
 struct TwinFlags {
   std::string input, output = "twin", candidates = "candidates.json", root, srdf, link, convention = "robot", positions;
+  std::string reach;  // file of twin-reach-v0 to write
   std::vector<std::string> packages;
   double density = 0.0, deflection_mm = 0.2;
   twin::CadOptions cad;
@@ -222,6 +226,27 @@ int CheckTwin(const TwinFlags& flags) {
   return 0;
 }
 
+int ShowReach(const TwinFlags& flags) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::is_regular_file(ToPath(flags.input), error))
+    return Fail("twin", {StatusCode::kInvalidArgument, Quote(flags.input) + " is a file; name the twin's folder"});
+  const Result<std::shared_ptr<const worlds::ReachTask>> task = worlds::ReadTwinReach(flags.input);
+  if (!task.ok()) return Fail("twin", task.status());
+  // A file says where its twin is from where it lies itself.
+  const fs::path folder = fs::absolute(ToPath(flags.reach), error).parent_path();
+  const fs::path twin = flags.reach.empty() ? ToPath(flags.input) : fs::relative(ToPath(flags.input), folder, error);
+  const std::string text = worlds::TwinReachText(**task, FromPath(error ? ToPath(flags.input) : twin));
+  if (flags.reach.empty()) {
+    PrintLines(text);
+    return 0;
+  }
+  const Status written = WriteFileAtomically(flags.reach, std::as_bytes(std::span(text)));
+  if (!written.ok()) return Fail("twin", written);
+  Print("{} says what twin-reach-v0:{} is; change it as you like\n", flags.reach, flags.reach);
+  return 0;
+}
+
 void AddCadFlags(CLI::App* app, TwinFlags* flags) {
   app->add_option("--hints", flags->cad.hints, "JSON file on links and joints of a CAD file (docs/twin.md)");
   app->add_option("--kinematics", flags->cad.kinematics,
@@ -269,9 +294,14 @@ Action AddTwin(CLI::App& app) {
   fk->add_flag("--json", flags->json, "print JSON");
   CLI::App* check = app.add_subcommand("check", "read a twin and say what it is");
   check->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
+  CLI::App* reach = app.add_subcommand(
+      "reach", "what twin-reach-v0 makes of a twin: tool, ready pose, goals; a file to change them in");
+  reach->add_option("twin", flags->input, "folder of an import")->required();
+  reach->add_option("-o,--output", flags->reach, "file to write; without it they are printed");
   CLI::App* view = app.add_subcommand("view", "show a twin in the browser: move its joints, let a model play");
   view->add_option("twin", flags->input, "folder of an import, or a description")->required();
-  view->add_option("--model", flags->view.model, "model of yumi-reach-v0 or a variant of it, or the name of its run");
+  view->add_option("--model", flags->view.model,
+                   "model of yumi-reach-v0, of a variant or of twin-reach-v0, or the name of its run");
   view->add_option("--dir", flags->view.runs, "folder of the runs")->capture_default_str();
   AddWhole(*view, "--port", &flags->view.port, 0, 65535, "port on this machine; 0 takes a free one")
       ->capture_default_str();
@@ -281,13 +311,14 @@ Action AddTwin(CLI::App& app) {
   AddWhole(*view, "--seed", &flags->view.seed, 0, kMostWhole, "seed of the model's world");
   view->add_flag("--open", flags->view.open, "ask the system for a browser");
   AddCadFlags(view, flags.get());
-  return [flags, import, candidates, fk, view] {
+  return [flags, import, candidates, fk, reach, view] {
     flags->view.cad = CadOptionsOf(*flags);
     if (view->parsed()) return ViewTwin(flags->input, flags->view);
     EndAtSignals();
     return import->parsed()       ? ImportTwin(*flags)
            : candidates->parsed() ? ShowCandidates(*flags)
            : fk->parsed()         ? ShowPose(*flags)
+           : reach->parsed()      ? ShowReach(*flags)
                                   : CheckTwin(*flags);
   };
 }

@@ -4,22 +4,19 @@
 
 #include "consac/base/text.h"
 #include "consac/run/training.h"
-#include "worlds/yumi_reach/yumi_reach.h"
+#include "worlds/robot_reach/robot_reach.h"
 
 namespace consac::cli {
 namespace {
 
-constexpr std::string_view kRobotWorlds = "yumi-reach";  // what ids of worlds with a robot begin with
 constexpr auto kStepTime = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-    std::chrono::duration<double>(worlds::YumiArmState::kStep));
+    std::chrono::duration<double>(worlds::RobotReach::kStep));
 constexpr int kMostAtOnce = 5;  // steps; after a stop of the machine the rest is not made up
-// In a row: achieved_goal, desired_goal, observation.
-constexpr std::size_t kToolAt = 0, kTargetAt = worlds::YumiArmState::kGoal, kJointsAt = 2 * kTargetAt;
 
 }  // namespace
 
-TwinPlay::TwinPlay(std::unique_ptr<VectorEnv> env, run::Actors actors, std::int64_t seed)
-    : env_(std::move(env)), actors_(std::move(actors)), seed_(static_cast<std::uint64_t>(seed)) {
+TwinPlay::TwinPlay(const worlds::World& world, std::unique_ptr<VectorEnv> env, run::Actors actors, std::int64_t seed)
+    : world_(&world), env_(std::move(env)), actors_(std::move(actors)), seed_(static_cast<std::uint64_t>(seed)) {
   state_.world = env_->spec().id;
   Reset();
 }
@@ -28,21 +25,22 @@ Result<TwinPlay> TwinPlay::Open(const std::vector<std::string>& models, const ro
   const Result<Policy> policy = Policy::Load(models[0]);
   if (!policy.ok()) return policy.status();
   const std::string id = run::TrainedWorld(*policy);
-  if (!id.starts_with(kRobotWorlds))
-    return Status{StatusCode::kInvalidArgument, "--model was trained in " + Quote(id) +
-                                                    ", which has no robot; yumi-reach-v0 and its variants have one"};
   const Result<const worlds::World*> world = worlds::FindWorld(id);
-  if (!world.ok()) return world.status();
-  for (const robot::Joint& joint : worlds::YumiRightArm().joints) {
-    if (twin.FindJoint(joint.name) < 0)
+  if (!world.ok() || (*world)->robot == nullptr)
+    return Status{StatusCode::kInvalidArgument,
+                  "--model was trained in " + Quote(id) +
+                      ", which has no robot; yumi-reach-v0, its variants and twin-reach-v0 have one"};
+  Result<std::unique_ptr<VectorEnv>> env = worlds::MakeWorld(id, 1);
+  if (!env.ok()) return env.status();
+  for (const robot::Joint& joint : (*world)->robot(**env).task().robot.joints) {
+    if (joint.position_index >= 0 && twin.FindJoint(joint.name) < 0)
       return Status{StatusCode::kInvalidArgument, "the twin " + Quote(twin.name) + " has no joint " +
-                                                      Quote(joint.name) + ", which " + id +
-                                                      " moves; take examples/robots/yumi"};
+                                                      Quote(joint.name) + ", which " + Quote(id) +
+                                                      " moves; view the twin that it was trained with"};
   }
-  std::unique_ptr<VectorEnv> env = (*world)->create(1);
-  Result<run::Actors> actors = run::Actors::Load(models, env->spec());
+  Result<run::Actors> actors = run::Actors::Load(models, (*env)->spec());
   if (!actors.ok()) return actors.status();
-  return TwinPlay(std::move(env), std::move(*actors), seed);
+  return TwinPlay(**world, std::move(*env), std::move(*actors), seed);
 }
 
 void TwinPlay::Reset() {
@@ -78,17 +76,16 @@ void TwinPlay::Advance() {
   for (; due_ <= now; due_ += kStepTime) Step();
 }
 
-PlayState TwinPlay::State() {
+PlayState TwinPlay::State() const {
   PlayState state = state_;
-  const Batch& batch = actors_.batches()[0];
-  const Layout& layout = actors_.policy(0).observation_layout();
-  std::vector<double> row;
-  for (const Leaf& leaf : layout.leaves) {
-    for (std::int64_t i = 0; i < leaf.count; ++i) row.push_back(ReadElement(leaf, batch.next_observations, i));
+  const worlds::RobotReach& reach = world_->robot(*env_);
+  const robot::Robot& robot = reach.task().robot;
+  for (std::size_t i = 0; i < reach.goals().size(); i += 3) {
+    state.targets.push_back({reach.goals()[i], reach.goals()[i + 1], reach.goals()[i + 2]});
+    state.tools.push_back({reach.tools()[i], reach.tools()[i + 1], reach.tools()[i + 2]});
   }
-  for (std::size_t i = 0; i < 3; ++i) state.tool[i] = row[kToolAt + i], state.target[i] = row[kTargetAt + i];
-  const robot::Robot& arm = worlds::YumiRightArm();
-  for (std::size_t i = 0; i < arm.joints.size(); ++i) state.joints.emplace_back(arm.joints[i].name, row[kJointsAt + i]);
+  for (std::size_t i = 0; i < reach.joints().size(); ++i)
+    state.joints.emplace_back(robot.joints[static_cast<std::size_t>(robot.position_joints[i])].name, reach.joints()[i]);
   return state;
 }
 

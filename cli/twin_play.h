@@ -1,6 +1,7 @@
 #pragma once
 // A trained model that moves a twin: the world of its robot steps in real time, and says how the robot stands.
 
+#include <array>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -19,7 +20,7 @@ struct PlayState {
   std::int64_t episode = 1, step = 0;                  ///< of the episode
   double reward = 0.0;                                 ///< of the latest step
   std::vector<std::pair<std::string, double>> joints;  ///< names and positions, rad
-  double target[3] = {}, tool[3] = {};                 ///< in the robot's frame, m
+  std::vector<std::array<double, 3>> targets, tools;   ///< as many of each, in the robot's frame, m
 };
 
 /// One world, one copy, and the model that acts in it. One thread.
@@ -32,14 +33,15 @@ class TwinPlay {
   bool Do(std::string_view what);
   /// Steps as often as is due.
   void Advance();
-  PlayState State();
+  PlayState State() const;
 
  private:
-  TwinPlay(std::unique_ptr<VectorEnv> env, run::Actors actors, std::int64_t seed);
+  TwinPlay(const worlds::World& world, std::unique_ptr<VectorEnv> env, run::Actors actors, std::int64_t seed);
   void Reset();
   void Step();
 
   using Clock = std::chrono::steady_clock;
+  const worlds::World* world_;
   std::unique_ptr<VectorEnv> env_;
   run::Actors actors_;
   std::uint64_t seed_;

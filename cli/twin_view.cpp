@@ -144,7 +144,7 @@ class ViewPage {
       return HttpResponse::Error(400, "{\"do\": \"start\", \"pause\" or \"reset\"} is expected");
     return Playing();
   }
-  HttpResponse Playing() {
+  HttpResponse Playing() const {
     const PlayState state = play_->State();
     PageJson joints = PageJson::object();
     for (const auto& [name, position] : state.joints) joints[name] = position;
@@ -154,8 +154,8 @@ class ViewPage {
                {"step", state.step},
                {"reward", state.reward},
                {"joints", joints},
-               {"target", state.target},
-               {"tool", state.tool}});
+               {"targets", state.targets},
+               {"tools", state.tools}});
   }
 
   const ViewedTwin& twin_;

@@ -54,6 +54,7 @@ void ExpectNoneWhileItLearns(const worlds::World& world, const char* algorithm, 
 
 TEST(Allocations, NonePerStepOfTrainingInProcess) {
   for (const worlds::World& world : worlds::Worlds()) {
+    if (world.argument != nullptr) continue;
     for (const char* algorithm : {"ppo2", "a2c"}) ExpectNoneWhileItLearns(world, algorithm);
     const Layout actions = world.create(1)->spec().behaviours[0].action_layout;
     const bool discrete = actions.leaves.size() == 1 && actions.leaves[0].space.kind() == SpaceKind::kDiscrete;

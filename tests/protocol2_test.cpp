@@ -30,6 +30,7 @@ INSTANTIATE_TEST_SUITE_P(Each, EitherMemory, ::testing::Bool(),
 
 TEST_P(EitherMemory, ManyWorldsOfAnEngineAreTheSameWorldsInProcess) {
   for (const worlds::World& world : worlds::Worlds()) {
+    if (world.argument != nullptr) continue;
     const Engine engine({}, world.id, 8);
     EnvClientOptions options;
     options.protocol = Protocol::kProtocol2;

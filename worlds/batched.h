@@ -9,9 +9,9 @@
 //   void Reset(Rng& rng, Observation* observation);  starts an episode
 //   StepResult Step(const Action* action, Rng& rng, Observation* observation);
 //   void Visit(Archive& archive);                    its exact state
-//   static float Price(const Observation*);          what a step to it pays; with it the world prices goals
-//   static constexpr std::size_t kTogether;          with it, so many copies are stepped by one call of
-//   static void StepTogether(const Together<W>&);    with the bits that Step gives each
+//   float Price(const Observation*) const;           what a step to it pays; with it the world prices goals; may be
+//   static static constexpr std::size_t kTogether;          with it, so many copies are stepped by one call of static
+//   void StepTogether(const Together<W>&);    with the bits that Step gives each
 
 #include <array>
 #include <cstring>
@@ -58,6 +58,9 @@ class Batched final : public VectorEnv {
  public:
   /// `copies` >= 1.
   explicit Batched(std::int32_t copies) : spec_(W::Spec(copies)), worlds_(static_cast<std::size_t>(copies)) {}
+  /// Copies of `world`, which offers `spec`.
+  Batched(EnvSpec spec, const W& world, std::int32_t copies)
+      : spec_(std::move(spec)), worlds_(static_cast<std::size_t>(copies), Copy{world, Rng(), 0}) {}
 
   const EnvSpec& spec() const override { return spec_; }
 
@@ -108,7 +111,7 @@ class Batched final : public VectorEnv {
     if constexpr (kPrices) {
       const std::size_t row_bytes = spec_.behaviours[0].observation_layout.row_bytes;
       for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i)
-        rewards[i] = W::Price(reinterpret_cast<const Observation*>(observations + i * row_bytes));
+        rewards[i] = worlds_[0].world.Price(reinterpret_cast<const Observation*>(observations + i * row_bytes));
     }
     (void)observations, (void)rows, (void)rewards;
   }
@@ -131,7 +134,7 @@ class Batched final : public VectorEnv {
  private:
   using Observation = typename ObservationElement<W>::Type;
   static constexpr bool kStepsTogether = requires { W::kTogether; };
-  static constexpr bool kPrices = requires(const Observation* observation) { W::Price(observation); };
+  static constexpr bool kPrices = requires(const W& world, const Observation* seen) { world.Price(seen); };
   struct Copy {
     W world;
     Rng rng;

@@ -14,6 +14,7 @@
 #include "worlds/point_reach/point_reach.h"
 #include "worlds/reach3/reach3.h"
 #include "worlds/road/road.h"
+#include "worlds/twin_reach/twin_reach.h"
 #include "worlds/yumi_reach/yumi_reach.h"
 
 namespace consac::worlds {
@@ -35,7 +36,7 @@ std::string DescribePixelCatch(const VectorEnv& env, std::int32_t index) {
 }
 
 // Source: RL Baselines3 Zoo, FetchReach-v1 with HER.
-constexpr const char* kYumiSac =
+constexpr const char* kReachSac =
     "sac: replay_buffer_class=HerReplayBuffer gamma=0.95 learning_rate=1e-3 batch_size=256 learning_starts=1000 "
     "buffer_size=100000 net_arch=[64,64] norm_obs=true";
 
@@ -73,13 +74,18 @@ constexpr World kWorlds[] = {
     {"point-reach-dense-v0", "the same, paid by the distance", "CONSAC, after Plappert et al. 2018 (FetchReach)",
      MakeBatched<PointReachDense>, nullptr, ""},
     {"yumi-reach-v0", "bring an arm of ABB's YuMi to a point, by its tool",
-     "FetchReach-v4 of Gymnasium-Robotics, with ABB's YuMi", MakeBatched<YumiReach<YumiReachBase>>, nullptr, kYumiSac},
-    {"yumi-reach-dense-v0", "the same, paid by the distance", "as yumi-reach-v0",
-     MakeBatched<YumiReach<YumiReachDense>>, nullptr, ""},
-    {"yumi-reach-joints-v0", "the same by seven joints", "as yumi-reach-v0", MakeBatched<YumiReach<YumiReachJoints>>,
-     nullptr, kYumiSac},
-    {"yumi-reach-precise-v0", "the same to 1 cm", "as yumi-reach-v0", MakeBatched<YumiReach<YumiReachPrecise>>, nullptr,
-     kYumiSac},
+     "FetchReach-v4 of Gymnasium-Robotics, with ABB's YuMi", MakeYumiReach<YumiReach::kPlain>, nullptr, kReachSac,
+     RobotReach::FirstOf},
+    {"yumi-reach-dense-v0", "the same, paid by the distance", "as yumi-reach-v0", MakeYumiReach<YumiReach::kDense>,
+     nullptr, "", RobotReach::FirstOf},
+    {"yumi-reach-joints-v0", "the same by seven joints", "as yumi-reach-v0", MakeYumiReach<YumiReach::kJoints>, nullptr,
+     kReachSac, RobotReach::FirstOf},
+    {"yumi-reach-precise-v0", "the same to 1 cm", "as yumi-reach-v0", MakeYumiReach<YumiReach::kPrecise>, nullptr,
+     kReachSac, RobotReach::FirstOf},
+    {"yumi-reach-dual-v0", "both arms at once, which must not touch", "as yumi-reach-v0",
+     MakeYumiReach<YumiReach::kDual>, nullptr, kReachSac, RobotReach::FirstOf},
+    {"twin-reach-v0", "bring the tool of any robot that `consac twin import` made to a point", "as yumi-reach-v0",
+     nullptr, nullptr, kReachSac, RobotReach::FirstOf, "TWIN", MakeTwinReach},
 };
 
 }  // namespace
@@ -98,13 +104,29 @@ std::span<const World> Worlds() {
   return kWorlds;
 }
 
-Result<const World*> FindWorld(std::string_view id) {
+Result<const World*> FindWorld(std::string_view name) {
+  const std::size_t colon = name.find(':');
+  const std::string_view id = name.substr(0, colon);
   std::vector<std::string_view> known;
   for (const World& world : kWorlds) {
-    if (world.id == id) return &world;
     known.emplace_back(world.id);
+    if (world.id != id) continue;
+    const bool told = colon != std::string_view::npos;
+    if (told && world.argument == nullptr)
+      return Status{StatusCode::kInvalidArgument, Quote(name) + ": " + world.id + " takes nothing after its name"};
+    if (world.argument != nullptr && (!told || colon + 1 == name.size()))
+      return Status{StatusCode::kInvalidArgument, std::string(world.id) + " needs to be told more: " + world.id + ":" +
+                                                      world.argument + " (docs/worlds.md)"};
+    return &world;
   }
   return Status{StatusCode::kNotFound, "unknown world " + Quote(id) + Suggestion(id, known)};
+}
+
+Result<std::unique_ptr<VectorEnv>> MakeWorld(std::string_view name, std::int32_t count) {
+  const Result<const World*> world = FindWorld(name);
+  if (!world.ok()) return world.status();
+  if ((*world)->argument != nullptr) return (*world)->create_of(name.substr(name.find(':') + 1), count);
+  return (*world)->create(count);
 }
 
 }  // namespace consac::worlds

@@ -91,7 +91,7 @@ export class Scene {
     this.makeBall();
     this.makePicker();
     this.camera = { turn: 0.7, tilt: 0.35, distance: 2, at: [0, 0, 0] };
-    this.show = { grid: true, axes: [], target: null, hovered: null, chosen: null };
+    this.show = { grid: true, axes: [], targets: [], hovered: null, chosen: null };
     this.place();
     this.fit();
   }
@@ -265,7 +265,7 @@ export class Scene {
       }
     }
     gl.disable(gl.BLEND);
-    if (show.target) this.drawLit(this.ball.array, this.ball.count, matrix.scaled(show.target.radius, show.target.at), { colour: [0.05, 0.5, 0.12, 1], roughness: 0.4, glow: 0 });
+    for (const target of show.targets) this.drawLit(this.ball.array, this.ball.count, matrix.scaled(target.radius, target.at), { colour: [0.05, 0.5, 0.12, 1], roughness: 0.4, glow: 0 });
     this.begin(this.flat, camera);
     gl.disable(gl.DEPTH_TEST);
     for (const node of show.axes) {

@@ -263,10 +263,10 @@ class Page {
     this.following = false;
   }
 
-  showPlay({ world, running, episode, step, reward, joints, target, tool }) {
-    const off = Math.hypot(...minus(target, tool));
+  showPlay({ world, running, episode, step, reward, joints, targets, tools }) {
+    const off = Math.max(...targets.map((target, i) => Math.hypot(...minus(target, tools[i]))));
     $("told").textContent = `${world}: ${running ? "plays" : "stands"}, episode ${episode}, step ${step}, reward ${reward.toFixed(2)}, ${(1000 * off).toFixed(0)} mm from its target`;
-    this.scene.show.target = { at: [target[0], target[2], -target[1]], radius: 0.02 };
+    this.scene.show.targets = targets.map(([x, y, z]) => ({ at: [x, z, -y], radius: 0.02 }));
     for (const [name, position] of Object.entries(joints)) this.positions.set(name, position);
     this.moved();
   }

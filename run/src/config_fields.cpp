@@ -29,9 +29,9 @@ Status CheckWorld(std::string_view value) {
     for (const std::string& url : SplitUrls(std::string(value))) CONSAC_RETURN_IF_ERROR(Endpoint::Parse(url).status());
     return Status::Ok();
   }
-  if (value.find(':') != std::string_view::npos)
-    return {StatusCode::kInvalidArgument, "world = " + Quote(value) + " cannot be used; an engine is tcp://host:port"};
-  return worlds::FindWorld(value).status();
+  const Status known = worlds::FindWorld(value).status();
+  if (known.code() != StatusCode::kNotFound || value.find(':') == std::string_view::npos) return known;
+  return {StatusCode::kInvalidArgument, "world = " + Quote(value) + " cannot be used; an engine is tcp://host:port"};
 }
 
 Status CheckProtocol(std::string_view value) {

@@ -120,9 +120,9 @@ std::vector<std::string> SplitUrls(const std::string& world) {
 }
 
 Result<std::unique_ptr<WorldLink>> MakeLocalLink(const std::string& world, std::int32_t copies) {
-  const Result<const worlds::World*> row = worlds::FindWorld(world);
-  if (!row.ok()) return row.status();
-  return MakeLocalLink((*row)->create(copies));
+  Result<std::unique_ptr<VectorEnv>> env = worlds::MakeWorld(world, copies);
+  if (!env.ok()) return env.status();
+  return MakeLocalLink(std::move(*env));
 }
 
 Result<std::unique_ptr<WorldLink>> MakeRecordedLink(const std::string& path) {

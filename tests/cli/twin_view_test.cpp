@@ -217,7 +217,7 @@ TEST_F(TwinView, AModelPlaysOnTheTwinOfItsWorld) {
   const nlohmann::json begin = play();
   EXPECT_EQ(begin["running"], false);
   EXPECT_EQ(begin["joints"].size(), 7u);
-  EXPECT_NEAR(begin["tool"][0].get<double>(), 0.35, 1e-3) << "the ready pose";
+  EXPECT_NEAR(begin["tools"][0][0].get<double>(), 0.35, 1e-3) << "the ready pose";
   EXPECT_EQ(Post("/play", "{\"do\": \"start\"}").status, 200);
   nlohmann::json now = play();
   for (int i = 0; i < 3000 && now["step"].get<int>() < 2; ++i) {
@@ -226,7 +226,7 @@ TEST_F(TwinView, AModelPlaysOnTheTwinOfItsWorld) {
   }
   EXPECT_NE(now["joints"], begin["joints"]);
   if (now["episode"] == 1) {  // a busy machine sees a later one
-    EXPECT_EQ(now["target"], begin["target"]);
+    EXPECT_EQ(now["targets"], begin["targets"]);
   }
   EXPECT_EQ(nlohmann::json::parse(Post("/play", "{\"do\": \"reset\"}").body), begin);
   for (const char* body : {"", "{\"do\": 1}", "{\"do\": \"run\"}", "\"start\""})

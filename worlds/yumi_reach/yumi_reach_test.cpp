@@ -43,22 +43,24 @@ TEST(YumiReach, TheReadyPoseHoldsTheToolStraightDown) {
   EXPECT_LT(Rotate(tool.rotation, {0, 0, 1}).z, -0.999);
 }
 
+constexpr std::size_t kRow = 26, kDualRow = 52;  // numbers of an observation
+
 struct Score {
   double success = 0.0, mean_return = 0.0;
 };
 
 // Episodes with an action of `act(row, action)`; success is the last step's.
-template <class Variant, class Act>
-Score Play(const Act& act) {
-  YumiReach<Variant> world;
+template <class Act>
+Score Play(YumiReach variant, const Act& act) {
+  RobotReach world(YumiReachTask(variant));
   Rng rng(1, 1);
-  float row[YumiArmState::kRow], action[7];
+  float row[kDualRow], action[7];
   constexpr int kEpisodes = 300;
   Score score;
   for (int episode = 0; episode < kEpisodes; ++episode) {
     world.Reset(rng, row);
     StepResult result;
-    for (std::int64_t step = 0; step < YumiReach<Variant>::kSteps; ++step) {
+    for (std::int64_t step = 0; step < RobotReach::kSteps; ++step) {
       act(row, action, rng);
       result = world.Step(action, rng, row);
       score.mean_return += static_cast<double>(result.reward) / kEpisodes;
@@ -81,16 +83,16 @@ void AtRandom(const float*, float* action, Rng& rng) {
 }
 
 TEST(YumiReach, TheStraightWayAlwaysArrivesAndChanceDoesNot) {
-  const Score straight = Play<YumiReachBase>(Straight);
+  const Score straight = Play(YumiReach::kPlain, Straight);
   EXPECT_NEAR(straight.success, 1.0, 1e-9);
   EXPECT_NEAR(straight.mean_return, -1.96, 0.1) << "a prototype that solved once a step came to -2.27";
-  EXPECT_GT(Play<YumiReachPrecise>(Straight).success, 0.98);
-  EXPECT_LT(Play<YumiReachBase>(AtRandom).success, 0.05);
+  EXPECT_GT(Play(YumiReach::kPrecise, Straight).success, 0.98);
+  EXPECT_LT(Play(YumiReach::kPlain, AtRandom).success, 0.05);
 }
 
 TEST(YumiReach, JointsArriveByDampedLeastSquares) {
   robot::InverseKinematics inverse(YumiRightArm(), YumiTool(), {.task = robot::Task::kPosition});
-  const Score score = Play<YumiReachJoints>([&](const float* row, float* action, Rng&) {
+  const Score score = Play(YumiReach::kJoints, [&](const float* row, float* action, Rng&) {
     std::array<double, 7> joints, moves;
     for (std::size_t j = 0; j < 7; ++j) joints[j] = static_cast<double>(row[6 + j]);
     const robot::Vector3 way{double{row[3]} - double{row[0]}, double{row[4]} - double{row[1]},
@@ -103,16 +105,15 @@ TEST(YumiReach, JointsArriveByDampedLeastSquares) {
 }
 
 TEST(YumiReach, SpeedsAndLimitsAreKept) {
-  YumiArmState arm;
+  RobotReach arm(YumiReachTask(YumiReach::kPlain));
   Rng rng(3, 1);
-  arm.Reset(rng);
   const robot::PositionLimits limits = robot::LimitsOf(YumiRightArm());
-  float row[YumiArmState::kRow];
+  float row[kRow];
+  arm.Reset(rng, row);
   for (int step = 0; step < 2000; ++step) {
     const float action[3] = {static_cast<float>(rng.Between(-1, 1)), static_cast<float>(rng.Between(-1, 1)),
                              step % 400 < 200 ? 1.0f : -1.0f};
-    arm.MoveTool(action);
-    arm.Observe(row);
+    (void)arm.Step(action, rng, row);
     for (std::size_t j = 0; j < 7; ++j) {
       EXPECT_LE(std::abs(static_cast<double>(row[13 + j])), limits.velocity[j] * (1 + 1e-6));
       EXPECT_GE(static_cast<double>(row[6 + j]), limits.lower[j] - 1e-6);
@@ -122,12 +123,83 @@ TEST(YumiReach, SpeedsAndLimitsAreKept) {
 }
 
 TEST(YumiReach, PaysByTheDistanceToItsGoal) {
-  float row[YumiArmState::kRow] = {0, 0, 0, 0, 0.03f, 0.04f};
-  EXPECT_EQ(YumiReach<YumiReachBase>::Price(row), 0.0f) << "0.05 m is near";
-  EXPECT_NEAR(YumiReach<YumiReachDense>::Price(row), -0.05f, 1e-7f);
-  EXPECT_EQ(YumiReach<YumiReachPrecise>::Price(row), -1.0f);
+  const RobotReach plain(YumiReachTask(YumiReach::kPlain)), dense(YumiReachTask(YumiReach::kDense));
+  float row[kDualRow] = {0, 0, 0, 0, 0.03f, 0.04f};
+  EXPECT_EQ(plain.Price(row), 0.0f) << "0.05 m is near";
+  EXPECT_NEAR(dense.Price(row), -0.05f, 1e-7f);
+  EXPECT_EQ(RobotReach(YumiReachTask(YumiReach::kPrecise)).Price(row), -1.0f);
   row[5] = 0.041f;
-  EXPECT_EQ(YumiReach<YumiReachBase>::Price(row), -1.0f);
+  EXPECT_EQ(plain.Price(row), -1.0f);
+}
+
+TEST(YumiReach, BothArmsMustArrive) {
+  const RobotReach dual(YumiReachTask(YumiReach::kDual));
+  float row[kDualRow] = {};
+  EXPECT_EQ(dual.Price(row), 0.0f);
+  row[8] = 0.06f;  // the left goal
+  EXPECT_EQ(dual.Price(row), -1.0f);
+  row[8] = 0.0f, row[6] = 0.06f;  // the right one
+  EXPECT_EQ(dual.Price(row), -1.0f);
+}
+
+TEST(YumiReach, TheLeftArmIsReadyAsTheRightOnesMirror) {
+  const RobotReach dual(YumiReachTask(YumiReach::kDual));
+  ASSERT_EQ(dual.tools().size(), 6u);
+  EXPECT_NEAR(dual.tools()[0], 0.35, 1e-3);
+  EXPECT_NEAR(dual.tools()[1], -0.15, 1e-3);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(dual.tools()[3 + i], (i == 1 ? -1.0 : 1.0) * dual.tools()[i], 3e-3) << "bases differ by 3 mm at most";
+  EXPECT_EQ(dual.joints().size(), 14u);
+}
+
+// Each arm straight to its goal; the same arm alone goes the same way as long as they do not touch.
+TEST(YumiReach, TwoArmsArriveWhereGoalsAreApart) {
+  RobotReach dual(YumiReachTask(YumiReach::kDual));
+  Rng rng(4, 1);
+  float row[kDualRow], action[6];
+  int arrived = 0, apart = 0;
+  for (int episode = 0; episode < 100; ++episode) {
+    dual.Reset(rng, row);
+    const bool is_apart = row[10] - row[7] > 0.15f;
+    StepResult result;
+    for (std::int64_t step = 0; step < RobotReach::kSteps; ++step) {
+      for (std::size_t i = 0; i < 6; ++i) action[i] = (row[6 + i] - row[i]) / 0.05f;
+      result = dual.Step(action, rng, row);
+    }
+    apart += is_apart ? 1 : 0;
+    arrived += is_apart && result.reward > -0.5f ? 1 : 0;
+  }
+  EXPECT_GT(apart, 50);
+  EXPECT_EQ(arrived, apart);
+}
+
+double ArmsApart(const RobotReach& dual) {
+  robot::Kinematics kinematics(YumiBothArms());
+  kinematics.Forward(dual.joints());
+  return robot::SelfCollision(YumiBothArms()).Find(kinematics.links()).distance;
+}
+
+TEST(YumiReach, ArmsThatWouldTouchStop) {
+  RobotReach dual(YumiReachTask(YumiReach::kDual));
+  Rng rng(5, 1);
+  float row[kDualRow];
+  dual.Reset(rng, row);
+  EXPECT_GT(ArmsApart(dual), 0.05);
+  const float together[6] = {0, 1, 0, 0, -1, 0}, away[6] = {0, -1, 0, 0, 1, 0};
+  for (int step = 0; step < 40; ++step) (void)dual.Step(together, rng, row);
+  EXPECT_GE(ArmsApart(dual), 0.0);
+  EXPECT_LT(ArmsApart(dual), 0.05) << "they came near each other";
+  const double before = row[1];
+  (void)dual.Step(together, rng, row);
+  EXPECT_NEAR(row[1], before, 0.03) << "and are stopped there";
+  for (int step = 0; step < 4; ++step) (void)dual.Step(away, rng, row);
+  EXPECT_GT(ArmsApart(dual), 0.05) << "but may leave";
+  for (int step = 0; step < 3000; ++step) {
+    float action[6];
+    for (float& part : action) part = static_cast<float>(rng.Between(-1, 1));
+    (void)dual.Step(action, rng, row);
+    ASSERT_GE(ArmsApart(dual), 0.0);
+  }
 }
 
 }  // namespace

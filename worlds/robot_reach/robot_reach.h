@@ -1,0 +1,118 @@
+#pragma once
+// A robot brings its tools to points: the state, actions, observations and rewards of every world of that kind,
+// whatever the robot. yumi_reach and twin_reach say which robot, which tools and where goals are. Kinematic: joints
+// move within their limits and speeds, nothing has mass; what its capsules touch stops it.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "consac/robot/inverse_kinematics.h"
+#include "consac/robot/self_collision.h"
+#include "worlds/batched.h"
+
+namespace consac::worlds {
+
+/// How it is controlled.
+enum class ReachControl : std::uint8_t {
+  kTools,   ///< three numbers for each tool: where it goes, ReachTask::tool_reach a step at most along each axis
+  kJoints,  ///< a number for each joint that carries a tool: how far it turns, 0.05 rad a step at most
+};
+/// How it pays.
+enum class ReachReward : std::uint8_t {
+  kSparse,  ///< 0 where every tool is within the threshold of its goal, else -1
+  kDense,   ///< minus the largest distance, m
+};
+
+/// A tool, and the box in which its goals are.
+struct ReachTool {
+  robot::Frame frame;
+  std::array<double, 3> low{}, high{};  ///< m, in the base's frame
+};
+
+/// Everything that differs between two worlds of this kind.
+struct ReachTask {
+  std::string id;                ///< of the world
+  robot::Robot robot;            ///< pairs of its capsules that may not meet stop a move
+  std::vector<ReachTool> tools;  ///< no joint carries two of them
+  std::vector<double> ready;     ///< [positions] the pose that it begins in, rad or m
+  ReachControl control = ReachControl::kTools;
+  ReachReward reward = ReachReward::kSparse;
+  double near = 0.05;        ///< m from a goal within which a tool is there
+  double tool_reach = 0.05;  ///< m a step
+};
+
+/// Which of the robot's positions carry the frame, from the base on.
+std::vector<std::int32_t> CarryingPositions(const robot::Robot& robot, const robot::Frame& frame);
+
+/// One copy. In a row: achieved_goal (the tools), desired_goal, then the observation: joints that carry a tool, their
+/// speeds, the tools, their speeds; m, rad, s.
+class RobotReach {
+ public:
+  using Action = float;
+  static constexpr std::int64_t kSteps = 50;  ///< of an episode, which never terminates
+  static constexpr double kStep = 0.04;       ///< s that one takes: 25 Hz
+
+  /// What it offers: Gymnasium's dictionary of goals.
+  static EnvSpec Spec(const ReachTask& task, std::int32_t copies);
+  /// N copies that share the task.
+  static std::unique_ptr<VectorEnv> Make(std::shared_ptr<const ReachTask> task, std::int32_t copies);
+  /// The first copy of an environment that Make made.
+  static const RobotReach& FirstOf(const VectorEnv& env);
+
+  /// In the ready pose; its goals are where the tools are.
+  explicit RobotReach(std::shared_ptr<const ReachTask> task);
+  /// Ready pose, new goals.
+  void Reset(Rng& rng, float* observation);
+  /// Ready pose, these goals ([tools, 3], m).
+  void Begin(std::span<const double> goals);
+  /// One step of 0.04 s.
+  StepResult Step(const Action* action, Rng&, float* observation);
+  /// What a step to `observation` pays.
+  float Price(const float* observation) const;
+  /// Exact state.
+  void Visit(Archive& archive);
+  /// Writes a row.
+  void Observe(float* row) const;
+  /// Its task.
+  const ReachTask& task() const { return *task_; }
+  /// Where all joints are, [positions].
+  std::span<const double> joints() const { return joints_; }
+  /// Which of them a row has, in its order.
+  std::span<const std::int32_t> moving() const { return moving_; }
+  /// Where the tools are, [tools, 3], m.
+  std::span<const double> tools() const { return tools_; }
+  /// Where they should be, [tools, 3], m.
+  std::span<const double> goals() const { return goals_; }
+
+ private:
+  struct Arm {
+    robot::InverseKinematics inverse;  // stands at joints_
+    std::vector<double> furthest;      // [positions] of a part of a step
+  };
+  struct Body {
+    robot::Kinematics kinematics;
+    robot::SelfCollision collision;
+  };
+
+  void MoveTools(const Action* action);
+  void MoveJoints(const Action* action);
+  void Stand();
+  void Turn();
+  bool Collides();
+  void Arrive();
+
+  std::shared_ptr<const ReachTask> task_;
+  std::vector<Arm> arms_;                                        // one for each tool
+  std::optional<Body> body_;                                     // where it has capsules that could meet
+  robot::PositionLimits limits_;                                 // [positions]
+  std::vector<std::int32_t> moving_;                             // positions that carry a tool
+  double distance_ = 0.0;                                        // m between the nearest capsules
+  std::vector<double> joints_, speeds_, moves_, before_, from_;  // [positions] rad, rad/s
+  std::vector<double> tools_, tool_speeds_, goals_, targets_;    // [tools, 3] m, m/s
+};
+
+}  // namespace consac::worlds

@@ -1,0 +1,151 @@
+// Reads what comes after "twin-reach-v0:": a twin, or a file that names one and says more about the task.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "consac/base/file.h"
+#include "consac/base/json.h"
+#include "consac/base/path.h"
+#include "consac/base/text.h"
+#include "consac/robot/table.h"
+#include "worlds/twin_reach/twin_reach.h"
+
+namespace consac::worlds {
+namespace {
+
+constexpr const char* kId = "twin-reach-v0:";
+constexpr std::size_t kMostTableBytes = std::size_t{64} << 20;
+constexpr JsonLimits kFileLimits{std::size_t{1} << 20, 4096, 4};
+constexpr std::string_view kMembers[] = {"twin", "tool", "tool_point", "ready", "goals", "near"};
+
+Result<std::string> ReadText(const std::string& path) {
+  const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostTableBytes);
+  if (!bytes.ok()) return bytes.status();
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(ToPath(path), error);
+}
+
+// A twin's folder, or its table.
+Result<robot::Robot> ReadTwin(const std::string& path) {
+  const std::string file = IsFolder(path) ? path + "/twin.json" : path;
+  const Result<std::string> text = ReadText(file);
+  if (!text.ok()) {
+    return Status{StatusCode::kFailedPrecondition,
+                  "no twin is at " + Quote(path) + " (" + text.status().message() +
+                      "); make it with `consac twin import`, or name the world where it is: twin-reach-v0:FOLDER"};
+  }
+  Result<robot::Robot> robot = robot::ReadTable(*text);
+  if (robot.ok()) return robot;
+  return Status{robot.status().code(), Quote(file) + ": " + robot.status().message()};
+}
+
+Status Expected(std::string_view member, std::string_view what) {
+  return {StatusCode::kInvalidArgument, Quote(member) + " is not " + std::string(what)};
+}
+
+bool ReadPoint(const nlohmann::json& json, std::array<double, 3>* point) {
+  if (!json.is_array() || json.size() != 3) return false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!json[i].is_number()) return false;
+    (*point)[i] = json[i].get<double>();
+    if (!(std::abs((*point)[i]) <= 1e3)) return false;  // m: a unit error
+  }
+  return true;
+}
+
+Status ReadReady(const nlohmann::json& json, TwinReachChoice* choice) {
+  if (!json.is_object()) return Expected("ready", "an object {\"JOINT\": rad or m, ...}");
+  for (const auto& [name, position] : json.items()) {
+    if (!position.is_number()) return Expected("ready/" + name, "a number, rad or m");
+    choice->ready.emplace_back(name, position.get<double>());
+  }
+  return Status::Ok();
+}
+
+Status ReadGoals(const nlohmann::json& json, TwinReachChoice* choice) {
+  TwinReachChoice::Box box;
+  bool good = json.is_object() && json.size() == 2 && json.contains("low") && json.contains("high") &&
+              ReadPoint(json["low"], &box.low) && ReadPoint(json["high"], &box.high);
+  bool room = false;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    good = box.low[i] <= box.high[i];
+    room = room || box.low[i] < box.high[i];
+  }
+  if (!good || !room) return Expected("goals", "{\"low\": [x, y, z], \"high\": [x, y, z]}, m, low below high");
+  choice->goals = box;
+  return Status::Ok();
+}
+
+Status ReadChoice(const nlohmann::json& json, TwinReachChoice* choice) {
+  for (const auto& [name, value] : json.items()) {
+    if (std::find(std::begin(kMembers), std::end(kMembers), name) == std::end(kMembers))
+      return {StatusCode::kInvalidArgument, "unknown member " + Quote(name) + Suggestion(name, kMembers)};
+  }
+  if (json.contains("tool")) {
+    if (!json["tool"].is_string()) return Expected("tool", "the name of a link");
+    choice->tool = json["tool"].get<std::string>();
+  }
+  if (json.contains("tool_point")) {
+    std::array<double, 3> point{};
+    if (!ReadPoint(json["tool_point"], &point)) return Expected("tool_point", "[x, y, z] in the link's frame, m");
+    choice->tool_point = robot::Vector3{point[0], point[1], point[2]};
+  }
+  if (json.contains("ready")) CONSAC_RETURN_IF_ERROR(ReadReady(json["ready"], choice));
+  if (json.contains("goals")) CONSAC_RETURN_IF_ERROR(ReadGoals(json["goals"], choice));
+  if (json.contains("near")) {
+    if (!json["near"].is_number() || !(json["near"].get<double>() > 0.0))
+      return Expected("near", "a length above 0, m");
+    choice->near = json["near"].get<double>();
+  }
+  return Status::Ok();
+}
+
+// The twin that a file names, beside which it lies, and what the file says of the task.
+Result<robot::Robot> ReadTaskFile(const std::string& path, const std::string& text, TwinReachChoice* choice) {
+  const auto in_file = [&](const Status& status) {
+    return Status{status.code(), Quote(path) + ": " + status.message()};
+  };
+  const Result<nlohmann::json> json = ReadJson<nlohmann::json>(text, kFileLimits);
+  if (!json.ok()) return in_file(json.status());
+  if (!json->is_object() || !json->contains("twin") || !(*json)["twin"].is_string())
+    return in_file(Expected("twin", "the folder of a twin, beside this file"));
+  const Status read = ReadChoice(*json, choice);
+  if (!read.ok()) return in_file(read);
+  return ReadTwin(FromPath(ToPath(path).parent_path() / ToPath((*json)["twin"].get<std::string>())));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const ReachTask>> ReadTwinReach(std::string_view argument) {
+  const std::string path(argument);
+  TwinReachChoice choice;
+  const Result<std::string> text = IsFolder(path) ? Result<std::string>(std::string()) : ReadText(path);
+  const bool is_task = text.ok() && !text->empty() && text->find("\"consac-twin\"") == std::string::npos;
+  Result<robot::Robot> robot = is_task ? ReadTaskFile(path, *text, &choice) : ReadTwin(path);
+  if (!robot.ok()) return robot.status();
+  Result<std::shared_ptr<const ReachTask>> task = TwinReachTask(std::move(*robot), choice, kId + path);
+  if (!task.ok()) return Status{task.status().code(), Quote(path) + ": " + task.status().message()};
+  return task;
+}
+
+std::string TwinReachText(const ReachTask& task, std::string_view twin) {
+  const ReachTool& tool = task.tools[0];
+  const robot::Vector3 point = tool.frame.offset.position;
+  nlohmann::ordered_json ready = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < task.ready.size(); ++i)
+    ready[task.robot.joints[static_cast<std::size_t>(task.robot.position_joints[i])].name] = task.ready[i];
+  const nlohmann::ordered_json file = {{"twin", twin},
+                                       {"tool", task.robot.links[static_cast<std::size_t>(tool.frame.link)].name},
+                                       {"tool_point", {point.x, point.y, point.z}},
+                                       {"ready", std::move(ready)},
+                                       {"goals", {{"low", tool.low}, {"high", tool.high}}},
+                                       {"near", task.near}};
+  return JsonText(file, 2) + "\n";
+}
+
+}  // namespace consac::worlds
