@@ -81,5 +81,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   CheckMesh(twin::ReadStl(std::as_bytes(std::span<const std::uint8_t>(data, size))));
   CheckMesh(twin::ReadObj(text));
   CheckMesh(twin::ReadDae(text));
+  // A buffer that is named is the file itself, so that its numbers are any.
+  const auto bytes = std::as_bytes(std::span<const std::uint8_t>(data, size));
+  CheckMesh(twin::ReadGltf(bytes, [&](const std::string& uri) -> Result<std::vector<std::byte>> {
+    if (uri.starts_with("data:")) return twin::GltfBase64(uri);
+    return std::vector<std::byte>(bytes.begin(), bytes.end());
+  }));
   return 0;
 }

@@ -7,6 +7,7 @@
 
 #include "consac/base/text.h"
 #include "consac/twin/mesh.h"
+#include "matrix.h"
 #include "pieces.h"
 #include "triangles.h"
 #include "xml.h"
@@ -14,22 +15,8 @@
 namespace consac::twin {
 namespace {
 
-using Matrix = std::array<double, 12>;  // three rows of four
-
-constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 constexpr int kMostNesting = 32;               // of library nodes in each other
 constexpr std::size_t kMostLooks = 2'000'000;  // at elements of the scene, each time they are shown
-
-Matrix operator*(const Matrix& a, const Matrix& b) {
-  Matrix c{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 4; ++j) {
-      c[4 * i + j] =
-          a[4 * i] * b[j] + a[4 * i + 1] * b[4 + j] + a[4 * i + 2] * b[8 + j] + (j == 3 ? a[4 * i + 3] : 0.0);
-    }
-  }
-  return c;
-}
 
 // Numbers between blanks; false where one is none.
 bool ReadNumbers(std::string_view text, std::vector<double>* numbers) {
@@ -39,13 +26,6 @@ bool ReadNumbers(std::string_view text, std::vector<double>* numbers) {
     numbers->push_back(number);
   }
   return true;
-}
-
-// Whether it turns what is seen from outside into what is seen from inside.
-bool IsMirror(const Matrix& m) {
-  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-             m[2] * (m[4] * m[9] - m[5] * m[8]) <
-         0.0;
 }
 
 // The faces of a primitive: read once, however often it is shown.
@@ -234,13 +214,7 @@ class DaeReader {
     if (shown_ > kMostTriangles) return false;
     const bool mirrored = IsMirror(at);
     const auto corner = [&](std::uint32_t number, float* out) {
-      const double* p = &(*faces.points)[3 * std::size_t{number}];
-      for (std::size_t row = 0; row < 3; ++row) {
-        const double value = at[4 * row] * p[0] + at[4 * row + 1] * p[1] + at[4 * row + 2] * p[2] + at[4 * row + 3];
-        if (!(std::abs(value) < 1e9)) return false;
-        out[row] = static_cast<float>(value);
-      }
-      return true;
+      return PlaceCorner(at, &(*faces.points)[3 * std::size_t{number}], out);
     };
     const std::uint32_t* face = faces.corners.data();
     for (const std::uint32_t size : faces.sizes) {

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <unordered_map>
 
 #include "consac/base/file.h"
+#include "consac/base/names.h"
+#include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "files.h"
 #include "triangles.h"
@@ -80,15 +83,36 @@ void AddTriangle(const float (&corners)[9], std::vector<float>* out) {
   out->insert(out->end(), corners, corners + 9);
 }
 
+namespace {
+
+// A buffer of the glTF at `path`: in its text, or a file beside it, which no name leads away from.
+Result<std::vector<std::byte>> BufferBeside(const std::string& path, const std::string& uri) {
+  if (uri.starts_with("data:")) return GltfBase64(uri);
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("a buffer's file", uri));
+  const std::filesystem::path file = ToPath(path).parent_path() / ToPath(uri);
+  std::error_code error;
+  if (std::filesystem::is_symlink(file, error))
+    return Status{StatusCode::kInvalidArgument, "its buffer " + Quote(uri, 300) + " is a link; make a .glb of it"};
+  return ReadRegularFile(FromPath(file), kMostMeshBytes);
+}
+
+}  // namespace
+
 Result<Triangles> ReadMesh(const std::string& path) {
   const std::string ending = EndingOf(path);
-  if (ending != ".stl" && ending != ".obj" && ending != ".dae")
-    return Status{StatusCode::kInvalidArgument, "mesh " + Quote(path, 300) + ": its ending is " + Quote(ending) +
-                                                    "; .stl, .obj and .dae are read, convert it to one of them"};
+  const bool gltf = ending == ".glb" || ending == ".gltf";
+  if (ending != ".stl" && ending != ".obj" && ending != ".dae" && !gltf)
+    return Status{StatusCode::kInvalidArgument,
+                  "mesh " + Quote(path, 300) + ": its ending is " + Quote(ending) +
+                      "; .stl, .obj, .dae, .glb and .gltf are read, convert it to one of them"};
   const Result<std::vector<std::byte>> bytes = ReadRegularFile(path, kMostMeshBytes);
   if (!bytes.ok()) return bytes.status();
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-  Result<Triangles> triangles = ending == ".stl" ? ReadStl(*bytes) : ending == ".obj" ? ReadObj(text) : ReadDae(text);
+  const auto beside = [&](const std::string& uri) { return BufferBeside(path, uri); };
+  Result<Triangles> triangles = ending == ".stl"   ? ReadStl(*bytes)
+                                : ending == ".obj" ? ReadObj(text)
+                                : gltf             ? ReadGltf(*bytes, beside)
+                                                   : ReadDae(text);
   if (!triangles.ok())
     return Status{triangles.status().code(), "mesh " + Quote(path, 300) + ": " + triangles.status().message()};
   if (triangles->count() == 0)

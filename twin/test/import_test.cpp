@@ -208,6 +208,31 @@ TEST_F(ImportTest, EqualNamesStayApart) {
   EXPECT_TRUE(fs::exists(At("out/meshes/coarse_BOX_2.stl"))) << "where capitals do not count it is another file too";
 }
 
+TEST_F(ImportTest, AGltfsBuffersStandBesideIt) {
+  const auto gltf = [](const std::string& buffer) {
+    return R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+      "buffers": [{"byteLength": 36, "uri": ")" +
+           buffer + R"("}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}]})";
+  };
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 2, 0};
+  const std::string numbers(reinterpret_cast<const char*>(points), sizeof points);
+  Put(At("robot/meshes/plate.gltf"), gltf("plate.bin"));
+  ExpectRefused(Urdf("../meshes/plate.gltf"), "plate.bin");
+  Put(At("robot/meshes/plate.bin"), numbers);
+  const Result<ImportReport> report = Run(Urdf("../meshes/plate.gltf"));
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  EXPECT_EQ(report->triangles, 1u);
+  fs::remove_all(At("out"));
+  Put(At("outside.bin"), numbers);
+  Put(At("robot/meshes/plate.gltf"), gltf("../../outside.bin"));
+  ExpectRefused(Urdf("../meshes/plate.gltf"), "a buffer's file");
+  fs::create_symlink(At("outside.bin"), At("robot/meshes/link.bin"));
+  Put(At("robot/meshes/plate.gltf"), gltf("link.bin"));
+  ExpectRefused(Urdf("../meshes/plate.gltf"), "is a link");
+}
+
 TEST_F(ImportTest, MassesComeFromClosedMeshesAndOnlyWhenAsked) {
   const Result<ImportReport> without = Run(Urdf("../meshes/box.stl"));
   ASSERT_TRUE(without.ok());

@@ -124,6 +124,128 @@ TEST(Meshes, ColladaThatMirrorsIsStillSeenFromOutside) {
   }
 }
 
+// A glTF of one triangle from (0, 0, 0) to (1, 0, 0) and (0, 2, 0), y up; `node` places it, `primitive` says more.
+std::string GltfJson(const std::string& node, const std::string& primitive, const std::string& more = "") {
+  return R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0)" + node +
+         R"(}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1)" + primitive +
+         R"(}]}], "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.21404114, 0, 0.5]}}],
+         "buffers": [{"byteLength": 42}], "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 6}],
+         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                       {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}])" +
+         more + "}";
+}
+std::string Word(std::uint32_t value) {
+  std::string out(4, '\0');
+  for (std::size_t i = 0; i < 4; ++i) out[i] = static_cast<char>(value >> (8 * i));
+  return out;
+}
+std::string GltfNumbers() {
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 2, 0};
+  std::string out(reinterpret_cast<const char*>(points), sizeof points);
+  return out + std::string("\0\0\1\0\2\0", 6);
+}
+std::string Container(std::string json) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  const std::string numbers = GltfNumbers() + std::string(2, '\0');
+  return "glTF" + Word(2) + Word(static_cast<std::uint32_t>(28 + json.size() + numbers.size())) +
+         Word(static_cast<std::uint32_t>(json.size())) + "JSON" + json +
+         Word(static_cast<std::uint32_t>(numbers.size())) + std::string("BIN\0", 4) + numbers;
+}
+Result<Triangles> FromGltf(const std::string& bytes) {
+  return ReadGltf(Bytes(bytes), [](const std::string& uri) { return GltfBase64(uri); });
+}
+
+TEST(Meshes, GltfIsTurnedToZUpPlacedAndColoured) {
+  const Result<Triangles> plain = FromGltf(Container(GltfJson("", "")));
+  ASSERT_TRUE(plain.ok()) << plain.status().message();
+  EXPECT_EQ(plain->corners, (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 0, 2}));
+  ASSERT_EQ(plain->parts.size(), 1u);
+  EXPECT_FALSE(plain->parts[0].colour.has_value());
+  const Result<Triangles> placed = FromGltf(Container(
+      GltfJson(R"(, "translation": [0, 0, 3], "rotation": [0, 0, 0.70710678, 0.70710678], "scale": [2, 1, 1])",
+               R"(, "material": 0)")));
+  ASSERT_TRUE(placed.ok()) << placed.status().message();
+  const float expected[] = {0, -3, 0, 0, -3, 2, -2, -3, 0};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(placed->corners[i], expected[i], 1e-6f) << i;
+  const Colour& colour = *placed->parts[0].colour;
+  EXPECT_NEAR(colour[1], 0.5, 1e-6) << "a display's";
+  EXPECT_EQ(colour[3], 0.5);
+  const Result<Triangles> matrix =
+      FromGltf(Container(GltfJson(R"(, "matrix": [-1,0,0,0, 0,1,0,0, 0,0,1,0, 5,0,0,1])", "")));
+  ASSERT_TRUE(matrix.ok()) << matrix.status().message();
+  EXPECT_EQ(matrix->corners, (std::vector<float>{5, 0, 0, 5, 0, 2, 4, 0, 0})) << "a mirror is still seen from outside";
+}
+
+TEST(Meshes, GltfStripsFansAndBuffersInText) {
+  const std::string quad =
+      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAgD8AAAAA";  // four corners of a square
+  const auto text = [&](const std::string& mode) {
+    return R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"children": [1]}, {"mesh": 0}],
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": )" +
+           mode + R"(}]}],
+      "buffers": [{"byteLength": 48, "uri": "data:application/octet-stream;base64,)" +
+           quad + R"("}],
+      "bufferViews": [{"buffer": 0, "byteLength": 48}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}]})";
+  };
+  const Result<Triangles> strip = FromGltf(text("5")), fan = FromGltf(text("6"));
+  ASSERT_TRUE(strip.ok()) << strip.status().message();
+  EXPECT_EQ(strip->corners, (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0, 1, 0, 0, 1}));
+  ASSERT_TRUE(fan.ok()) << fan.status().message();
+  EXPECT_EQ(fan->corners, (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 1, 0, 1}));
+  EXPECT_EQ(FromGltf(text("1"))->count(), 0u) << "lines";
+}
+
+TEST(Meshes, GltfThatDoesNotFitIsRefused) {
+  const std::string whole = GltfJson("", R"(, "material": 0)");
+  const auto refused = [&](const std::string& from, const std::string& to) {
+    std::string text = whole;
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    const Result<Triangles> read = FromGltf(Container(text.replace(at, from.size(), to)));
+    EXPECT_FALSE(read.ok()) << to;
+    EXPECT_EQ(read.status().message().find('\n'), std::string::npos);
+  };
+  ASSERT_TRUE(FromGltf(Container(whole)).ok());
+  refused("\"count\": 3, \"type\": \"VEC3\"", "\"count\": 4, \"type\": \"VEC3\"");
+  refused("\"count\": 3, \"type\": \"VEC3\"", "\"count\": 2, \"type\": \"VEC3\"");
+  refused("\"count\": 3, \"type\": \"VEC3\"", "\"count\": 1000000000, \"type\": \"VEC3\"");
+  refused("\"count\": 3, \"type\": \"VEC3\"", "\"count\": -3, \"type\": \"VEC3\"");
+  refused("\"componentType\": 5123", "\"componentType\": 5125");
+  refused("\"componentType\": 5126", "\"componentType\": 5123");
+  refused("\"byteOffset\": 36", "\"byteOffset\": 40");
+  refused("\"byteOffset\": 36", "\"byteOffset\": 36, \"byteStride\": 1");
+  refused("\"byteLength\": 42", "\"byteLength\": 4200");
+  refused("\"bufferView\": 1", "\"bufferView\": 1, \"sparse\": {}");
+  refused("\"bufferView\": 1", "\"bufferView\": 9");
+  refused("\"mesh\": 0", "\"mesh\": 1");
+  refused("\"mesh\": 0", "\"mesh\": 0, \"children\": [0]");
+  refused("\"mesh\": 0", "\"mesh\": 0, \"scale\": [1, 1]");
+  refused("\"material\": 0", "\"material\": 2");
+  refused("\"version\": \"2.0\"", "\"version\": \"1.0\"");
+  refused("\"byteLength\": 42", "\"byteLength\": 42, \"uri\": \"data:;base64,!\"");
+  const std::string compressed = GltfJson("", "", R"(, "extensionsRequired": ["KHR_draco_mesh_compression"])");
+  EXPECT_NE(FromGltf(Container(compressed)).status().message().find("'KHR_draco_mesh_compression', which is not read"),
+            std::string::npos);
+  const std::string bytes = Container(whole);
+  for (std::size_t length = 0; length < bytes.size(); ++length)
+    EXPECT_FALSE(FromGltf(bytes.substr(0, length)).ok()) << length;
+}
+
+TEST(Meshes, GltfShowsOnlySoMuch) {
+  std::string nodes = R"(, "children": [1)", list = "}";
+  for (int i = 2; i < 1200; ++i) nodes += ", " + std::to_string(i);
+  for (int i = 1; i < 1200; ++i) list += R"(, {"mesh": 0})";
+  std::string json = GltfJson(nodes + "]", "");
+  const std::size_t end = json.find("}], \"meshes\"");
+  json.replace(end, 1, list);
+  EXPECT_EQ(FromGltf(Container(json))->count(), 1200u);
+  std::string many;
+  for (int i = 0; i < 1000; ++i) many += R"(, {"attributes": {"POSITION": 0}, "mode": 0})";
+  json.insert(json.find("]}], \"materials\""), many);
+  EXPECT_NE(FromGltf(Container(json)).status().message().find("more than 1000000 primitives"), std::string::npos);
+}
+
 TEST(Meshes, ColladaIsReadOnceHoweverOftenItIsShown) {
   std::string text = kDae;
   const std::string instance = "<instance_geometry url='#g'/>", end = "</node></visual_scene>";

@@ -1,9 +1,10 @@
 #pragma once
-// Meshes: STL (binary and text), Wavefront OBJ and Collada in, binary STL out. Only triangles and colours of parts are
-// kept; normals are made here, so that every format looks the same. For files that are not to be trusted.
+// Meshes: STL (binary and text), Wavefront OBJ, Collada and glTF in, binary STL out. Only triangles and colours of
+// parts are kept; normals are made here, so that every format looks the same. For files that are not to be trusted.
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -32,8 +33,8 @@ struct Triangles {
   std::size_t count() const { return corners.size() / 9; }  ///< T
 };
 
-/// Reads by the ending of the name: .stl, .obj, .dae. kInvalidArgument for another, kDataLoss for a damaged or empty
-/// file, kResourceExhausted for one that is too large; each names the file.
+/// Reads by the ending of the name: .stl, .obj, .dae, .glb, .gltf. kInvalidArgument for another, kDataLoss for a
+/// damaged or empty file, kResourceExhausted for one that is too large; each names the file.
 Result<Triangles> ReadMesh(const std::string& path);
 /// An STL. Triangles without an area are left out.
 Result<Triangles> ReadStl(std::span<const std::byte> bytes);
@@ -41,6 +42,13 @@ Result<Triangles> ReadStl(std::span<const std::byte> bytes);
 Result<Triangles> ReadObj(std::string_view text);
 /// A Collada file in its own unit, axes as they are (as ROS does it); each material's diffuse colour is its part's.
 Result<Triangles> ReadDae(std::string_view text);
+/// The bytes of a buffer that a glTF names: its "uri", as it stands there.
+using GltfBuffer = std::function<Result<std::vector<std::byte>>(const std::string& uri)>;
+/// A glTF 2.0, binary or text: its scene's triangles, turned from y up to z up; each material's colour factor is its
+/// part's. `buffer` is asked for what is not in the file.
+Result<Triangles> ReadGltf(std::span<const std::byte> bytes, const GltfBuffer& buffer);
+/// The bytes of a buffer "data:...;base64,...".
+Result<std::vector<std::byte>> GltfBase64(std::string_view uri);
 /// As binary STL.
 std::vector<std::byte> WriteStl(const Triangles& triangles);
 /// Stretches by `scale`; a mirror (one or three negative factors) turns the corners round again.
