@@ -86,7 +86,9 @@ Status EngineScript::Begin(const Case& how) {
   may_resume_ = how.contains("may_resume");
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
   const Case welcome = how.value("welcome", Case::object());
+  relabels_ = false;
   for (const Case& capability : welcome.value("capabilities", Case::array())) {
+    relabels_ = relabels_ || capability == "relabel";
     if (std::ranges::find(capabilities_, capability.get<std::string>()) == capabilities_.end())
       return {StatusCode::kCancelled, "its HELLO does not name the capability " + capability.get<std::string>()};
   }
@@ -128,6 +130,7 @@ Status EngineScript::DoExpect(const Case& what) {
   const double deadline = Now() + kConformancePatience;  // a heartbeat between restarts no clock
   while (true) {
     const Result<Frame> frame = Next(std::max(0.0, deadline - Now()));
+    if (!frame.ok() && frame.status().code() == StatusCode::kUnavailable && refused_) return EndsAtRefusal();
     if (!frame.ok()) return Failed(fmt::format("expected {}, but {}", Wanted(what), frame.status().message()));
     const Result<bool> taken = Take(what, *frame);
     if (!taken.ok()) return taken.status();
@@ -172,9 +175,14 @@ Status EngineScript::DoSend(const Case& what) {
 std::string EngineScript::Fitted(const std::string& name) const {
   const std::string text = JsonText(spec_);
   const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
-  if (name != "on" || !spec.ok()) return BytesOf(results_[name]);
-  std::string payload = BytesOf(results_[last_type_ == FrameType::kReset ? "first" : "on"]);
+  std::string payload = BytesOf(results_[name == "on" && last_type_ == FrameType::kReset ? "first" : name]);
+  if (!spec.ok()) return payload;
   const protocol2::Blocks blocks(spec->env);
+  if (relabels_ && payload.size() >= blocks.result_bytes) {  // every reward is 0, as the REWARDS that are right are
+    const std::size_t rewards = blocks.environments * sizeof(double);
+    payload.replace(blocks.behaviours[0].rewards, rewards, rewards, '\0');
+  }
+  if (name != "on") return payload;
   for (std::size_t i = 0; i < blocks.environments && IsMove(last_type_); ++i) {
     if (last_[protocol2::kActiveOffset + i] != 0 || result_.size() < blocks.result_bytes) continue;
     const protocol2::BehaviourBlocks& at = blocks.behaviours[0];  // of one agent
@@ -209,6 +217,7 @@ Result<bool> EngineScript::Take(const Case& what, const Frame& frame) {
   }
   if (!awaited && (type == FrameType::kPong || (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0))
     return false;
+  if (!awaited && type == FrameType::kBye && refused_) return EndsAtRefusal();
   if (!awaited) return Failed(fmt::format("expected {}, got {}", Wanted(what), FrameText(frame)));
   if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
   if (type == FrameType::kHello) return TakeHello(frame);
@@ -261,11 +270,17 @@ Result<bool> EngineScript::TakeConfigure(const std::string& payload) {
   const Result<protocol2::Configure> configure = protocol2::ParseConfigure(std::as_bytes(std::span(payload)));
   if (!configure.ok()) return configure.status();
   const std::string autoreset = ReadCase(payload).value("autoreset", "same_step");
-  if (autoreset == autoreset_) return true;
+  refused_ = autoreset != autoreset_;
+  if (!refused_) return true;
   asked_.insert(autoreset);
   const protocol2::ErrorMessage no{"UNSUPPORTED", false, autoreset_ + " only", {}, 0.0};
   CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, request_, protocol2::EncodeError(no)));
   return false;
+}
+
+Status EngineScript::EndsAtRefusal() const {
+  return {StatusCode::kCancelled,
+          fmt::format("it ends where its autoreset is refused, as it may (R81); have it ask for {}", autoreset_)};
 }
 
 Status EngineScript::CheckNumbers(const protocol2::FrameHeader& header) const {

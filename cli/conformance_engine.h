@@ -48,7 +48,7 @@ class EngineScript {
   Status Write(const std::string& bytes, const Case& how = Case::object());
   Status DoSend(const Case& what);
   /// One of the file's RESULTs. "on" is right for a STEP, "first" instead for a RESET; of environments that the trainer
-  /// has not chosen it says what was.
+  /// has not chosen it says what was. Where `relabel` was agreed nothing is paid.
   std::string Fitted(const std::string& name) const;
 
   /// The next frame of any kind; kUnavailable once the trainer is gone.
@@ -60,6 +60,8 @@ class EngineScript {
   Result<bool> TakeHello(const Frame& frame);
   /// Other ways than the case's are refused; a trainer may then ask anew.
   Result<bool> TakeConfigure(const std::string& payload);
+  /// A trainer that ends there has no case.
+  Status EndsAtRefusal() const;
   Status CheckNumbers(const protocol2::FrameHeader& header) const;
   /// kCancelled where the latest request, which is right, is not what the case waits for.
   Status CheckOrder(const Case& what) const;
@@ -103,6 +105,8 @@ class EngineScript {
   FrameType last_type_ = FrameType::kConfigure;  // of the latest request
   std::string last_, result_;                    // payloads of the latest request and the latest RESULT
   bool may_resume_ = false, resuming_ = false;
+  bool relabels_ = false;  // WELCOME agreed to it
+  bool refused_ = false;   // the way that the latest CONFIGURE asked for
 };
 
 }  // namespace consac::cli
