@@ -37,6 +37,21 @@ static bool SameEntries(const std::vector<consac::host::Entry>& Left, const std:
 		[](const consac::host::Entry& One, const consac::host::Entry& Other) { return One.name == Other.name && One.space == Other.space; });
 }
 
+static consac::host::Goals GoalsOf(const UConsacAgentComponent& Agent)
+{
+	consac::host::Goals Goals;
+	Goals.reward = Agent.GoalReward == EConsacGoalReward::Sparse ? consac::host::GoalReward::kSparse :
+		Agent.GoalReward == EConsacGoalReward::Dense ? consac::host::GoalReward::kDense : consac::host::GoalReward::kNone;
+	Goals.threshold = static_cast<double>(Agent.GoalThreshold);
+	Goals.pays = Agent.bGoalsPay;
+	return Goals;
+}
+
+static bool SameGoals(const consac::host::Goals& Left, const consac::host::Goals& Right)
+{
+	return Left.reward == Right.reward && Left.threshold == Right.threshold && Left.pays == Right.pays;
+}
+
 // Whether the entry is a choice, and has this one.
 static consac::Status CheckChoice(const consac::Leaf& Leaf, int32 Choice)
 {
@@ -86,6 +101,7 @@ consac::Result<FConsacHerd::FKind> FConsacHerd::KindOf(const UConsacAgentCompone
 	Kind.Offering.name = ConsacPlugin::ToUtf8(Agent.Behaviour);
 	Kind.Offering.agents = 0;
 	Kind.Offering.masks_actions = Agent.bForbidsChoices;
+	Kind.Offering.goals = ConsacPlugin::GoalsOf(Agent);
 	consac::Status Status;
 	for (const FConsacEntry& Entry : Agent.Observations)
 	{
@@ -173,10 +189,11 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 			continue;
 		}
 		if (!ConsacPlugin::SameEntries(Shared.Offering.observations, Kind->Offering.observations) ||
-			!ConsacPlugin::SameEntries(Shared.Offering.actions, Kind->Offering.actions) || Shared.Offering.masks_actions != Kind->Offering.masks_actions)
+			!ConsacPlugin::SameEntries(Shared.Offering.actions, Kind->Offering.actions) || Shared.Offering.masks_actions != Kind->Offering.masks_actions ||
+			!ConsacPlugin::SameGoals(Shared.Offering.goals, Kind->Offering.goals))
 		{
 			return consac::Status(consac::StatusCode::kInvalidArgument, "the agent " + ConsacPlugin::ToUtf8(Agent.GetName()) +
-				" sees or does something else than others of behaviour '" + Shared.Offering.name + "'; give it a behaviour of its own");
+				" sees or does something else, or is paid otherwise, than others of behaviour '" + Shared.Offering.name + "'; give it a behaviour of its own");
 		}
 		const consac::Result<consac::host::AgentId> Id = TheWorld->Join(B);
 		if (!Id.ok())

@@ -97,6 +97,7 @@ private:
 	void Judge(consac::host::AgentId Id);
 	void CutOff(consac::host::AgentId Id);
 	void Turn(consac::host::AgentId Id);
+	void Earn(consac::host::AgentId Id);
 	FString DescribeOne(consac::host::AgentId Id) const;
 	void NoteLength(const UConsacAgentComponent& Agent);
 	consac::Status Offer();

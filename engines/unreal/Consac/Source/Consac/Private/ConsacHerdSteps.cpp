@@ -189,6 +189,21 @@ void FConsacHerd::NoteLength(const UConsacAgentComponent& Agent)
 	}
 }
 
+// What the goals of its agent pay, where those do.
+void FConsacHerd::Earn(consac::host::AgentId Id)
+{
+	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
+	UConsacAgentComponent* Agent = Taken.Agent.Get();
+	const consac::host::Goals& Goals = Of(Id).Offering.goals;
+	if (Agent == nullptr || Taken.bNew || !Goals.pays || Goals.reward == consac::host::GoalReward::kNone)
+	{
+		return;
+	}
+	const float Worth = TheWorld->Reward(Id);
+	Agent->EpisodeReward += Worth - Taken.Earning;
+	Taken.Earning = Worth;
+}
+
 // From an episode that ends to the next one.
 void FConsacHerd::Turn(consac::host::AgentId Id)
 {
@@ -196,6 +211,8 @@ void FConsacHerd::Turn(consac::host::AgentId Id)
 	Taken.bBegins = TheWorld->Joined(Id) && TheWorld->Ending(Id);
 	if (!Taken.bBegins)
 	{
+		Publish(Id);
+		Earn(Id);
 		return;
 	}
 	if (Taken.Agent.Get() == nullptr)
@@ -205,6 +222,7 @@ void FConsacHerd::Turn(consac::host::AgentId Id)
 		return;
 	}
 	std::memcpy(TheWorld->FinalObservation(Id), Taken.Row.data(), Taken.Row.size());
+	Earn(Id);
 	NoteLength(*Taken.Agent.Get());
 	BeginEpisode(Id, -1);
 }

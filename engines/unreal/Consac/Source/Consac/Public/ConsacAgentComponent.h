@@ -49,6 +49,19 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent")
 	bool bForbidsChoices = false;
 
+	/** What each decision pays, by what was seen after it: for an agent whose Observations have two of one space, named achieved_goal and
+	 *  desired_goal. A learner can then learn from goals that were not meant, too (hindsight experience replay). */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent")
+	EConsacGoalReward GoalReward = EConsacGoalReward::None;
+
+	/** Goal Reward Sparse: so near, in the units of these observations, the goal is reached. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent", meta=(ClampMin="0"))
+	float GoalThreshold = 0.05f;
+
+	/** Goal Reward alone pays, and what Add Reward brings is left out. Off: Add Reward pays, and is to come to the same. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent")
+	bool bGoalsPay = true;
+
 	/** Put the agent at its start. Seed is below 0 where the trainer did not give one. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Agent")
 	FConsacEpisodeEvent OnEpisodeBegin;

@@ -64,6 +64,18 @@ enum class EConsacEpisodeEnd : uint8
 	Truncated
 };
 
+/** What a step pays by the goal that it reached and the one that was wanted. */
+UENUM(BlueprintType)
+enum class EConsacGoalReward : uint8
+{
+	/** Nothing: Add Reward alone pays. */
+	None,
+	/** 0 where the goal is reached, else -1. */
+	Sparse,
+	/** Minus the distance from the goal. */
+	Dense
+};
+
 /** Which values a space holds. */
 UENUM(BlueprintType)
 enum class EConsacSpaceKind : uint8
