@@ -6,11 +6,13 @@
 #include <cstring>
 #include <sstream>
 
+#include "cli/commit.h"
 #include "cli/machine.h"
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/text.h"
 #include "consac/base/version.h"
+#include "consac/nn/kernels.h"
 #include "consac/run/output.h"
 #include "consac/run/shortage.h"
 #include "consac/run/training.h"
@@ -165,6 +167,13 @@ int AfterOutput(const std::string& verb, int code) {
   return ExitCode(why);
 }
 
+/// What `--version` says, for a report of a fault: also the commit, and what the processor can do.
+std::string VersionText() {
+  std::string text = std::string("consac ") + kVersion + "\ncommit " + Commit() + "\ninstruction sets";
+  for (const std::string_view name : nn::InstructionSets()) text.append(" ").append(name);
+  return text + " (the first is used)";
+}
+
 /// " train", for the beginning of a message; "" where no verb was given.
 std::string VerbOf(int argc, char** argv) {
   return argc > 1 && argv[1][0] != '-' ? " " + std::string(argv[1]) : "";
@@ -172,7 +181,7 @@ std::string VerbOf(int argc, char** argv) {
 
 int Main(int argc, char** argv) {
   CLI::App app("Reinforcement learning for Unreal Engine, and any other engine.", "consac");
-  app.set_version_flag("--version", std::string("consac ") + kVersion);
+  app.set_version_flag("--version", VersionText());
   app.require_subcommand(1);
   app.allow_windows_style_options(false);  // a path may begin with a slash there too
   std::vector<std::pair<CLI::App*, Action>> actions;

@@ -1,4 +1,5 @@
 // The built program from outside: every bad input is one line and an exit code, never a hang, and nothing is lost.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "cli/conformance_frames.h"
 #include "consac/env/buffer.h"
 #include "consac/model/model_file.h"
+#include "consac/nn/kernels.h"
 #include "consac/server/env_client.h"
 #include "tests/cli/program_fixture.h"
 #include "tests/support.h"
@@ -301,7 +303,14 @@ TEST_F(ProgramTest, EveryVerbHasHelpWithExamples) {
     EXPECT_NE(outcome.out.find("Examples:\nconsac " + std::string(verb)), std::string::npos) << outcome.out;
     EXPECT_NE(outcome.out.find("Exit codes"), std::string::npos);
   }
-  EXPECT_NE(RunProgram(folder(), {"--version"}).out.find(CONSAC_VERSION), std::string::npos);
+}
+
+TEST_F(ProgramTest, TheVersionSaysTheCommitAndTheInstructionSets) {
+  std::string sets;
+  for (const std::string_view name : nn::InstructionSets()) sets.append(" ").append(name);
+  EXPECT_THAT(RunProgram(folder(), {"--version"}).out,
+              ::testing::MatchesRegex("consac " CONSAC_VERSION "\ncommit ([0-9a-f]+[+]?|unknown)\ninstruction sets" +
+                                      sets + " \\(the first is used\\)\n"));
 }
 
 TEST_F(ProgramTest, ListsComeFromTheTables) {

@@ -8,7 +8,7 @@ import threading
 import time
 from dataclasses import replace
 
-from consac import shared_memory, wire
+from consac import __version__, shared_memory, wire
 from consac.address import is_here, is_loopback
 from consac.names import printable_line
 from consac.wire import WireError
@@ -354,7 +354,7 @@ class Server:
         connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
         session.renders, session.relabels, session.limit = "render" in capabilities, "relabel" in capabilities, connection.limit
         answer = connection.pack(wire.WELCOME, wire.dump_json({
-            "protocol": wire.VERSION, "server": "consac-python 0.1.0", "session": session.number, "resume": session.token, "capabilities": capabilities,
+            "protocol": wire.VERSION, "server": f"consac-python {__version__}", "session": session.number, "resume": session.token, "capabilities": capabilities,
             "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), 0, session.number)
         try:
             connection.write(answer)
