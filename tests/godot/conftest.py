@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from engine import Godot, cache
+from engine import CONSAC, DEADLINE_S, ROBOT, Godot, cache
 
 # Where the tests run in the background of a script Ctrl-C is ignored, also by every engine that they start; unless it is heard here.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -24,6 +24,15 @@ def imported(tmp_path_factory):
     if folder is None:
         missing(reason)
     return Godot(folder, tmp_path_factory.mktemp("godot"))
+
+
+@pytest.fixture(scope="session")
+def yumi(tmp_path_factory):
+    """The twin of ABB's YuMi, as anybody imports it."""
+    folder = tmp_path_factory.mktemp("twin") / "yumi"
+    subprocess.run([CONSAC, "twin", "import", ROBOT / "yumi_description/urdf/yumi_calibrated.urdf", "-o", folder],
+                   check=True, capture_output=True, timeout=DEADLINE_S)
+    return folder
 
 
 @pytest.fixture

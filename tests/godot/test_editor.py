@@ -6,7 +6,6 @@ import pytest
 
 from test_native import built  # noqa: F401 (the extension must be there)
 from test_traps import DRAWS, WORLDS
-from test_twin import yumi  # noqa: F401
 
 # An agent without entries, two syncs, a sensor without its node, a body in loop mode, a twin and one without its files.
 WARNED = """[gd_scene format=3]

@@ -233,9 +233,9 @@ def test_what_does_not_fit_is_one_line(godot, models, tmp_path):
     assert str(port) in refused("road", f"port={port}")
 
 
-def test_misuse_of_the_classes_harms_nothing(godot, models):
+def test_misuse_of_the_classes_harms_nothing(godot, models, yumi):
     """2,000 sequences of 40 random calls; most of them wrong."""
-    program = script(godot, "misuse.gd", "1", "2000", str(learned(godot, models, "road")))
+    program = script(godot, "misuse.gd", "1", "2000", str(learned(godot, models, "road")), str(yumi / "twin.json"))
     said = program.wait_for(r"misuse: 2000 sequences, (\d+) calls, (\d+) offers, cues \[(\d+), (\d+), (\d+), (\d+), (\d+)\]")
     calls, offers, *cues = map(int, said.groups())
     assert calls == 80000 and offers > 1000 and all(cues)  # not all of it was refused

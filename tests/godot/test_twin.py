@@ -1,26 +1,23 @@
-"""ConsacTwin in the running engine: reference poses of the real robot, joints and limits, rigid bodies, bad input."""
+"""ConsacTwin in the running engine: reference poses of the real robot, joints and limits, rigid bodies, bad input; and the
+sample yumi_reach against the built-in world."""
 import json
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
+import sys
 
 import numpy
 import pytest
 
-from engine import CONSAC, DEADLINE_S, ROOT
+from engine import CONSAC, DEADLINE_S, ROBOT, ROOT
+from test_native import built, recorded, summary  # noqa: F401 (built: the extension must be there)
 
-ROBOT = ROOT / "examples/robots/yumi"
+sys.path.insert(0, str(ROOT / "python"))
+import consac  # noqa: E402
+
 SCRIPT = pathlib.Path(__file__).parent / "twin.gd"
-
-
-@pytest.fixture(scope="session")
-def yumi(tmp_path_factory):
-    """The twin of ABB's YuMi, as anybody imports it."""
-    folder = tmp_path_factory.mktemp("twin") / "yumi"
-    subprocess.run([CONSAC, "twin", "import", ROBOT / "yumi_description/urdf/yumi_calibrated.urdf", "-o", folder],
-                   check=True, capture_output=True, timeout=DEADLINE_S)
-    return folder
 
 
 def checked(godot, checks, *arguments):
@@ -175,3 +172,56 @@ def test_bad_input_is_one_line(godot, yumi, tmp_path):
     for name, text in expected.items():
         said = re.search(f"^{name}: (.*)$", output, re.M).group(1)
         assert text in said and f"{tmp_path / name}/twin." in said, said
+
+
+def test_the_robot_of_the_extension_moves_its_tool(godot, yumi):
+    checked(godot, "robot", yumi)
+
+
+def test_the_sample_sees_and_earns_what_the_built_in_world_does(godot, yumi, tmp_path):
+    """50 steps of yumi-reach-v0 in process, and the same goal and actions in the engine: the same rewards, and observations
+    within 1e-5 (m, m/s, rad, rad/s; Godot holds the tool's point as float32)."""
+    server = godot.start(CONSAC, "serve", "yumi-reach-v0", "--port", "0", "--protocol", "2", "--sessions", "1")
+    address = server.wait_for(r"tcp://\S+").group(0)
+    actions = numpy.random.default_rng(1).uniform(-1, 1, (50, 3)).astype(numpy.float32)
+    actions[20:] = [0.3, 0.9, 1.0]  # as far as limits and speeds let it
+    rows, rewards = [], []
+    with consac.make(address) as env:
+        seen, _ = env.reset(seed=3)
+        goal = numpy.array(seen["desired_goal"], numpy.float64)
+        for i in range(50):
+            if i < 12:  # to the goal, so that both rewards are there
+                actions[i] = numpy.clip((goal - seen["achieved_goal"]) / 0.05, -1, 1)
+            rows.append(seen)
+            seen, reward, *_ = env.step(actions[i])
+            rewards.append(reward)
+    assert {0.0, -1.0} == set(rewards)
+    (tmp_path / "actions.json").write_text(json.dumps({"goal": goal.tolist(), "actions": actions.tolist()}))
+    output = checked(godot, "reach", yumi, tmp_path / "actions.json")
+    found = re.findall(r"^row: (\w+) (\S+)$", output, re.M)
+    assert len(found) == 51 and [float(reward) for _, reward in found[1:]] == rewards
+    most = 0.0
+    for row, (in_engine, _) in zip(rows, found):
+        expected = numpy.concatenate([row[part] for part in ("achieved_goal", "desired_goal", "observation")])
+        most = max(most, numpy.abs(numpy.frombuffer(bytes.fromhex(in_engine), numpy.float32) - expected).max())
+    print(f"twin: observations are {most:.1e} apart at most")
+    assert most < 1e-5
+
+
+def test_a_model_of_the_built_in_world_reaches_in_the_engine(godot, yumi, tmp_path):
+    """Of 100 targets as many as in process, within one."""
+    trained = godot.consac("train", "yumi-reach-v0", "--algo", "sac", "--steps", "8000", "--seed", "1", "--name", "reach", "--json",
+                           "--no-table", "--no-progress", "--set", "replay_buffer_class=HerReplayBuffer", "gamma=0.95", "learning_rate=1e-3",
+                           "batch_size=256", "learning_starts=1000", "buffer_size=100000", "net_arch=[64,64]", "norm_obs=true", cwd=tmp_path)
+    assert summary(trained)["steps"] == 8000
+    inside = godot.project / "examples/yumi_reach/yumi"
+    shutil.copytree(yumi, inside, ignore=shutil.ignore_patterns("meshes"), dirs_exist_ok=True)
+    acted = recorded(godot, "yumi_reach", tmp_path / "acted", "mode=act", f"model={tmp_path}/runs/reach/model.consac", "steps=5000",
+                     "sessions=1", "quit=1", "fast=1", flags=["--fixed-fps", "60"])
+    rewards = numpy.array(struct.unpack(f"<{acted['rewards'][1][0]}f", acted["rewards"][2])).reshape(-1, 50)
+    assert len(rewards) == 100
+    in_process = summary(godot.consac("eval", "reach", "--episodes", "100", "--json", cwd=tmp_path))["mean_reward"]
+    reached = int((rewards[:, -1] == 0).sum())
+    print(f"twin: {reached} of 100 targets reached in Godot, mean return {rewards.sum(1).mean():.2f}; in process {in_process:.2f}")
+    assert reached >= 99 and abs(rewards.sum(1).mean() - in_process) < 0.5
+    shutil.rmtree(inside)

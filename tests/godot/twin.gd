@@ -2,7 +2,8 @@ extends SceneTree
 ## ConsacTwin in the running engine, a line a check. Run by test_twin.py:
 ##   godot ... --script twin.gd -- CHECKS ...
 ## poses FOLDER POSES.json: prints poses of links, along the robot's axes
-## moves FOLDER; dynamic FOLDER; refused FOLDER...
+## moves FOLDER; dynamic FOLDER; massless FOLDER; refused FOLDER...; robot FOLDER
+## reach FOLDER ACTIONS.json: prints what the agent of examples/yumi_reach sees
 
 const READY := {yumi_joint_1_r = 0.0646, yumi_joint_2_r = -0.281, yumi_joint_7_r = -0.703, yumi_joint_3_r = 0.878,
 		yumi_joint_4_r = -2.084, yumi_joint_5_r = 0.398, yumi_joint_6_r = 0.0}
@@ -210,3 +211,73 @@ func _refused(arguments: PackedStringArray) -> void:
 		_same("and the editor says it", twin._get_configuration_warnings(), PackedStringArray([twin.fault()]))
 		_holds("a call says why", twin.set_joint("yumi_joint_1_r", 0.0), "it is not built: " + twin.fault())
 		twin.free()
+
+
+## ConsacRobot, the native extension's: the same robot in double precision, and the way to where a tool should be.
+func _robot(arguments: PackedStringArray) -> void:
+	var table := arguments[0].path_join("twin.json")
+	var robot: RefCounted = ClassDB.instantiate(&"ConsacRobot")
+	_same("loaded", robot.load(table), "")
+	var twin := _twin(arguments[0])
+	_same("joints", PackedStringArray(robot.joint_names()), twin.joint_names())
+	twin.set_pose(READY)
+	_same("posed", robot.set_positions(twin.get_pose()), "")
+	for link in ["yumi_link_7_r", "gripper_l_finger_r"]:
+		var pose := ConsacTwinConvention.pose_to_robot(twin.get_link_pose(link))
+		var exact: PackedFloat64Array = robot.link_pose(link)
+		_near("the scene's %s is where the robot's is, m" % link, pose.origin.distance_to(_point(exact)), 0.0, 1e-6)
+		var turn := Quaternion(exact[3], exact[4], exact[5], exact[6])
+		_near("and turned so, rad", pose.basis.get_rotation_quaternion().angle_to(turn), 0.0, 1e-3)
+	_same("a tool", robot.set_tool("yumi_link_7_r", PackedFloat64Array([0.143, 0, 0])), "")
+	var start: PackedFloat64Array = robot.tool()
+	_near("is where the ready pose has it, m", _point(start).distance_to(Vector3(0.35, -0.15, 0.25)), 0.0, 1e-3)
+	_same("moved", robot.move_tool(PackedFloat64Array([0.02, -0.01, 0.03]), 0.5, 10), "")
+	_near("it went there, m", (_point(robot.tool()) - _point(start)).distance_to(Vector3(0.02, -0.01, 0.03)), 0.0, 1e-3)
+	_same("the other arm stands still", robot.positions()[9], 0.0)
+	_same("back to a pose", robot.reach(start).reached, true)
+	_near("it is there, m", _point(robot.tool()).distance_to(_point(start)), 0.0, 2e-5)
+	_same("to a point", robot.reach(PackedFloat64Array([0.4, -0.2, 0.3])).reached, true)
+	var far: Dictionary = robot.reach(PackedFloat64Array([3, 0, 0]))
+	_check("out of reach: %s" % far, not far.reached and far.position_error > 1.0)
+	robot.set_positions(PackedFloat64Array([9, 9, 9, 9, 9, 9, 9, 9, 9, 9, 9, 9, 9, 9, 9, 9]))
+	_same("limits are kept", robot.positions()[1], twin.limits("yumi_joint_2_r")[1])
+	Engine.print_error_messages = false
+	_holds("no such link", robot.set_tool("yumi_link_7", PackedFloat64Array([0, 0, 0])), "there is no link 'yumi_link_7' (did you mean 'yumi_link_7_")
+	_holds("two numbers", robot.set_tool("yumi_link_7_r", PackedFloat64Array([0, 0])), "the point is [0, 0], 2 numbers; expected 3")
+	_holds("NaN", robot.move_tool(PackedFloat64Array([0, NAN, 0]), 1.0, 1), "the way is [0, nan, 0]")
+	_holds("no time", robot.move_tool(PackedFloat64Array([0, 0, 0]), 0.0, 1), "the way takes 0 s; expected more than 0")
+	_holds("no part", robot.move_tool(PackedFloat64Array([0, 0, 0]), 1.0, 0), "the way has 0 parts; expected 1 to 1000")
+	_holds("positions", robot.set_positions(PackedFloat64Array([1])), "what was given for positions is [1], 1 numbers; expected 16")
+	_same("no pose", robot.reach(PackedFloat64Array([0, 0, 0, 0, 0, 0, 2])), {})
+	_holds("said", robot.last_error(), "expected a quaternion of length 1 behind the point")
+	_holds("no file", robot.load("res://none.json"), "there is no file 'res://none.json'")
+	_holds("no table", robot.load("res://project.godot"), "res://project.godot: ")
+	_same("a robot that could not be read leaves the one before", robot.joint_names().size(), 16)
+	_holds("nothing loaded", ClassDB.instantiate(&"ConsacRobot").set_tool("a", PackedFloat64Array([0, 0, 0])), "no robot is loaded; call load() first")
+
+
+static func _point(numbers: PackedFloat64Array) -> Vector3:
+	return Vector3(numbers[0], numbers[1], numbers[2])
+
+
+## The agent of the sample, given a goal and actions; what it sees after each, and earns.
+func _reach(arguments: PackedStringArray) -> void:
+	var scene: Node = (load("res://examples/yumi_reach/yumi_reach.tscn") as PackedScene).instantiate()
+	scene.get_node("ConsacSync").free()
+	scene.get_node("Twin").folder = arguments[0]
+	root.add_child(scene)
+	var agent := scene.get_node("Agent")
+	_same("prepared", agent.prepare(), "")
+	var given: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(arguments[1]))
+	agent.begin(PackedFloat64Array(given["goal"]))
+	for action: Variant in [null] + given["actions"]:
+		agent.forget_step()
+		if action != null:
+			agent.act({&"way": PackedFloat32Array(action)})
+			agent.judge()
+		agent.look()
+		print("row: ", agent.row.to_byte_array().hex_encode(), " ", agent.reward)
+	var shown := ConsacTwinConvention.point_to_robot(scene.get_node("Twin").get_end_effector().origin)
+	_near("the twin's tool is where the agent says, m", shown.distance_to(Vector3(agent.row[0], agent.row[1], agent.row[2])), 0.0, 1e-6)
+	var mark: Vector3 = scene.get_node("Twin/Goal").global_position - scene.get_node("Twin").get_end_effector().origin
+	_near("and the ball as far as the goal", mark.length(), agent.distance(), 1e-6)

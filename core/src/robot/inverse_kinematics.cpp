@@ -40,6 +40,7 @@ InverseKinematics::InverseKinematics(const Robot& robot, const Frame& tool, cons
   jacobian_.resize(6 * count);
   moves_.resize(count);
   best_.resize(count);
+  furthest_.resize(count);
   held_.resize(count);
 }
 
@@ -98,6 +99,18 @@ void InverseKinematics::Step(Vector3 shift, Vector3 turn, std::span<const double
       held_[k] = 1;
       again = true;
     }
+  }
+}
+
+void InverseKinematics::Advance(Vector3 shift, double seconds, int parts, std::span<double> positions) {
+  CONSAC_ASSERT(parts > 0 && positions.size() == positions_.size());
+  const Vector3 target = tool().position + shift;
+  for (std::size_t k = 0; k < furthest_.size(); ++k) furthest_[k] = limits_.velocity[k] * seconds / parts;
+  for (int part = 0; part < parts; ++part) {
+    Step((1.0 / (parts - part)) * (target - tool().position), {}, furthest_, moves_);
+    for (std::size_t k = 0; k < positions.size(); ++k) positions[k] += moves_[k];
+    ClampToLimits(limits_, positions);
+    Forward(positions);
   }
 }
 

@@ -132,5 +132,28 @@ TEST(InverseKinematics, AStepKeepsSpeedsAndLimitsAndTheOtherJointsTakeOver) {
   for (const double move : moves) EXPECT_LE(std::abs(move), 0.02);
 }
 
+TEST(InverseKinematics, TheToolAdvancesOnAStraightLineWithinSpeeds) {
+  const Robot robot = SevenJoints();
+  InverseKinematics inverse(robot, {7, {}}, {.task = Task::kPosition});
+  std::vector<double> positions = {0.3, 0.9, -0.2, 1.2, 0.4, 0.5, 0.0};
+  inverse.Forward(positions);
+  const Vector3 before = inverse.tool().position;
+  const std::vector<double> start = positions;
+  inverse.Advance({0.02, 0.01, -0.02}, 0.1, 4, positions);
+  EXPECT_LT(Norm(inverse.tool().position - before - Vector3{0.02, 0.01, -0.02}), 1e-3);
+  double furthest = 0.0;
+  for (std::size_t k = 0; k < 7; ++k) furthest = std::max(furthest, std::abs(positions[k] - start[k]));
+  // A hundredth of that time: no joint is as fast as that asks for.
+  positions = start;
+  inverse.Forward(positions);
+  inverse.Advance({0.02, 0.01, -0.02}, 0.001, 4, positions);
+  for (std::size_t k = 0; k < 7; ++k)
+    EXPECT_LE(std::abs(positions[k] - start[k]), inverse.limits().velocity[k] * 0.001 * (1 + 1e-12));
+  EXPECT_GT(furthest, inverse.limits().velocity[0] * 0.001) << "else the limit is not met";
+  Kinematics kinematics(robot);
+  kinematics.Forward(positions);
+  EXPECT_EQ(kinematics.Pose({7, {}}), inverse.tool());
+}
+
 }  // namespace
 }  // namespace consac::robot

@@ -1,15 +1,16 @@
 extends SceneTree
 ## Calls every method of the native classes in random orders with random arguments, right and wrong ones, and then sees
-## that a world still learns. Run by test_native.py:  godot ... --script misuse.gd -- SEED SEQUENCES MODEL
+## that a world still learns. Run by test_native.py:  godot ... --script misuse.gd -- SEED SEQUENCES MODEL TWIN
 ## Ends with one line "misuse: N sequences, M calls, K offers, cues [...]".
 
 const CALLS := 40  # of one sequence
-const CLASSES: Array[StringName] = [&"ConsacWorld", &"ConsacModel"]
+const CLASSES: Array[StringName] = [&"ConsacWorld", &"ConsacModel", &"ConsacRobot"]
 
 var _rng := RandomNumberGenerator.new()
 var _methods := {}  # class: descriptions of its own methods
 var _objects: Array[RefCounted] = []
 var _model := ""
+var _twin := ""  # a joint table
 var _calls := 0
 var _offers := 0  # that were wanted
 var _cues := [0, 0, 0, 0, 0]
@@ -19,6 +20,7 @@ func _init() -> void:
 	var arguments := OS.get_cmdline_user_args()
 	_rng.seed = arguments[0].to_int()
 	_model = arguments[2]
+	_twin = arguments[3]
 	for name in CLASSES:
 		_methods[name] = ClassDB.class_get_method_list(name, true)
 	Engine.print_error_messages = false
@@ -41,7 +43,7 @@ func _init() -> void:
 func _sequence() -> void:
 	if _objects.size() > 6 or _rng.randf() < 0.3:
 		_objects.clear()
-	_objects.append(ClassDB.instantiate(CLASSES[0] if _rng.randf() < 0.8 else CLASSES[1]))
+	_objects.append(ClassDB.instantiate(CLASSES[0] if _rng.randf() < 0.75 else CLASSES[1 + _rng.randi() % 2]))
 	var object: RefCounted = _objects.back()
 	if _rng.randf() < 0.7 and object.is_class(CLASSES[0]):
 		_set_up(object)
@@ -54,6 +56,8 @@ func _sequence() -> void:
 				object.call("serve", _options(["port", "seed", "protocol", "training_length"]))
 			3:
 				object.call("act", _options(["models", "mode", "seed"]))
+	if _rng.randf() < 0.7 and object.is_class(CLASSES[2]):
+		object.call("load", _twin)
 	for i in CALLS:
 		object = _objects[_rng.randi() % _objects.size()]
 		var methods: Array = _methods[StringName(object.get_class())]
@@ -93,7 +97,7 @@ func _value(type: int, name: String) -> Variant:
 		TYPE_STRING:
 			if name == "to":  # what is written over is nobody's
 				return _pick(["user://misuse_model.consac", "", "res://no/no", "user://no/no"])
-			return _pick([_model, _model, "user://misuse_model.consac", "res://project.godot", "", "res://no", "user://no/no",
+			return _pick([_model, _model, _twin, "yumi_link_7_r", "user://misuse_model.consac", "res://project.godot", "", "res://no", "user://no/no",
 					"ppo2", "\u00e4\u4e16", "nul\u0001", "x".repeat(5000)])
 		TYPE_DICTIONARY:
 			return _table(name)
@@ -101,6 +105,11 @@ func _value(type: int, name: String) -> Variant:
 			var numbers := PackedFloat32Array()
 			for i in _size():
 				numbers.append(_pick([0.0, 0.0, 1.0, 0.5, -1.0, 2.0, NAN, INF, 1e30]))
+			return numbers
+		TYPE_PACKED_FLOAT64_ARRAY:
+			var numbers := PackedFloat64Array()
+			for i in _pick([0, 3, 3, 3, 7, 16, 16, 17]):
+				numbers.append(_pick([0.0, 0.0, 0.3, 0.5, -1.0, 1.0]) if _rng.randf() < 0.95 else _pick([NAN, INF, 1e300, 1e-320]))
 			return numbers
 		TYPE_PACKED_BYTE_ARRAY:
 			if _rng.randf() < 0.05:

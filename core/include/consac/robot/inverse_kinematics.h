@@ -1,8 +1,7 @@
 #pragma once
 // Inverse kinematics by damped least squares, within joint limits: which positions bring a tool where it should be.
 // Source: Wampler 1986; Nakamura and Hanafusa 1986. dq = J^T (J J^T + lambda^2 I)^-1 e. A joint that would leave its
-// limits is held there, and the others take over its part. The world yumi_reach steps by it; Solve is for the engines'
-// components of robots, which are to come.
+// limits is held there, and the others take over its part. The world yumi_reach and the engines' robots move by it.
 
 #include <cstdint>
 #include <span>
@@ -55,6 +54,11 @@ class InverseKinematics {
   /// the base's axes. The result keeps limits, and no position moves further than `furthest` ([positions]) where that
   /// is not empty. The tool stays where it is.
   void Step(Vector3 shift, Vector3 turn, std::span<const double> furthest, std::span<double> moves);
+  /// Moves `positions` ([positions], those of the latest Forward, Solve or Advance) so that the tool goes by `shift`
+  /// (m, along the base's axes) on a straight line, followed in `parts` steps (1 or more) of `seconds` in all: within
+  /// limits and the joints' speeds, not turned where its orientation is not free. What is too far is gone as far as can
+  /// be.
+  void Advance(Vector3 shift, double seconds, int parts, std::span<double> positions);
   /// The limits it keeps.
   const PositionLimits& limits() const { return limits_; }
 
@@ -69,6 +73,7 @@ class InverseKinematics {
   std::vector<double> jacobian_;    // [6, positions]
   std::vector<double> moves_;       // [positions]
   std::vector<double> best_;        // [positions]
+  std::vector<double> furthest_;    // [positions] of a part of Advance
   std::vector<std::uint8_t> held_;  // [positions] at a limit, for the step under way
 };
 

@@ -8,6 +8,7 @@
 #include "consac/base/hooks.h"
 #include "interrupts.h"
 #include "model.h"
+#include "robot.h"
 #include "world.h"
 
 #if defined(_WIN32)
@@ -20,7 +21,7 @@ namespace consac::godot {
 namespace {
 
 // Every class that scripts see; the one place to add one.
-constexpr ClassTable (*kClasses[])() = {&WorldTable, &ModelTable};
+constexpr ClassTable (*kClasses[])() = {&WorldTable, &ModelTable, &RobotTable};
 
 std::vector<std::unique_ptr<RegisteredClass>> registered;
 

@@ -32,6 +32,8 @@ namespace consac::godot {
   X(GDExtensionInterfacePackedByteArrayOperatorIndexConst, packed_byte_array_operator_index_const)           \
   X(GDExtensionInterfacePackedFloat32ArrayOperatorIndex, packed_float32_array_operator_index)                \
   X(GDExtensionInterfacePackedFloat32ArrayOperatorIndexConst, packed_float32_array_operator_index_const)     \
+  X(GDExtensionInterfacePackedFloat64ArrayOperatorIndex, packed_float64_array_operator_index)                \
+  X(GDExtensionInterfacePackedFloat64ArrayOperatorIndexConst, packed_float64_array_operator_index_const)     \
   X(GDExtensionInterfaceArrayOperatorIndex, array_operator_index)                                            \
   X(GDExtensionInterfaceArrayOperatorIndexConst, array_operator_index_const)                                 \
   X(GDExtensionInterfaceDictionaryOperatorIndex, dictionary_operator_index)                                  \

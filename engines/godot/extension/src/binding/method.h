@@ -1,8 +1,8 @@
 #pragma once
 // From a C++ member function to a method that scripts call: Bind<World, &World::Join>("join", {"behaviour"}, "Takes a
 // place.") is one row of a class's table. Arguments and results are std::int64_t, double, bool, std::string, Floats,
-// Bytes, Array, Dictionary; a result may also be void, a Status (the script gets its sentence, "" for success) or a
-// Result of these (the script gets an empty value, or -1, where it failed). A failure is kept as the object's last
+// Doubles, Bytes, Array, Dictionary; a result may also be void, a Status (the script gets its sentence, "" for success)
+// or a Result of these (the script gets an empty value, or -1, where it failed). A failure is kept as the object's last
 // error and written into the engine's log.
 
 #include <array>

@@ -97,6 +97,24 @@ std::span<float> Floats::writable() {
   return {engine.packed_float32_array_operator_index(ptr(), 0), size};
 }
 
+Doubles Doubles::Of(std::span<const double> numbers) {
+  Doubles array = ZerosOf<Doubles>(numbers.size());
+  std::copy(numbers.begin(), numbers.end(), array.writable().begin());
+  return array;
+}
+
+std::span<const double> Doubles::span() const {
+  const std::size_t size = PackedSize(*this);
+  if (size == 0) return {};
+  return {engine.packed_float64_array_operator_index_const(ptr(), 0), size};
+}
+
+std::span<double> Doubles::writable() {
+  const std::size_t size = PackedSize(*this);
+  if (size == 0) return {};
+  return {engine.packed_float64_array_operator_index(ptr(), 0), size};
+}
+
 Bytes Bytes::OfSize(std::size_t count) {
   return ZerosOf<Bytes>(count);
 }

@@ -1,6 +1,6 @@
 #pragma once
-// The engine's own values as C++ values: Variant, String (as UTF-8), Array, Dictionary and the two packed arrays that
-// observations travel in. Each owns what it holds; copies share the content where the engine's do.
+// The engine's own values as C++ values: Variant, String (as UTF-8), Array, Dictionary and the packed arrays that
+// observations and poses travel in. Each owns what it holds; copies share the content where the engine's do.
 
 #include <array>
 #include <cstddef>
@@ -90,6 +90,18 @@ class Floats : public Builtin<GDEXTENSION_VARIANT_TYPE_PACKED_FLOAT32_ARRAY, 16>
   std::span<const float> span() const;
   /// To write into; a content that others share is copied first.
   std::span<float> writable();
+};
+
+/// PackedFloat64Array.
+class Doubles : public Builtin<GDEXTENSION_VARIANT_TYPE_PACKED_FLOAT64_ARRAY, 16> {
+ public:
+  using Builtin::Builtin;
+  /// A copy of `numbers`.
+  static Doubles Of(std::span<const double> numbers);
+  /// What it holds; valid while it lives and is not written.
+  std::span<const double> span() const;
+  /// To write into; a content that others share is copied first.
+  std::span<double> writable();
 };
 
 /// PackedByteArray.
