@@ -1,7 +1,7 @@
 extends ConsacAgent
 ## The right arm of ABB's YuMi brings the point between its fingers to a goal: the built-in world yumi-reach-v0 with its
 ## observation, action and reward (worlds/yumi_reach), on the twin. The native extension's [code]ConsacRobot[/code] moves
-## the arm by the same code as that world; the twin shows it. All numbers are the robot's: its base, z up, m, rad.
+## the arm by the same inverse kinematics; the twin shows it. All numbers are the robot's: its base, z up, m, rad.
 
 const STEP := 0.04  # s that a decision takes
 const PARTS := 2  # of a decision: the straight way is followed this finely
