@@ -186,3 +186,38 @@ def test_any_project_is_exported_with_its_models_and_is_an_engine_too(godot, tmp
     trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "game", "--no-table", "--no-progress", *TEXT1, cwd=tmp_path)
     assert trainer.finish()[0] == 0
     assert float(re.search(ENDED, finished(game)).group(3)) > 0.9
+
+
+def test_agents_whose_scripts_have_a_life_of_their_own_come_and_go(godot):
+    output = finished(start(godot, "careless", *TRAIN, "steps=600", "set=n_steps:32", COMES_AND_GOES="true"))
+    assert "training completed" in output and "ERROR" not in output, output
+
+
+def test_a_sensor_that_is_removed_ends_the_session_in_one_line(godot):
+    output = finished(start(godot, "careless", *TRAIN, "steps=600", "set=n_steps:32", LOSES_SENSOR="true"), 1)
+    assert output.count("a sensor was removed while it runs; keep it until the session ends") == 1, output
+
+
+def test_bools_are_numbers_and_words_are_none(godot):
+    assert "training completed" in finished(start(godot, "careless", *TRAIN, "steps=100", "set=n_steps:32"))
+    output = finished(start(godot, "careless", *TRAIN, "steps=100", "set=n_steps:32", SEES='[1.0, "far"]'), 1)
+    assert "observe() gave a String in number 1 of entry 'place', expected numbers" in output, output
+
+
+@pytest.mark.parametrize("name, said", [("steps", "'steps' is a number of the sync's own"), (r"two\nlines", r"'two\nlines' is no name of one line")])
+def test_a_metric_is_not_called_as_the_syncs_own_numbers(godot, name, said):
+    output = finished(start(godot, "careless", *TRAIN, "steps=400", "set=n_steps:32", "report=0.01", NOTED=f'"{name}"'))
+    assert output.count(said) == 1 and " 5 of 400 steps" not in output, output
+
+
+def test_a_second_sync_that_is_refused_quits_nobodys_program(godot):
+    output = finished(start(godot, "careless", *TRAIN, "steps=300", "set=n_steps:32", SYNCS="2"))
+    assert "drives this game already" in output and "training completed" in output, output
+
+
+def test_each_of_several_behaviours_has_its_mean_reward(godot, tmp_path):
+    curve = tmp_path / "curve.csv"
+    finished(play(godot, "chase", *TRAIN, "steps=8000", f"curve={curve}", f"model={tmp_path}/{{behaviour}}.consac"))
+    last = {name: float(value) for _, name, value in (line.split(",") for line in curve.read_text().splitlines()[1:])}
+    chaser, runner = (last[f"mean_episode_reward {behaviour}"] for behaviour in ("chaser", "runner"))
+    assert chaser != runner and min(chaser, runner) <= last["mean_episode_reward"] <= max(chaser, runner), last

@@ -93,18 +93,21 @@ var _told_of_pay := false
 var _problem := ""
 
 
-func _enter_tree() -> void:
+# Not _enter_tree() and _exit_tree(), which a game's own script may override.
+func _notification(what: int) -> void:
+	if what == NOTIFICATION_ENTER_TREE:
+		_come()
+	elif what == NOTIFICATION_EXIT_TREE and is_instance_valid(driven_by):
+		driven_by.miss()
+
+
+func _come() -> void:
 	add_to_group(GROUP)
 	if Engine.is_editor_hint():
 		return
 	for sync: ConsacSync in get_tree().get_nodes_in_group(ConsacSync.GROUP):
 		sync.meet(self)
 	_warn_if_alone.call_deferred()
-
-
-func _exit_tree() -> void:
-	if is_instance_valid(driven_by):
-		driven_by.miss()
 
 
 func _warn_if_alone() -> void:
@@ -157,8 +160,9 @@ func mask(legal: Dictionary) -> void:
 	masking.emit(legal)
 
 
-## A number of your own for people to see, with the rewards: how far it came, whether it hit. Its mean stands in the
-## sync's lines, in its curve and in the editor's dock.
+## A number of your own for people to see, with the rewards: how far it came, whether it hit. Its mean over the calls
+## stands in the sync's lines, in its curve and in the editor's dock, so tell what did not happen too:
+## [code]note(&"hit", 1.0 if hit else 0.0)[/code].
 func note(metric: StringName, value: float) -> void:
 	if is_instance_valid(driven_by) and driven_by.counts(self):
 		driven_by.report.note_metric(metric, value)
@@ -252,7 +256,10 @@ func look() -> String:
 	values.clear()  # what observe() no longer writes is missing, not as it was
 	observe(values)
 	for sensor in _sensors:
-		sensor.sense(values)
+		if is_instance_valid(sensor):
+			sensor.sense(values)
+		else:
+			_blame("a sensor was removed while it runs; keep it until the session ends")
 	var at := 0
 	for i in _names.size():
 		var value: Variant = values.get(_names[i])
@@ -403,7 +410,13 @@ func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Varian
 	if given != entry.numbers():
 		_blame("%s gave %d numbers for entry '%s', expected %d" % [source, given, entry.name, entry.numbers()])
 		return
-	if typeof(value) > TYPE_FLOAT:
+	if value is Array:
+		for i in given:
+			if typeof(value[i]) in [TYPE_FLOAT, TYPE_INT, TYPE_BOOL]:
+				into[at + i] = float(value[i])
+			else:
+				_blame("%s gave %s in number %d of entry '%s', expected numbers" % [source, _kind_of(value[i]), i, entry.name])
+	elif typeof(value) > TYPE_FLOAT:
 		for i in given:
 			into[at + i] = value[i]
 	if entry.kind == ConsacEntry.Kind.DISCRETE and not (into[at] >= 0.0 and into[at] < entry.choices):

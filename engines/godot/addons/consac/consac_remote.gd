@@ -6,6 +6,12 @@ extends RefCounted
 const PREFIX := "consac"
 
 
+## Tells the dock why a game did not begin, where an editor listens.
+static func tell_of_failure(fault: String) -> void:
+	if EngineDebugger.is_active():
+		EngineDebugger.send_message(PREFIX + ":failed", [fault])
+
+
 ## Connects [param sync] where an editor listens.
 static func connect_to_editor(sync: ConsacSync) -> void:
 	if not EngineDebugger.is_active():

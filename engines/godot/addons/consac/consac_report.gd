@@ -3,6 +3,8 @@ extends RefCounted
 ## Counts what a session brings and tells people: a line now and then, a file to draw curves of, the editor's dock.
 
 const LATEST := 100  # episodes, of the means
+const OWN: Array[StringName] = [&"steps", &"seconds", &"steps_per_s", &"episodes", &"mean_episode_reward",
+		&"mean_episode_length", &"updates"]  # numbers that a game's cannot be called
 const SHORT_IN_A_ROW := 20  # episodes of one step after which something is likely wrong
 
 ## Rewards and lengths of the latest episodes.
@@ -15,6 +17,8 @@ var _began_usec := 0
 var _told_usec := 0
 var _told_steps := 0
 var _sums := {}  # of the game's own metrics since the latest line: [sum, count]
+var _of_behaviours := {}  # name: rewards of its latest episodes
+var _refused := {}  # names of which was told
 var _short := 0  # episodes of one step in a row
 var _warned := false
 var _curve: FileAccess
@@ -24,6 +28,7 @@ var _curve: FileAccess
 func begin(path := "") -> String:
 	episode_rewards.clear()
 	episode_lengths.clear()
+	_of_behaviours.clear()
 	episodes = 0
 	_sums.clear()
 	_began_usec = Time.get_ticks_usec()
@@ -41,10 +46,10 @@ func begin(path := "") -> String:
 
 ## An episode is over.
 func note_episode(agent: ConsacAgent) -> void:
-	if episode_rewards.size() >= LATEST:
-		episode_rewards.remove_at(0)
+	if episode_lengths.size() >= LATEST:
 		episode_lengths.remove_at(0)
-	episode_rewards.append(agent.total_reward)
+	_keep_latest(episode_rewards, agent.total_reward)
+	_keep_latest(_of_behaviours.get_or_add(agent.behaviour, PackedFloat32Array()), agent.total_reward)
 	episode_lengths.append(agent.steps)
 	episodes += 1
 	_short = _short + 1 if agent.steps == 1 and agent.max_steps != 1 else 0
@@ -57,9 +62,24 @@ func note_episode(agent: ConsacAgent) -> void:
 
 ## A number of the game's own; what a line tells is the mean since the line before.
 func note_metric(name: StringName, value: float) -> void:
+	if name in OWN or name.is_empty() or name.contains("\n") or not is_finite(value):
+		_refuse(name, value)
+		return
 	var sum: Array = _sums.get_or_add(name, [0.0, 0])
 	sum[0] += value
 	sum[1] += 1
+
+
+# Once for each name.
+func _refuse(name: StringName, value: float) -> void:
+	if _refused.has(name):
+		return
+	_refused[name] = true
+	if not is_finite(value):
+		printerr("consac: note(): '%s' is %s and is left out; mend where it comes from" % [name, value])
+	else:
+		printerr("consac: note(): '%s' %s; choose another name" % [
+				name.c_escape(), "is a number of the sync's own" if name in OWN else "is no name of one line"])
 
 
 ## Whether [param every_s] seconds have passed since the latest call of [method tell].
@@ -80,6 +100,10 @@ func tell(steps: int, more := {}) -> Dictionary:
 	if episodes > 0:
 		numbers.mean_episode_reward = mean_episode_reward()
 		numbers.mean_episode_length = _mean_length()
+	if _of_behaviours.size() > 1:
+		for behaviour: StringName in _of_behaviours:
+			var rewards: PackedFloat32Array = _of_behaviours[behaviour]
+			numbers["mean_episode_reward " + behaviour] = _mean(rewards, rewards.size())
 	numbers.merge(more)
 	for name: StringName in _sums:
 		numbers[String(name)] = _sums[name][0] / _sums[name][1]
@@ -118,6 +142,12 @@ func summary(steps: int, rewards: PackedFloat32Array) -> String:
 ## Of the latest episodes.
 func mean_episode_reward() -> float:
 	return _mean(episode_rewards, episode_rewards.size())
+
+
+static func _keep_latest(rewards: PackedFloat32Array, reward: float) -> void:
+	if rewards.size() >= LATEST:
+		rewards.remove_at(0)
+	rewards.append(reward)
 
 
 func _mean_length() -> float:

@@ -169,8 +169,8 @@ func _ready() -> void:
 		add_child(_budget)
 
 
-func _exit_tree() -> void:
-	if not Engine.is_editor_hint():
+func _notification(what: int) -> void:  # not _exit_tree(), which a script of the game's may override
+	if what == NOTIFICATION_EXIT_TREE and not Engine.is_editor_hint():
 		stop()
 
 
@@ -312,12 +312,14 @@ func _begin() -> void:
 		_hold(true)
 		ConsacRemote.connect_to_editor(self)
 	else:
+		ConsacRemote.tell_of_failure(fault)
 		_finish(fault)
 
 
 func _fault_of_scene() -> String:
 	for other: ConsacSync in get_tree().get_nodes_in_group(GROUP):
 		if other != self and other._begun and not other._stopped:
+			quit_at_end = false  # the program is the other's
 			return ("%s drives this game already, and two would stop each other; one ConsacSync above all agents is enough: "
 					+ "their property control says who chooses for each") % other.get_path()
 	return ConsacSceneCheck.fault_of_loop(get_parent()) if loop_mode and _learning else ""

@@ -108,6 +108,9 @@ func _hear(message: String, data: Array) -> void:
 						_shown.select(_shown.item_count - 1)
 				_curves[key].append(Vector2(numbers.steps, numbers[key]))
 			_show_curve()
+		"failed":
+			_ended = data[0]
+			_state.text = data[0]
 		"ended":
 			_ended = "It ended." if data[0] == "" else data[0]
 			_state.text = _ended + " " + _state.text
@@ -126,4 +129,6 @@ func _show_curve() -> void:
 func _process(_delta: float) -> void:
 	if not _stop.disabled and not EditorInterface.is_playing_scene() and arguments.is_empty():
 		_stop.disabled = true
+		if _ended.is_empty():
+			_state.text = "Stopped. " + _state.text
 		EditorInterface.get_resource_filesystem().scan()  # the model that it saved appears

@@ -1,0 +1,75 @@
+extends Node2D
+## Agents made without a thought of the add-on: scripts with a life of their own, sensors that go, what are no numbers.
+
+const COMES_AND_GOES := false
+const LOSES_SENSOR := false
+const SEES := [true, false]
+const NOTED := ""  # a metric's name
+const SYNCS := 1
+
+var _tick := 0
+
+
+class Sees:
+	extends ConsacSensor
+
+	func entries() -> Array[ConsacEntry]:
+		return [ConsacEntry.box(entry_name, 1)]
+
+	func sense(into: Dictionary) -> void:
+		into[entry_name] = 0.5
+
+
+class Careless:
+	extends ConsacAgent
+	var sees: Array
+	var noted := ""
+
+	func _init() -> void:
+		observations = [ConsacEntry.box(&"place", 2)]
+		actions = [ConsacEntry.box(&"move", 1)]
+		max_steps = 20
+
+	func _enter_tree() -> void:
+		pass
+
+	func _exit_tree() -> void:
+		pass
+
+	func observe(into: Dictionary) -> void:
+		into[&"place"] = sees
+
+	func judge() -> void:
+		if not noted.is_empty():
+			note(noted, 5.0)
+
+
+func _come() -> Careless:
+	var agent := Careless.new()
+	agent.sees = SEES
+	agent.noted = NOTED
+	var sensor := Sees.new()
+	sensor.name = "Sees"
+	agent.add_child(sensor)
+	add_child(agent)
+	return agent
+
+
+func _ready() -> void:
+	for i in 2:
+		_come()
+	for i in SYNCS:
+		var sync := ConsacSync.new()
+		sync.room_for_agents = 4
+		sync.name = "Sync%d" % i
+		add_child(sync)
+
+
+func _physics_process(_delta: float) -> void:
+	_tick += 1
+	var there := get_children().filter(func(node: Node) -> bool: return node is Careless)
+	if LOSES_SENSOR and _tick == 30:
+		there[0].get_node("Sees").queue_free()
+	if COMES_AND_GOES and _tick % 20 == 0:
+		there[0].queue_free()
+		_come()
