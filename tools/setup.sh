@@ -16,7 +16,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 stage=${1:-build}
-. tools/windows_libraries.sh  # windows_sources
+. tools/cross_libraries.sh  # windows_sources
 
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev libpugixml-dev)

@@ -18,7 +18,7 @@ toolchain=(-G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/mingw.cmake" -DCONSAC_WIN
   -DCMAKE_C_COMPILER_LAUNCHER="${CONSAC_COMPILER_LAUNCHER:-}" -DCMAKE_CXX_COMPILER_LAUNCHER="${CONSAC_COMPILER_LAUNCHER:-}"
   --log-level=WARNING)
 
-. tools/windows_libraries.sh
+. tools/cross_libraries.sh
 # Half of the work is scripts that look at the system, one after another: the pictures' libraries beside the others.
 for library in headers runtime zlib; do build_library "$library"; done
 [ "$what" = program ] || windows_plain+=(googletest)
