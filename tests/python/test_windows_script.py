@@ -33,7 +33,7 @@ def test_what_builds_beside_a_failure_ends_with_it(tmp_path):
     shutil.copy(ROOT / "tools/windows.sh", tools)
     (tools / "setup.sh").write_text("#!/bin/sh\n")
     (tools / "setup.sh").chmod(0o755)
-    (tools / "windows_libraries.sh").write_text(LIBRARIES)
+    (tools / "cross_libraries.sh").write_text(LIBRARIES)
     done = subprocess.run([tools / "windows.sh", "program"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=120)
     sleeper, end = int((tmp_path / "sleeps").read_text()), time.monotonic() + 60
     while runs(sleeper) and time.monotonic() < end:
