@@ -18,7 +18,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Checks an Unreal plugin folder by its text.")
     parser.add_argument("plugin", nargs="?", type=pathlib.Path, help="folder with the .uplugin")
     parser.add_argument("--symbols", type=pathlib.Path, default=ROOT / "engines/unreal/symbols.csv", help="table of allowed symbols")
-    parser.add_argument("--core", type=pathlib.Path, nargs="+", default=[ROOT / part / "include" for part in ("core", "learn", "engines/host")],
+    parser.add_argument("--core", type=pathlib.Path, nargs="+", default=[*(ROOT / part / "include" for part in ("core", "learn", "engines/host")), ROOT / "worlds/robot_reach", ROOT / "worlds/yumi_reach"],
                         help="public headers of what is staged into the plugin")
     parser.add_argument("--rules", action="store_true", help="write the table of rules and stop")
     options = parser.parse_args()

@@ -404,6 +404,10 @@ PACKED = edit(COMPONENT_CPP, '#include "consac', '#include "Interfaces/IPluginMa
 ENDS = edit(COMPONENT, "virtual void BeginPlay() override", "virtual void EndPlay(const EEndPlayReason::Type Why) override\n\t{\n\t\tRoot->DestroyComponent();\n"
             "\t\tSuper::EndPlay(Why);\n\t}\n\n\tvirtual void BeginPlay() override")
 
+ENDS_BY_CALL = edit(COMPONENT, "virtual void BeginPlay() override", "void Clear()\n\t{\n\t\tRoot->DestroyComponent();\n\t}\n\n"
+                    "\tvirtual void EndPlay(const EEndPlayReason::Type Why) override\n\t{\n\t\tClear();\n\t\tSuper::EndPlay(Why);\n\t}\n\n"
+                    "\tvirtual void BeginPlay() override")
+
 # rule -> [(accepted change, rejected change), ...]
 CASES = {
     "R1": [(edit(TYPES, '#include "ConsacTypes.generated.h"', '#include "Containers/StringConv.h"\n#include "ConsacTypes.generated.h"'),
@@ -579,7 +583,9 @@ CASES = {
              extra(uclass("UConsacExtra", "UWorldSubsystem", "\tUPROPERTY()\n\tTObjectPtr<UConsacComponent> Kept;"), '#include "Subsystems/WorldSubsystem.h"\n#include "UObject/ObjectPtr.h"\nclass UConsacComponent;\n'))],
     "R83": [(cpp("void Go() { FPlatformProcess::CreateProc(nullptr, nullptr, true, true, true, nullptr, 0, nullptr, nullptr); }", includes=PROCESS),
              cpp("void Go() { FPlatformProcess::CreateProc(nullptr, nullptr, false, true, true, nullptr, 0, nullptr, nullptr); }", includes=PROCESS))],
-    "R84": [(inside("Root->RegisterComponent();") + ENDS, inside("Root->RegisterComponent();"))],
+    "R84": [(inside("Root->RegisterComponent();") + ENDS, inside("Root->RegisterComponent();")),
+            (inside("Root->RegisterComponent();") + ENDS_BY_CALL,
+             inside("Root->RegisterComponent();") + [(path, old, new.replace("\t\tClear();\n", "")) for path, old, new in ENDS_BY_CALL])],
     "R85": [(inside('IPluginManager::Get().FindPlugin(TEXT("Consac"))->GetBaseDir();') + PACKED + edit(BUILD, "\t\tCppStandard", '\t\tRuntimeDependencies.Add("a");\n\t\tCppStandard'),
              inside('IPluginManager::Get().FindPlugin(TEXT("Consac"))->GetBaseDir();') + PACKED)],
     "R86": [(inside("consac::Thread Other;"), inside("std::thread Other;")), ([], inside("std::async(nullptr);"))],

@@ -33,6 +33,8 @@ def test_our_sources_are_copied_whole_and_no_test_is(files):
     for module, parts in COPIED.items():
         ours = sorted(path.read_bytes() for part in parts for folder in ("include", "src")
                       for path in (ROOT / part / folder).rglob("*") if path.suffix in (".h", ".cpp"))
+        worlds = [path.read_bytes() for path in layout.world_files(ROOT)] if module == "ConsacLearn" else []
+        ours = sorted(ours + worlds)
         copies = sorted(text for name, text in files.items() if re.match(rf"Source/{module}/(Public|Private)/", name))
         assert copies == ours and len(ours) > 10
     assert not [name for name in files if re.search(r"_test\.|/tests?/", name)]

@@ -97,7 +97,9 @@ def r84(plugin: Plugin):
     for file, body in plugin.bodies:
         if body.name == "EndPlay" or "RegisterComponent(" not in spell(body.tokens):
             continue
-        ends = [spell(other.tokens) for _, other in plugin.bodies if other.owner == body.owner and other.name == "EndPlay"]
+        own = {other.name: spell(other.tokens) for _, other in plugin.bodies if other.owner == body.owner}
+        end = own.get("EndPlay", "")
+        ends = [end, *(text for name, text in own.items() if f"{name}(" in end)]  # and what it calls
         if not any("DestroyComponent(" in text for text in ends):
             yield file.path, body.line, f"{body.owner}::{body.name} makes a component at every start of play and EndPlay destroys none: a level that is hidden and shown leaves one behind"
 

@@ -10,7 +10,8 @@ from .tokens import Token, close_of, spell, split, string_value, tokenize
 
 INCLUDE = re.compile(r'#\s*include\s*[<"]([^">]+)[">]')
 CORE_MODULE = "ConsacCore"  # the engine-neutral core, copied in by tools/stage_unreal.py; not written for Unreal
-LEARN_MODULES = {"ConsacLearn": ("consac/learn/", "consac/host/")}  # likewise, and what their headers begin with
+CORE_INCLUDES = ("consac/", "worlds/")  # what includes of its headers begin with
+LEARN_MODULES = {"ConsacLearn": ("consac/learn/", "consac/host/", "worlds/")}  # likewise, and what their headers begin with
 CORE_MODULES = (CORE_MODULE, *LEARN_MODULES)
 STAGED = "/Private/Staged/"  # what compiles them
 

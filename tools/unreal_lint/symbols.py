@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from .declarations import U_MACROS
-from .model import CORE_MODULE, Plugin
+from .model import CORE_INCLUDES, CORE_MODULE, Plugin
 from .tokens import close_of, spell, split
 
 COLUMNS = ["symbol", "kind", "include", "module", "versions", "page", "evidence"]
@@ -50,7 +50,7 @@ class Table:
 
 def owned(plugin: Plugin, include: str) -> bool:
     """Includes that are no engine headers: the plugin's, the core's, the standard library's."""
-    return include.endswith(".generated.h") or include.startswith("consac/") or "." not in include or bool(plugin.header(include))
+    return include.endswith(".generated.h") or include.startswith(CORE_INCLUDES) or "." not in include or bool(plugin.header(include))
 
 
 def code(file):
@@ -90,7 +90,7 @@ def r61(plugin: Plugin):
         for include, line in file.includes if build else ():
             header = plugin.header(include)
             module = plugin.symbols.module_of.get(include) or (header.module if header else None)
-            if include.startswith("consac/"):
+            if include.startswith(CORE_INCLUDES):
                 module = next((m for m, prefixes in plugin.learn_modules.items() if include.startswith(prefixes)), CORE_MODULE)
             public = {name for name, _, _ in build.public}
             if module and module != file.module:

@@ -2,7 +2,7 @@
 import re
 
 from .declarations import U_MACROS
-from .model import Plugin
+from .model import CORE_INCLUDES, Plugin
 from .tokens import split
 
 REFLECTED = ("UCLASS", "USTRUCT", "UENUM", "UINTERFACE", "UFUNCTION", "UPROPERTY", "UDELEGATE")
@@ -84,8 +84,8 @@ def r9(plugin: Plugin):
         if reflected(file):
             for path, line in file.includes:
                 target = plugin.header(path)
-                core = path.startswith("consac/") or (target and target not in plugin.written) or (
-                    target and any(p.startswith("consac/") for p in plugin.reached(target)))
+                core = path.startswith(CORE_INCLUDES) or (target and target not in plugin.written) or (
+                    target and any(p.startswith(CORE_INCLUDES) for p in plugin.reached(target)))
                 standard = "." not in path
                 if core or standard:
                     yield file.path, line, f"'{path}' may not enter a header with U-macros; include it in the .cpp"

@@ -11,6 +11,8 @@ from . import third_party
 from .third_party import LIBRARIES, Missing
 
 MODULES = {"ConsacCore": ("core",), "ConsacLearn": ("learn", "engines/host")}
+# Worlds that an agent in the engine is in too, and what they stand on; by the paths of the repository, below ConsacLearn's Private.
+WORLDS = ("worlds/batched.h", "worlds/robot_reach", "worlds/yumi_reach")
 STAGED = "Source/Consac/Private/Staged"
 THIRD_PARTY = "Source/ConsacCore/ThirdParty"
 FOLDERS = tuple(f"Source/{module}" for module in MODULES) + (STAGED,)
@@ -51,7 +53,16 @@ def sources_of(root: pathlib.Path) -> dict[str, pathlib.Path]:
                         if target in found:
                             raise Missing(f"{path} and {found[target]} would both be {target}; rename one")
                         found[target] = path
+    for path in world_files(root):
+        found[f"Source/ConsacLearn/Private/{path.relative_to(root).as_posix()}"] = path
     return found
+
+
+def world_files(root: pathlib.Path) -> list[pathlib.Path]:
+    """The files of WORLDS without their tests."""
+    named = [root / name for name in WORLDS]
+    found = [path for place in named for path in (sorted(place.iterdir()) if place.is_dir() else [place])]
+    return [path for path in found if path.suffix in (".h", ".cpp") and not path.name.endswith("_test.cpp")]
 
 
 def cmake_words(path: pathlib.Path, pattern: str) -> list[str]:

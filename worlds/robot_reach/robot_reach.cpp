@@ -184,7 +184,7 @@ float RobotReach::Price(const float* observation) const {
     furthest = std::max(furthest, std::sqrt(squared));
   }
   if (task_->reward == ReachReward::kDense) return static_cast<float>(-furthest);
-  return furthest > task_->near ? -1.0f : 0.0f;
+  return furthest > task_->threshold ? -1.0f : 0.0f;
 }
 
 void RobotReach::Observe(float* row) const {

@@ -41,7 +41,7 @@ struct ReachTask {
   std::vector<double> ready;     ///< [positions] the pose that it begins in, rad or m
   ReachControl control = ReachControl::kTools;
   ReachReward reward = ReachReward::kSparse;
-  double near = 0.05;        ///< m from a goal within which a tool is there
+  double threshold = 0.05;   ///< m from a goal within which a tool is there
   double tool_reach = 0.05;  ///< m a step
 };
 

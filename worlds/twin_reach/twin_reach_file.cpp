@@ -144,7 +144,7 @@ std::string TwinReachText(const ReachTask& task, std::string_view twin) {
                                        {"tool_point", {point.x, point.y, point.z}},
                                        {"ready", std::move(ready)},
                                        {"goals", {{"low", tool.low}, {"high", tool.high}}},
-                                       {"near", task.near}};
+                                       {"near", task.threshold}};
   return JsonText(file, 2) + "\n";
 }
 

@@ -101,7 +101,7 @@ TEST(TwinReach, EveryGoalOfTheCubeIsReached) {
   const double edge = tool.high[0] - tool.low[0];
   EXPECT_GT(edge, 0.1);
   EXPECT_LE(edge, 0.3 + 1e-9);
-  EXPECT_NEAR((*task)->near, edge / 6, 1e-12);
+  EXPECT_NEAR((*task)->threshold, edge / 6, 1e-12);
   EXPECT_GE(tool.low[2], 0.0) << "above the base";
   const RobotReach world(*task);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(world.tools()[i], 0.5 * (tool.low[i] + tool.high[i]), 1e-9);
@@ -114,7 +114,7 @@ TEST(TwinReach, WhatIsWorkedOutForYumisArmsIsReachedToo) {
   for (const auto& robot : {YumiRightArm(), YumiBothArms()}) {
     const auto task = TwinReachTask(robot, robot.FindLink(choice.tool) < 0 ? TwinReachChoice{} : choice, "twin");
     ASSERT_TRUE(task.ok()) << task.status().message();
-    EXPECT_NEAR((*task)->near, 0.05, 1e-9) << "as FetchReach";
+    EXPECT_NEAR((*task)->threshold, 0.05, 1e-9) << "as FetchReach";
     EXPECT_GE(ArrivalsGoingStraight(*task, 100), 99);
   }
 }
@@ -137,7 +137,7 @@ TEST_F(TwinReachFiles, AFolderATableAndAFileAreTheSameTwin) {
   EXPECT_EQ((*file)->ready, (*folder)->ready);
   EXPECT_EQ((*file)->tools[0].low, (*folder)->tools[0].low);
   EXPECT_EQ((*file)->tools[0].frame.offset, (*folder)->tools[0].frame.offset);
-  EXPECT_DOUBLE_EQ((*file)->near, (*folder)->near);
+  EXPECT_DOUBLE_EQ((*file)->threshold, (*folder)->threshold);
 }
 
 TEST_F(TwinReachFiles, AFileSaysWhatItLikesOfTheTask) {
@@ -151,7 +151,7 @@ TEST_F(TwinReachFiles, AFileSaysWhatItLikesOfTheTask) {
   EXPECT_EQ((*task)->ready[1], -0.4);
   EXPECT_EQ((*task)->ready[2], 0.9);
   EXPECT_EQ((*task)->tools[0].high[0], 0.3);
-  EXPECT_EQ((*task)->near, 0.02);
+  EXPECT_EQ((*task)->threshold, 0.02);
 }
 
 TEST_F(TwinReachFiles, RefusesInOneLine) {

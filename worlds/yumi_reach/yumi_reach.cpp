@@ -26,7 +26,7 @@ std::shared_ptr<const ReachTask> YumiReachTask(YumiReach variant) {
       task->id = "yumi-reach-joints-v0", task->control = ReachControl::kJoints;
       break;
     case YumiReach::kPrecise:
-      task->id = "yumi-reach-precise-v0", task->near = 0.01;
+      task->id = "yumi-reach-precise-v0", task->threshold = 0.01;
       break;
     case YumiReach::kDual:
       task->id = "yumi-reach-dual-v0";

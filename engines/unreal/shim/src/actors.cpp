@@ -43,6 +43,26 @@ FVector USceneComponent::GetComponentLocation() const {
   return FVector(at.X + shim_location_.X, at.Y + shim_location_.Y, at.Z + shim_location_.Z);
 }
 
+FTransform USceneComponent::GetComponentTransform() const {
+  FVector p = shim_location_;
+  FQuat q = shim_rotation_;
+  for (const USceneComponent* at = shim_parent_; at != nullptr; at = at->shim_parent_) {
+    const FQuat& t = at->shim_rotation_;
+    // t * p * inverse(t), as everybody turns a vector.
+    const FVector u(t.Y * p.Z - t.Z * p.Y + t.W * p.X, t.Z * p.X - t.X * p.Z + t.W * p.Y,
+                    t.X * p.Y - t.Y * p.X + t.W * p.Z);
+    p = FVector(at->shim_location_.X + p.X + 2.0 * (t.Y * u.Z - t.Z * u.Y),
+                at->shim_location_.Y + p.Y + 2.0 * (t.Z * u.X - t.X * u.Z),
+                at->shim_location_.Z + p.Z + 2.0 * (t.X * u.Y - t.Y * u.X));
+    q = FQuat(t.W * q.X + t.X * q.W + t.Y * q.Z - t.Z * q.Y, t.W * q.Y - t.X * q.Z + t.Y * q.W + t.Z * q.X,
+              t.W * q.Z + t.X * q.Y - t.Y * q.X + t.Z * q.W, t.W * q.W - t.X * q.X - t.Y * q.Y - t.Z * q.Z);
+  }
+  FTransform made;
+  made.SetLocation(p);
+  made.SetRotation(q);
+  return made;
+}
+
 FVector USceneComponent::GetForwardVector() const {
   const double yaw = 2.0 * std::atan2(shim_rotation_.Z, shim_rotation_.W);
   return FVector(std::cos(yaw), std::sin(yaw), 0.0);

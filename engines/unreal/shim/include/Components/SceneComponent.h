@@ -11,9 +11,12 @@ class USceneComponent : public UActorComponent {
   }
   void SetRelativeTransform(const FTransform& transform) {
     SetRelativeLocationAndRotation(transform.GetLocation(), transform.GetRotation());
+    SetRelativeScale3D(transform.GetScale3D());
   }
   void SetRelativeScale3D(const FVector& scale) { shim_scale_ = scale; }
   FVector GetComponentLocation() const;
+  /// In the world, of itself and all that it hangs on; the actor's own place is its root's.
+  FTransform GetComponentTransform() const;
   FVector GetForwardVector() const;
   FVector GetRightVector() const;
   FVector GetUpVector() const { return FVector(0.0, 0.0, 1.0); }

@@ -1,10 +1,10 @@
 #pragma once
-#include "Components/SceneComponent.h"
+#include "Components/PrimitiveComponent.h"
 
 class UStaticMesh;
 
-class UStaticMeshComponent : public USceneComponent {
-  SHIM_CLASS(UStaticMeshComponent, USceneComponent)
+class UStaticMeshComponent : public UPrimitiveComponent {
+  SHIM_CLASS(UStaticMeshComponent, UPrimitiveComponent)
   bool SetStaticMesh(UStaticMesh* mesh) {
     shim_mesh_ = mesh;
     return mesh != nullptr;

@@ -42,10 +42,13 @@ struct FTransform {
   FQuat GetRotation() const { return rotation_; }
   void SetLocation(const FVector& location) { location_ = location; }
   void SetRotation(const FQuat& rotation) { rotation_ = rotation; }
+  FVector GetScale3D() const { return scale_; }
+  void SetScale3D(const FVector& scale) { scale_ = scale; }
 
  private:
   FVector location_ = FVector::ZeroVector;
   FQuat rotation_ = FQuat::Identity;
+  FVector scale_{1.0, 1.0, 1.0};
 };
 
 struct FColor {

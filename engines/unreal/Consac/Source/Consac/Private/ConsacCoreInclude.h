@@ -40,6 +40,7 @@ THIRD_PARTY_INCLUDES_START
 #include "consac/robot/conventions.h"
 #include "consac/robot/posture.h"
 #include "consac/robot/table.h"
+#include "worlds/yumi_reach/yumi_reach.h"
 #pragma pop_macro("PI")
 #pragma pop_macro("TEXT")
 #pragma pop_macro("ensure")

@@ -128,6 +128,13 @@ void UConsacTwin::TakeOver(UConsacTwin& Loaded)
 	Describe();
 }
 
+void UConsacTwin::SetTable(const FConsacTwinTable& NewTable)
+{
+	File.Reset();
+	Table->Robot.emplace(*NewTable.Robot);
+	Describe();
+}
+
 // For the Details panel, which shows what is saved.
 void UConsacTwin::Describe()
 {

@@ -94,7 +94,11 @@ void UConsacTwinComponent::Build()
 {
 	UConsacTwin* Source = Twin.Get();
 	FString Error;
-	if (!IsValid(Source) && !Path.IsEmpty())
+	if (!IsValid(Source) && Path.IsEmpty())
+	{
+		return; // a graph may set one; whoever asks it before is told
+	}
+	if (!IsValid(Source))
 	{
 		Source = NewObject<UConsacTwin>(this);
 		if (!Source->Load(Path, Error)) // which the log has
@@ -102,7 +106,7 @@ void UConsacTwinComponent::Build()
 			return;
 		}
 	}
-	const FConsacTwinTable* Table = IsValid(Source) ? Source->GetTable() : nullptr;
+	const FConsacTwinTable* Table = Source->GetTable();
 	if (Table == nullptr)
 	{
 		ConsacPlugin::TellTwin(*this, ConsacPlugin::NoTwin());
@@ -291,8 +295,7 @@ void UConsacTwinComponent::BeginPlay()
 	Build();
 }
 
-// A level that is hidden and shown again begins to play anew.
-void UConsacTwinComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
+void UConsacTwinComponent::Clear()
 {
 	for (const TObjectPtr<USceneComponent>& Component : Made)
 	{
@@ -305,6 +308,22 @@ void UConsacTwinComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
 	State->Posture.reset();
 	State->Joints.clear();
 	State->Links.clear();
+}
+
+void UConsacTwinComponent::SetTwin(UConsacTwin* NewTwin)
+{
+	Twin = NewTwin;
+	if (HasBegunPlay())
+	{
+		Clear();
+		Build();
+	}
+}
+
+// A level that is hidden and shown again begins to play anew.
+void UConsacTwinComponent::EndPlay(const EEndPlayReason::Type EndPlayReason)
+{
+	Clear();
 	Super::EndPlay(EndPlayReason);
 }
 

@@ -51,6 +51,9 @@ public:
 	 *  log says. */
 	const FConsacTwinTable* GetTable() const;
 
+	/** For the plugin's own code: becomes that robot, of no file: it is not saved. */
+	void SetTable(const FConsacTwinTable& NewTable);
+
 	virtual void BeginDestroy() override;
 
 private:

@@ -54,6 +54,11 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Twin")
 	TArray<FConsacTwinMesh> Meshes;
 
+	/** Becomes another robot, at once where it plays.
+	 *  @param NewTwin The robot; none: nothing is left of the one before. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Twin", meta=(DisplayName="Set Twin"))
+	void SetTwin(UConsacTwin* NewTwin);
+
 	/** Brings a joint to a position, or to the limit that it would pass; joints that follow it move along. False, and a line in the log, when there is no
 	 *  such joint, it is fixed or follows another, or the position is no number.
 	 *  @param Position Degrees, or centimetres of a joint that slides. */
@@ -101,6 +106,7 @@ public:
 
 private:
 	void Build();
+	void Clear();
 	void MoveJoints();
 	void Hang(const FConsacTwinMesh& Row);
 	USceneComponent* Make(USceneComponent* Parent, const FString& Name);

@@ -3,6 +3,8 @@
 
 #include "ConsacChase.h"
 #include "ConsacRoad.h"
+#include "ConsacTrainer.h"
+#include "ConsacYumiReach.h"
 #include "Engine/World.h"
 #include "Misc/CommandLine.h"
 #include "Misc/Parse.h"
@@ -17,6 +19,11 @@ void AConsacSampleGameMode::BeginPlay()
 	if (Sample == FString(TEXT("chase")))
 	{
 		GetWorld()->SpawnActor<AConsacChase>(Origin, Straight);
+	}
+	else if (Sample == FString(TEXT("yumi")))
+	{
+		GetWorld()->SpawnActor<AConsacYumiReach>(Origin, Straight);
+		GetWorld()->SpawnActor<AConsacTrainer>(Origin, Straight);
 	}
 	else
 	{
