@@ -11,7 +11,7 @@ class USceneComponent : public UActorComponent {
   }
   void SetRelativeTransform(const FTransform& transform) {
     SetRelativeLocationAndRotation(transform.GetLocation(), transform.GetRotation());
-    SetRelativeScale3D(transform.GetScale3D());
+    SetRelativeScale3D(transform.ShimScale());
   }
   void SetRelativeScale3D(const FVector& scale) { shim_scale_ = scale; }
   FVector GetComponentLocation() const;

@@ -42,7 +42,7 @@ struct FTransform {
   FQuat GetRotation() const { return rotation_; }
   void SetLocation(const FVector& location) { location_ = location; }
   void SetRotation(const FQuat& rotation) { rotation_ = rotation; }
-  FVector GetScale3D() const { return scale_; }
+  FVector ShimScale() const { return scale_; }
   void SetScale3D(const FVector& scale) { scale_ = scale; }
 
  private:

@@ -22,6 +22,13 @@ FTransform ToTransform(const consac::robot::Transform& Frame)
 	return Made;
 }
 
+consac::robot::Transform FromTransform(const FTransform& Written)
+{
+	const FVector At = Written.GetLocation();
+	const FQuat Turned = Written.GetRotation();
+	return consac::robot::TransformFrom(Unreal, { { Turned.X, Turned.Y, Turned.Z, Turned.W }, { At.X, At.Y, At.Z } });
+}
+
 double ToDegreesOrCentimetres(const consac::robot::Joint& Joint, double Position)
 {
 	return consac::robot::JointIn(Unreal, Joint.type, Position);

@@ -5,18 +5,12 @@
 #include "ConsacConvert.h"
 #include "ConsacCoreInclude.h"
 #include "ConsacLog.h"
+#include "ConsacTwinState.h"
 #include "ConsacTwinTable.h"
 #include "GameFramework/Actor.h"
 #include "Templates/PimplPtr.h"
 #include "UObject/UObjectGlobals.h"
 
-// Of a twin that plays.
-struct FConsacTwinState
-{
-	std::optional<consac::robot::Posture> Posture;
-	std::vector<FName> Joints; // their names here
-	std::vector<FName> Links;
-};
 
 namespace ConsacPlugin
 {
@@ -51,8 +45,7 @@ static std::vector<FName> NamesOf(const std::vector<T>& Named)
 	return Names;
 }
 
-// Whether it went; if not, the log says why.
-static bool TellTwin(const UObject& Of, const consac::Status& Status)
+bool TellTwin(const UObject& Of, const consac::Status& Status)
 {
 	if (!Status.ok())
 	{
@@ -71,6 +64,8 @@ static consac::Status NoTwin()
 UConsacTwinComponent::UConsacTwinComponent()
 	: State(MakePimpl<FConsacTwinState>())
 {
+	PrimaryComponentTick.bCanEverTick = true;
+	PrimaryComponentTick.TickGroup = TG_PostPhysics;
 }
 
 // What moves with a joint; null where somebody destroyed it. Of a joint there are two: one that stands still, and one that moves.
@@ -83,7 +78,7 @@ USceneComponent* UConsacTwinComponent::MoverOf(int32 Joint) const
 USceneComponent* UConsacTwinComponent::Make(USceneComponent* Parent, const FString& Name)
 {
 	AActor* Owner = GetOwner();
-	USceneComponent* New = NewObject<USceneComponent>(Owner, MakeUniqueObjectName(Owner, USceneComponent::StaticClass(), FName(*Name)));
+	USceneComponent* New = NewObject<USceneComponent>(Owner, MakeUniqueObjectName(Owner, UConsacTwinComponent::StaticClass(), FName(*Name)));
 	New->SetupAttachment(Parent);
 	New->RegisterComponent();
 	Made.Add(New);
@@ -116,6 +111,7 @@ void UConsacTwinComponent::Build()
 	const consac::robot::Robot& Robot = State->Posture->robot();
 	State->Joints = ConsacPlugin::NamesOf(Robot.joints);
 	State->Links = ConsacPlugin::NamesOf(Robot.links);
+	State->Bodies.assign(Robot.links.size(), FConsacTwinBody());
 	const consac::robot::NodeNames Names = consac::robot::NodeNamesOf(Robot);
 	for (std::size_t Joint = 0; Joint < Robot.joints.size(); ++Joint)
 	{
@@ -128,6 +124,10 @@ void UConsacTwinComponent::Build()
 	for (const FConsacTwinMesh& Row : Meshes)
 	{
 		Hang(Row);
+	}
+	if (Motion == EConsacTwinMotion::Physics)
+	{
+		BuildBodies();
 	}
 }
 
@@ -146,6 +146,12 @@ void UConsacTwinComponent::Hang(const FConsacTwinMesh& Row)
 	Shown->SetStaticMesh(Row.Mesh.Get());
 	Shown->SetRelativeTransform(Row.Place);
 	Shown->RegisterComponent();
+	FConsacTwinBody& Body = State->Bodies[static_cast<std::size_t>(ConsacPlugin::NumberOf(State->Links, Row.Link))];
+	if (Body.Component < 0)
+	{
+		Body.Component = Made.Num();
+		Body.Place = ConsacPlugin::FromTransform(Row.Place);
+	}
 	Made.Add(Shown);
 }
 
@@ -171,11 +177,11 @@ bool UConsacTwinComponent::SetJoint(FName Joint, double Position)
 	{
 		const int32 Number = ConsacPlugin::NumberOf(State->Joints, Joint);
 		Status = Number < 0 ? consac::Status(consac::StatusCode::kNotFound, ConsacPlugin::NoneOf("joint", Joint, State->Joints))
-			: State->Posture->Set(Number, ConsacPlugin::FromDegreesOrCentimetres(State->Posture->robot().joints[static_cast<std::size_t>(Number)], Position));
+			: State->Asked().Set(Number, ConsacPlugin::FromDegreesOrCentimetres(State->Posture->robot().joints[static_cast<std::size_t>(Number)], Position));
 	}
 	if (ConsacPlugin::TellTwin(*this, Status))
 	{
-		MoveJoints();
+		State->Wanted ? DriveJoints() : MoveJoints();
 	}
 	return Status.ok();
 }
@@ -200,11 +206,11 @@ bool UConsacTwinComponent::SetPose(const TArray<double>& Positions)
 			const auto Joint = static_cast<std::size_t>(bKnown ? Robot.position_joints[static_cast<std::size_t>(Number)] : 0);
 			Wanted.push_back(bKnown ? ConsacPlugin::FromDegreesOrCentimetres(Robot.joints[Joint], Positions[Number]) : 0.0);
 		}
-		Status = State->Posture->SetAll(Wanted);
+		Status = State->Asked().SetAll(Wanted);
 	}
 	if (ConsacPlugin::TellTwin(*this, Status))
 	{
-		MoveJoints();
+		State->Wanted ? DriveJoints() : MoveJoints();
 	}
 	return Status.ok();
 }
@@ -305,9 +311,7 @@ void UConsacTwinComponent::Clear()
 		}
 	}
 	Made.Reset();
-	State->Posture.reset();
-	State->Joints.clear();
-	State->Links.clear();
+	*State = FConsacTwinState();
 }
 
 void UConsacTwinComponent::SetTwin(UConsacTwin* NewTwin)
@@ -331,7 +335,7 @@ void UConsacTwinComponent::BeginDestroy()
 {
 	if (State.IsValid()) // a temporary object of Hot Reload has none
 	{
-		State->Posture.reset();
+		*State = FConsacTwinState();
 	}
 	Super::BeginDestroy();
 }

@@ -16,6 +16,8 @@ namespace ConsacPlugin
 
 /** A frame of the robot's: centimetres, left-handed. */
 FTransform ToTransform(const consac::robot::Transform& Frame);
+/** And back; a scale is left out. */
+consac::robot::Transform FromTransform(const FTransform& Written);
 /** A joint's position, rad or m, as degrees or centimetres. */
 double ToDegreesOrCentimetres(const consac::robot::Joint& Joint, double Position);
 /** And back. */

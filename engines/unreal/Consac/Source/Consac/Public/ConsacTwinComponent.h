@@ -10,7 +10,18 @@
 #include "ConsacTwin.h"
 #include "ConsacTwinComponent.generated.h"
 
+class UPrimitiveComponent;
 struct FConsacTwinState;
+
+/** Who moves a twin's joints. */
+UENUM(BlueprintType)
+enum class EConsacTwinMotion : uint8
+{
+	/** The nodes: a joint is where it was set. */
+	Kinematic,
+	/** Physics: each link that a joint moves is a body, by its first mesh; a joint's drive brings it to where it was set. Not tried in an Unreal yet. */
+	Physics
+};
 
 /** What a link of a twin looks like. */
 USTRUCT(BlueprintType)
@@ -53,6 +64,22 @@ public:
 	/** What its links look like; none: the frames alone, to which other components may be attached. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Twin")
 	TArray<FConsacTwinMesh> Meshes;
+
+	/** Who moves its joints; counts when it begins to play. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Twin")
+	EConsacTwinMotion Motion = EConsacTwinMotion::Kinematic;
+
+	/** With physics: how strongly a drive pulls, in N m per radian, or N per metre of a joint that slides; at most with the joint's effort. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Twin", meta=(ClampMin="0"))
+	float DriveStiffness = 1000.0f;
+
+	/** With physics: how strongly a drive brakes, in N m s per radian, or N s per metre; the joint's own damping is added. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Twin", meta=(ClampMin="0"))
+	float DriveDamping = 100.0f;
+
+	/** With physics: drives turn the other way. For an engine whose constraints count their target from the other body. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Twin")
+	bool bReverseDrives = false;
 
 	/** Becomes another robot, at once where it plays.
 	 *  @param NewTwin The robot; none: nothing is left of the one before. */
@@ -102,12 +129,19 @@ public:
 
 	virtual void BeginPlay() override;
 	virtual void EndPlay(const EEndPlayReason::Type EndPlayReason) override;
+	virtual void TickComponent(float DeltaTime, ELevelTick TickType, FActorComponentTickFunction* ThisTickFunction) override;
 	virtual void BeginDestroy() override;
 
 private:
 	void Build();
 	void Clear();
 	void MoveJoints();
+	void BuildBodies();
+	void Constrain(int32 Joint);
+	void DriveJoints();
+	void ReadBodies();
+	UPrimitiveComponent* BodyOf(int32 Link) const;
+	UPrimitiveComponent* HolderOf(int32 Link) const;
 	void Hang(const FConsacTwinMesh& Row);
 	USceneComponent* Make(USceneComponent* Parent, const FString& Name);
 	USceneComponent* MoverOf(int32 Joint) const;
