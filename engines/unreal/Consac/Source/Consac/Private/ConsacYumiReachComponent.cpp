@@ -77,6 +77,9 @@ void UConsacYumiReachComponent::SetUpReachAgent(UConsacAgentComponent* Agent)
 	}
 	const consac::BehaviourSpec Spec = ConsacPlugin::ReachSpec();
 	Agent->MaxEpisodeSteps = consac::worlds::RobotReach::kSteps;
+	Agent->GoalReward = EConsacGoalReward::Sparse; // for goals that were not meant; Step Reach pays
+	Agent->GoalThreshold = static_cast<float>(ConsacPlugin::ReachTask(false)->threshold);
+	Agent->bGoalsPay = false;
 	Agent->Observations.Reset();
 	Agent->Actions.Reset();
 	for (const consac::Leaf& Leaf : Spec.observation_layout.leaves)
