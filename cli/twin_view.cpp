@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
@@ -11,6 +12,7 @@
 
 #include "cli/http_server.h"
 #include "cli/print.h"
+#include "cli/twin_hints.h"
 #include "cli/twin_play.h"
 #include "cli/twin_pose.h"
 #include "cli/verbs.h"
@@ -37,6 +39,7 @@ std::string BytesAsText(const std::vector<std::byte>& bytes) {
 struct ViewedTwin {
   robot::Robot robot;
   std::string table, scene;  // twin.json, twin.glb
+  std::string candidates;    // candidates.json of a CAD file; "" none
 };
 
 Result<ViewedTwin> ReadViewed(const std::string& folder) {
@@ -49,6 +52,8 @@ Result<ViewedTwin> ReadViewed(const std::string& folder) {
     if (!bytes.ok()) return bytes.status();
     *text = BytesAsText(*bytes);
   }
+  const Result<std::vector<std::byte>> candidates = ReadRegularFile(folder + "/candidates.json");
+  if (candidates.ok()) viewed.candidates = BytesAsText(*candidates);
   return viewed;
 }
 
@@ -76,23 +81,31 @@ Result<ViewedTwin> ImportViewed(const std::string& description, const twin::CadO
   return viewed;
 }
 
+// Reads a CAD file again, with other hints.
+using ReadAgain = std::function<Result<ViewedTwin>(const std::string& hints)>;
+
 // Answers the page.
 class ViewPage {
  public:
-  ViewPage(const ViewedTwin& twin, std::optional<TwinPlay> play)
-      : twin_(twin), play_(std::move(play)), kinematics_(twin.robot) {}
+  ViewPage(ViewedTwin twin, std::optional<TwinPlay> play, std::optional<TwinHints> hints, ReadAgain read_again)
+      : play_(std::move(play)), hints_(std::move(hints)), read_again_(std::move(read_again)) {
+    Show(std::move(twin));
+  }
 
   HttpResponse Answer(const HttpRequest& request) {
     const bool posts = request.method == "POST";
     if (posts && request.path == "/pose") return Pose(request.body);
     if (posts && request.path == "/play" && play_.has_value()) return Play(request.body);
     if (!posts && request.path == "/play") return play_.has_value() ? Playing() : Of(nullptr);
+    if (posts && request.path == "/hints" && hints_.has_value()) return SaveHints(request.body);
     HttpResponse file;
-    if (request.path == "/twin.json") {
-      file.view = twin_.table;
+    if (request.path == "/candidates") {
+      file.text = hints_.has_value() ? hints_->Text(twin_.candidates) : "null";
+    } else if (request.path == "/twin.json") {
+      Give(twin_.table, &file);
     } else if (request.path == "/twin.glb") {
       file.type = "model/gltf-binary";
-      file.view = twin_.scene;
+      Give(twin_.scene, &file);
     } else if (const ViewerFile* page = FindViewerFile(request.path)) {
       file.type = page->type;
       file.view = page->text;
@@ -112,6 +125,32 @@ class ViewPage {
     return response;
   }
 
+  // A view, unless hints may bring another twin while it is still being sent.
+  void Give(const std::string& text, HttpResponse* file) const {
+    if (hints_.has_value()) file->text = text;
+    if (!hints_.has_value()) file->view = text;
+  }
+
+  void Show(ViewedTwin twin) {
+    kinematics_.reset();
+    twin_ = std::move(twin);
+    kinematics_.emplace(twin_.robot);
+  }
+
+  // What is saved is what imports: nothing is written before.
+  HttpResponse SaveHints(const std::string& body) {
+    const Result<std::string> hints = hints_->Asked(body);
+    if (!hints.ok())
+      return HttpResponse::Error(hints.status().code() == StatusCode::kFailedPrecondition ? 403 : 400,
+                                 hints.status().message());
+    Result<ViewedTwin> again = read_again_(*hints);
+    if (!again.ok()) return HttpResponse::Error(400, again.status().message());
+    const Status saved = hints_->Save(*hints);
+    if (!saved.ok()) return HttpResponse::Error(500, saved.message());
+    Show(std::move(*again));
+    return Of({{"saved", true}});
+  }
+
   // {"positions": [rad or m, ...]} to where every link is, as `consac twin fk --json` says it.
   HttpResponse Pose(const std::string& body) {
     const Result<nlohmann::json> json = ReadJson<nlohmann::json>(body, kPoseLimits);
@@ -125,10 +164,10 @@ class ViewPage {
       if (!value.is_number() || !(std::abs(value.get<double>()) <= 1e6)) return HttpResponse::Error(400, expected);
       positions.push_back(value.get<double>());
     }
-    kinematics_.Forward(positions);
+    kinematics_->Forward(positions);
     PageJson rows = PageJson::array();
     for (std::size_t i = 0; i < twin_.robot.links.size(); ++i) {
-      const robot::Transform& at = kinematics_.links()[i];
+      const robot::Transform& at = kinematics_->links()[i];
       const robot::Vector3 turn = RollPitchYaw(at.rotation);
       rows.push_back(PoseRow(twin_.robot.links[i].name, at));
       rows.back()["rpy"] = {turn.x, turn.y, turn.z};
@@ -158,9 +197,11 @@ class ViewPage {
                {"tools", state.tools}});
   }
 
-  const ViewedTwin& twin_;
+  ViewedTwin twin_;
+  std::optional<robot::Kinematics> kinematics_;  // of twin_'s robot
   std::optional<TwinPlay> play_;
-  robot::Kinematics kinematics_;
+  std::optional<TwinHints> hints_;  // of a CAD file
+  ReadAgain read_again_;
 };
 
 void AskForBrowser(const std::string& url) {
@@ -177,12 +218,30 @@ void AskForBrowser(const std::string& url) {
 Result<ViewedTwin> OpenViewed(const std::string& input, const twin::CadOptions& cad) {
   std::error_code error;
   if (std::filesystem::is_directory(ToPath(input), error)) return ReadViewed(input);
-  return ImportViewed(input, cad);
+  // The file of hints may be one that the page is to begin.
+  twin::CadOptions known = cad;
+  if (!std::filesystem::exists(ToPath(cad.hints), error)) known.hints.clear();
+  return ImportViewed(input, known);
+}
+
+// The CAD file with hints that are not saved yet.
+Result<ViewedTwin> OpenWithHints(const std::string& input, const twin::CadOptions& cad, const std::string& hints) {
+  const std::string beside = cad.hints + ".asked-" + std::to_string(std::random_device()());
+  CONSAC_RETURN_IF_ERROR(WriteFileAtomically(beside, std::as_bytes(std::span<const char>(hints))));
+  twin::CadOptions asked = cad;
+  asked.hints = beside;
+  Result<ViewedTwin> viewed = ImportViewed(input, asked);
+  std::error_code error;
+  std::filesystem::remove(ToPath(beside), error);
+  if (viewed.ok()) return viewed;
+  std::string said = viewed.status().message();
+  if (const std::size_t at = said.find(beside); at != std::string::npos) said.replace(at, beside.size(), cad.hints);
+  return Status(viewed.status().code(), said);
 }
 
 Status ServePage(const std::string& input, const ViewFlags& flags) {
   const std::atomic<bool>& stop = StopSignal();
-  const Result<ViewedTwin> viewed = OpenViewed(input, flags.cad);
+  Result<ViewedTwin> viewed = OpenViewed(input, flags.cad);
   if (!viewed.ok()) return viewed.status();
   std::optional<TwinPlay> play;
   if (!flags.model.empty()) {
@@ -192,7 +251,12 @@ Status ServePage(const std::string& input, const ViewFlags& flags) {
     if (!opened.ok()) return opened.status();
     play = std::move(*opened);
   }
-  ViewPage page(*viewed, std::move(play));
+  // A model plays one robot; hints make another.
+  std::optional<TwinHints> hints;
+  if (!viewed->candidates.empty() && !play.has_value()) hints.emplace(flags.cad.hints);
+  const std::string name = viewed->robot.name;
+  ViewPage page(std::move(*viewed), std::move(play), std::move(hints),
+                [&](const std::string& asked) { return OpenWithHints(input, flags.cad, asked); });
   Result<HttpServer> server = HttpServer::Open(static_cast<int>(flags.port), flags.deadline_s);
   if (!server.ok()) return server.status();
   if (!flags.port_file.empty()) {
@@ -200,7 +264,7 @@ Status ServePage(const std::string& input, const ViewFlags& flags) {
     CONSAC_RETURN_IF_ERROR(WriteFileAtomically(flags.port_file, std::as_bytes(std::span(text))));
   }
   const std::string url = "http://127.0.0.1:" + std::to_string(server->port()) + "/";
-  Print("{} is shown at {} (Ctrl-C stops)\n", viewed->robot.name, url);
+  Print("{} is shown at {} (Ctrl-C stops)\n", name, url);
   FlushOutput();
   if (flags.open) AskForBrowser(url);
   std::string said;  // once, however often it is tried anew

@@ -1,5 +1,6 @@
 // The page: sliders, the pose that the program computes, the mouse, a model that plays.
 import { Scene } from "/scene.js";
+import { Candidates } from "/candidates.js";
 import { plus, cross, unit, minus } from "/matrix.js";
 
 const $ = (id) => document.getElementById(id);
@@ -201,8 +202,10 @@ class Page {
       this.draw();
     });
     canvas.addEventListener("pointerup", (event) => {
-      const link = still ? this.scene.pick(event.clientX, event.clientY) : null;
+      const line = still ? this.scene.pickLine(event.clientX, event.clientY) : -1;
+      const link = still && line < 0 ? this.scene.pick(event.clientX, event.clientY) : null;
       from = null;
+      if (line >= 0) this.candidates.choose(line);
       if (link) this.choose(link);
     });
     canvas.addEventListener("pointercancel", () => { from = null; });
@@ -275,6 +278,8 @@ class Page {
 try {
   const [table, glb] = await Promise.all([ask("/twin.json").then((answer) => answer.json()), ask("/twin.glb").then((answer) => answer.arrayBuffer())]);
   const page = new Page(table, glb);
+  const candidates = await (await ask("/candidates")).json();
+  if (candidates) page.candidates = new Candidates(candidates, page.scene, () => page.draw(), ask, fail);
   await page.listenToModel();
   document.body.dataset.ready = "yes";
 } catch (error) {

@@ -89,7 +89,8 @@ class TwinView : public ProgramTest {
 
 TEST_F(TwinView, ServesItsPageAndNothingElse) {
   Serve();
-  for (const char* path : {"/", "/viewer.css", "/matrix.js", "/scene.js", "/viewer.js", "/twin.json", "/twin.glb"}) {
+  for (const char* path :
+       {"/", "/viewer.css", "/matrix.js", "/scene.js", "/viewer.js", "/candidates.js", "/twin.json", "/twin.glb"}) {
     const Answered answer = Get(path);
     EXPECT_EQ(answer.status, 200) << path;
     EXPECT_NE(answer.head.find("Content-Length: " + std::to_string(answer.body.size())), std::string::npos) << path;
@@ -101,6 +102,8 @@ TEST_F(TwinView, ServesItsPageAndNothingElse) {
                            "/etc/passwd", "/viewer.js/", "arm.urdf", "*", "/pose", "/viewer/viewer.js"})
     EXPECT_EQ(Get(path).status, 404) << path;
   EXPECT_EQ(Get("/play").body, "null") << "no model was given";
+  EXPECT_EQ(Get("/candidates").body, "null") << "no CAD file is shown";
+  EXPECT_EQ(Post("/hints", "{\"token\": \"\", \"hints\": {}}").status, 404);
   EXPECT_EQ(Post("/play", "{\"do\": \"start\"}").status, 404);
   EXPECT_EQ(End(), 130);
   EXPECT_NE(program_->out().find("arm is shown at http://127.0.0.1:"), std::string::npos);

@@ -18,6 +18,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CONSAC = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", ROOT / "build/release")).resolve() / "cli/consac"
 YUMI = ROOT / "examples/robots/yumi/yumi_description/urdf"
+ARM = ROOT / "examples/robots/low_cost_robot_arm"
 DEADLINE = 60.0  # s that anything may take
 REACH = ["--algo", "sac", "--steps", "8000", "--seed", "1", "--set", "replay_buffer_class=HerReplayBuffer", "gamma=0.95", "learning_rate=1e-3", "learning_starts=1000",
          "net_arch=[64,64]", "norm_obs=true"]
@@ -197,6 +198,65 @@ def try_model(browser, folder, pictures, url):
     browser.wait("/stands, episode 1, step 0/.test(document.getElementById('told').textContent)")
 
 
+def chosen(browser) -> str:
+    return browser.value("document.querySelector('#list .chosen')?.textContent ?? ''")
+
+
+def fill(browser, **fields):
+    for field, text in fields.items():
+        browser.value(f"document.getElementById('hint-{field}').value = {json.dumps(text)}")
+
+
+def press_and_reload(browser, button):
+    browser.value("document.body.dataset.ready = 'old'")
+    browser.value(f"document.getElementById('hint-{button}').click()")
+    end = time.monotonic() + DEADLINE
+    while time.monotonic() < end:
+        try:
+            if browser.value("document.body?.dataset.ready === 'yes'"):
+                return
+        except AssertionError as left:  # the page that was asked has just gone
+            assert "navigated" in str(left) or "context" in str(left), left
+    raise AssertionError(f"{button}: the page says {browser.value('document.getElementById(`error`).textContent')!r}")
+
+
+def try_candidates(browser, folder, pictures, url):
+    """Axes of a STEP file's candidates: one clicked, taken with limits, another rejected; what is saved imports."""
+    hints = folder / "picked.json"
+    sliders = "document.querySelectorAll('#joints input').length"
+    browser.open(url)
+    browser.wait("document.body?.dataset.ready === 'yes' && !document.getElementById('candidates').hidden")
+    assert not hints.exists() and browser.value(sliders) == 2
+    for x, y in ((x, y) for y in range(160, 700, 20) for x in range(600, 1240, 25)):
+        for kind in ("mousePressed", "mouseReleased"):
+            browser.mouse(kind, x, y, button="left", buttons=1, clickCount=1)
+        if chosen(browser):
+            break
+    assert chosen(browser), "no click meets an axis"
+    browser.picture(pictures / "candidates.png")
+    browser.value("document.querySelector('#list button').click()")
+    assert "joint_1" in chosen(browser), chosen(browser)
+    fill(browser, name="turntable", lower="-170", upper="160.5")
+    press_and_reload(browser, "take")
+    (joint,) = json.loads(hints.read_text(encoding="utf-8"))["joints"]
+    assert joint["name"] == "turntable" and all(abs(a - math.radians(b)) < 1e-12 for a, b in zip(joint["limit"], (-170, 160.5), strict=True)), joint
+    assert browser.value(sliders) == 2 and browser.value("document.getElementById('joint turntable') !== null")
+    browser.value("[...document.querySelectorAll('#list button')].find(row => row.textContent.includes('connector v6:1 – XL-430_new v1:2')).click()")
+    fill(browser, name="elbow")
+    press_and_reload(browser, "reject")
+    assert browser.value(sliders) == 1, "what is rejected turns no more"
+    kept = hints.read_bytes()
+    browser.value("document.querySelector('#list button').click()")
+    fill(browser, lower="5", upper="-5")
+    browser.value("document.getElementById('hint-take').click()")
+    browser.wait("/lower limit is above its upper one/.test(document.getElementById('error').textContent)")
+    browser.picture(pictures / "refused.png")
+    stolen = "fetch('/hints', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify({token: 'x', hints: {}})}).then(answer => answer.status)"
+    assert browser.value(stolen) == 403
+    assert hints.read_bytes() == kept, "what is refused changes nothing"
+    consac(folder, "twin", "import", ARM / "arm.step", "--hints", hints, "-o", "picked")
+
+
 def main() -> int:
     pictures = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "build/viewer").resolve()
     program = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None)
@@ -210,8 +270,11 @@ def main() -> int:
         consac(folder, "train", "yumi-reach-v0", "--name", "reach", "--no-progress", "--no-table", *REACH)
         browser = Browser(program, folder / "profile")
         try:
-            for part, arguments in ((try_page, []), (try_model, ["--model", "reach"])):
-                served = Served(folder, "yumi", *arguments)
+            shown = [(try_page, ["yumi"]), (try_model, ["yumi", "--model", "reach"])]
+            if (CONSAC.parent / "consac-cad").exists():
+                shown.append((try_candidates, [ARM / "arm.step", "--hints", "picked.json"]))
+            for part, arguments in shown:
+                served = Served(folder, *arguments)
                 try:
                     part(browser, folder, pictures, served.url)
                 finally:
@@ -220,7 +283,8 @@ def main() -> int:
             browser.process.kill()
             raise
         faults = [message for message in browser.told if message.get("method") == "Runtime.exceptionThrown"
-                  or message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error"]
+                  or message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error"
+                  and not message["params"]["entry"].get("url", "").endswith("/hints")]  # those are refused on purpose
         asked = {message["params"]["request"]["url"].split("/")[2].split(":")[0] for message in browser.told if message.get("method") == "Network.requestWillBeSent"
                  and message["params"]["request"]["url"].startswith("http")}
         browser.end()

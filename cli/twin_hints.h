@@ -1,0 +1,30 @@
+#pragma once
+// Candidates that are picked on the page of `consac twin view`: what it is told of a CAD file, and the one file of
+// hints that it may write, the one named by --hints.
+
+#include <string>
+#include <string_view>
+
+#include "consac/base/status.h"
+
+namespace consac::cli {
+
+/// Of one CAD file that is shown.
+class TwinHints {
+ public:
+  /// `path`: the file of hints; "" none was named, and nothing is saved. A token is made, which whoever saves must
+  /// know.
+  explicit TwinHints(std::string path);
+  /// JSON for the page: "candidates" as candidates.json has them, the "hints" so far, "file" and "token" to save by.
+  std::string Text(std::string_view candidates) const;
+  /// The hints of a request {"token": ..., "hints": {...}} as a file's text. kFailedPrecondition without the token,
+  /// kInvalidArgument where they are no hints.
+  Result<std::string> Asked(std::string_view body) const;
+  /// Writes them.
+  Status Save(const std::string& hints) const;
+
+ private:
+  std::string path_, token_;
+};
+
+}  // namespace consac::cli
