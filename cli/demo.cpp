@@ -2,6 +2,7 @@
 // coin.
 #include <fmt/format.h>
 
+#include "cli/demo_yumi.h"
 #include "cli/flags.h"
 #include "cli/play.h"
 #include "cli/print.h"
@@ -109,7 +110,14 @@ Action AddDemo(CLI::App& app) {
   AddWhole(app, "--seed", &flags->seed, 0, kMostWhole, "seed of everything");
   app.add_option("--dir", flags->directory, "folder of the runs");
   app.add_option("--name", flags->name, "name of the run; it is overwritten");
-  return [flags] { return Demo(*flags); };
+  const auto yumi_flags = std::make_shared<DemoYumiFlags>();
+  CLI::App* yumi = app.add_subcommand("yumi", "a robot instead: imported, taught to reach by sac with HER, and drawn");
+  AddWhole(*yumi, "--steps", &yumi_flags->steps, 1, kMostWhole, "steps to train for");
+  AddWhole(*yumi, "--seed", &yumi_flags->seed, 0, kMostWhole, "seed of everything");
+  yumi->add_option("--dir", yumi_flags->directory, "folder of the runs");
+  yumi->add_option("--name", yumi_flags->name, "name of the run; it is overwritten");
+  yumi->add_option("--robot", yumi_flags->robot, "YuMi's URDF, where it is not in examples/robots/yumi");
+  return [flags, yumi, yumi_flags] { return yumi->parsed() ? DemoYumi(*yumi_flags) : Demo(*flags); };
 }
 
 }  // namespace consac::cli
