@@ -8,6 +8,7 @@
 #include "cli/twin_picture.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
+#include "consac/base/names.h"
 #include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/run/actors.h"
@@ -21,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kWorld = "yumi-reach-v0";
-constexpr const char* kRobot = "examples/robots/yumi/yumi_description/urdf/yumi_calibrated.urdf";
+constexpr std::string_view kReachWorld = "yumi-reach-v0";
+constexpr const char* kYumiFile = "examples/robots/yumi/yumi_description/urdf/yumi_calibrated.urdf";
 constexpr int kTargets = 20, kPictured = 8, kColumns = 4, kSide = 320;  // pixels of a picture's side
 constexpr std::uint64_t kTargetSeed = 1000;
 constexpr PictureBall kGoal{{}, 0.025, {0.02f, 0.45f, 0.08f}}, kWay{{}, 0.008, {0.85f, 0.25f, 0.02f}};
@@ -33,12 +34,12 @@ constexpr double kMirror[] = {-1, 1, -1, 1, -1, 1, -1};
 Result<std::string> FindYumi(const DemoYumiFlags& flags) {
   if (!flags.robot.empty()) return flags.robot;
   std::error_code error;
-  if (fs::is_regular_file(ToPath(kRobot), error)) return std::string(kRobot);
+  if (fs::is_regular_file(ToPath(kYumiFile), error)) return std::string(kYumiFile);
   fs::path around = fs::absolute(ToPath(ProgramPath()), error).parent_path();
   for (int up = 0; up < 4 && !around.empty(); ++up, around = around.parent_path()) {
-    if (fs::is_regular_file(around / kRobot, error)) return FromPath(around / kRobot);
+    if (fs::is_regular_file(around / kYumiFile, error)) return FromPath(around / kYumiFile);
   }
-  return Status{StatusCode::kNotFound, "YuMi's description, " + Quote(kRobot) +
+  return Status{StatusCode::kNotFound, "YuMi's description, " + Quote(kYumiFile) +
                                            ", is neither here nor around the program; run this in CONSAC's repository, "
                                            "or name the file: --robot yumi_calibrated.urdf"};
 }
@@ -69,7 +70,7 @@ struct Reached {
 };
 
 Result<Reached> ReachTargets(const robot::Robot& twin, const std::string& model) {
-  const Result<const worlds::World*> world = worlds::FindWorld(kWorld);
+  const Result<const worlds::World*> world = worlds::FindWorld(kReachWorld);
   if (!world.ok()) return world.status();
   const std::unique_ptr<VectorEnv> env = (*world)->create(1);
   Result<run::Actors> actors = run::Actors::Load(std::vector<std::string>{model}, env->spec());
@@ -107,13 +108,14 @@ Result<Reached> ReachTargets(const robot::Robot& twin, const std::string& model)
 }
 
 Status Tell(const DemoYumiFlags& flags) {
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("--name", flags.name));
   const Result<std::string> urdf = FindYumi(flags);
   if (!urdf.ok()) return urdf.status();
-  const Result<const worlds::World*> world = worlds::FindWorld(kWorld);
+  const Result<const worlds::World*> world = worlds::FindWorld(kReachWorld);
   if (!world.ok()) return world.status();
 
   run::RunConfig config;
-  config.world = kWorld;
+  config.world = kReachWorld;
   config.algorithm = "sac";
   config.steps = flags.steps;
   config.seed = static_cast<std::uint64_t>(flags.seed);
@@ -125,7 +127,7 @@ Status Tell(const DemoYumiFlags& flags) {
   FlushOutput();
   std::error_code error;
   fs::create_directories(ToPath(flags.directory), error);
-  const std::string twin_folder = flags.directory + "/" + flags.name + "-twin";
+  const std::string twin_folder = flags.directory + "/" + FileNameOf(flags.name, "-twin");
   twin::ImportOptions import;
   import.output = twin_folder, import.replace = true;
   import.progress = [](std::size_t, std::size_t) { return !StopSignal().load();
@@ -143,7 +145,7 @@ CONSAC_RETURN_IF_ERROR(picture->WriteStrip(portrait, {&ready, 1}, 1, 2 * kSide, 
 Print(
     "   The twin: {} links, {} joints that move, {} triangles. Its picture: {}\n\n2. Its right arm learns to reach, {} "
     "steps of {} by sac with hindsight.\n\n",
-    report->robot.links.size(), report->robot.positions(), picture->triangles(), portrait, flags.steps, kWorld);
+    report->robot.links.size(), report->robot.positions(), picture->triangles(), portrait, flags.steps, kReachWorld);
 FlushOutput();
 
 const Result<run::RunSummary> summary = run::Train(config, StopSignal());

@@ -21,7 +21,8 @@ namespace consac::cli {
 namespace {
 
 constexpr Verb kVerbs[] = {
-    {"demo", "the whole story in one minute, on the built-in road world over TCP", "consac demo\nconsac demo yumi", AddDemo},
+    {"demo", "the whole story in one minute, on the built-in road world over TCP", "consac demo\nconsac demo yumi",
+     AddDemo},
     {"serve", "be the engine: offer a built-in world on a port",
      "consac serve road-v0 --port 5005\nconsac serve cartpole-v1 --port 0 --port-file port.txt --rate 60", AddServe},
     {"train", "learn a built-in world, or the world of an engine",

@@ -28,8 +28,8 @@ struct PictureFrame {
 
 /// From where it is looked at: perspective, z up.
 struct PictureCamera {
-  robot::Vector3 eye{1.15, -0.85, 0.95}, at{0.12, -0.03, 0.30};  ///< m, in the base's frame
-  double width = 0.55;                                           ///< of the field of view at a distance of 1
+  robot::Vector3 eye{1.45, -0.85, 0.95}, at{0.14, 0.02, 0.36};  ///< m, in the base's frame
+  double width = 0.62;                                          ///< of the field of view at a distance of 1
 };
 
 /// The meshes of a twin, each on its link.
