@@ -177,7 +177,14 @@ std::unique_ptr<VectorEnv> MakeBatched(std::int32_t copies) {
 }
 
 /// The spec of a simple world: one behaviour with these spaces, which must be legal.
-EnvSpec SimpleSpec(const char* id, Result<Space> observation, Result<Space> action, std::int32_t copies,
-                   std::int64_t max_episode_steps, double reward_threshold);
+inline EnvSpec SimpleSpec(const char* id, Result<Space> observation, Result<Space> action, std::int32_t copies,
+                          std::int64_t max_episode_steps, double reward_threshold) {
+  EnvSpec spec;
+  spec.id = id;
+  spec.behaviours.push_back(BehaviourSpec::Of("default", std::move(*observation), std::move(*action), copies));
+  spec.max_episode_steps = max_episode_steps;
+  spec.reward_threshold = reward_threshold;
+  return spec;
+}
 
 }  // namespace consac::worlds

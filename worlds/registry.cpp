@@ -90,16 +90,6 @@ constexpr World kWorlds[] = {
 
 }  // namespace
 
-EnvSpec SimpleSpec(const char* id, Result<Space> observation, Result<Space> action, std::int32_t copies,
-                   std::int64_t max_episode_steps, double reward_threshold) {
-  EnvSpec spec;
-  spec.id = id;
-  spec.behaviours.push_back(BehaviourSpec::Of("default", std::move(*observation), std::move(*action), copies));
-  spec.max_episode_steps = max_episode_steps;
-  spec.reward_threshold = reward_threshold;
-  return spec;
-}
-
 std::span<const World> Worlds() {
   return kWorlds;
 }
