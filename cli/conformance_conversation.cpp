@@ -55,8 +55,8 @@ Status Conversation::TakeUp() {
   return Next().status();
 }
 
-Status Conversation::SayHello() {
-  Case hello = {{"protocol", {2, 2}}, {"client", "conformance"}, {"resume", resume_}};
+Status Conversation::SayHello(const Case& capabilities) {
+  Case hello = {{"protocol", {2, 2}}, {"client", "conformance"}, {"resume", resume_}, {"capabilities", capabilities}};
   if (!token_.empty()) hello["token"] = token_;
   return Send(FrameType::kHello, 0, JsonText(hello));
 }
@@ -209,9 +209,7 @@ Status Conversation::DoExpect(const Case& what) {
     return closed ? Status::Ok() : Failed("the connection stays open");
   }
   if (!frame.ok()) return Failed(fmt::format("expected {}, but {}", JsonText(what["type"]), frame.status().message()));
-  std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
-  if (frame->header.type == FrameType::kResult && payload.size() >= 8)
-    protocol2::WriteEngineTime(0.0, reinterpret_cast<std::byte*>(payload.data()));  // the same world, another day
+  const std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
   if (Refuses(*frame, what.value("unless", ""))) return Over("it answers " + FrameText(*frame));
   if (Refuses(*frame, what.value("or", ""))) return Status::Ok();
   if (frame->header.type != FrameTypeOf(what["type"])) {
@@ -367,7 +365,7 @@ Status Conversation::Reconnect(const Case& how) {
   if (how == "beside") before = std::move(transport_);
   for (int attempt = 0; attempt < kMostReconnects; ++attempt) {
     CONSAC_RETURN_IF_ERROR(ConnectAgain());
-    CONSAC_RETURN_IF_ERROR(SayHello());
+    CONSAC_RETURN_IF_ERROR(SayHello(how.is_object() ? how["capabilities"] : Case::array()));
     const Result<Frame> answer = Next();
     held_ = answer.ok() && answer->header.type == FrameType::kWelcome;
     if (held_) held_frame_ = *answer;  // for the step that expects it

@@ -38,7 +38,7 @@ class Conversation {
   Status Send(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object());
   /// What has ended without BYE is kept for a while; an engine of few sessions would have none for the next case.
   Status TakeUp();
-  Status SayHello();
+  Status SayHello(const Case& capabilities = Case::array());
   Status ConnectAgain();
   /// A second trainer, while this one is there: it is served or told that there is no room.
   Status KnockBeside() const;

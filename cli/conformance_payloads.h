@@ -123,8 +123,10 @@ class Payloads {
   /// The longest of the frames that have one length each, or a longest: STEP, RESET with seeds, RESULT without infos.
   std::size_t longest() const { return std::max({blocks_.step_bytes, blocks_.options, blocks_.largest_result}); }
 
-  /// A RESULT without what is not looked at: rows of slots without 16, 1 and 2, mask rows of slots without 16.
+  /// A RESULT without what is not looked at (rows of slots without 16, 1 and 2, mask rows of slots without 16), without
+  /// infos, and without the time that the engine took.
   std::string LookedAt(std::string result) const {
+    result = WithoutInfos(std::move(result));
     for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
       const BehaviourSpec& behaviour = env_->behaviours[b];
       const protocol2::BehaviourBlocks& at = blocks_.behaviours[b];
@@ -139,6 +141,25 @@ class Payloads {
         if (!plays) std::memset(result.data() + at.masks + slot * mask_bytes, 0, mask_bytes);
       }
     }
+    return result;
+  }
+  /// A RESULT without its infos, and as if it had taken no time.
+  std::string WithoutInfos(std::string result) const {
+    if (result.size() < blocks_.result_bytes || result.size() < 2 * sizeof(std::uint32_t)) return result;
+    protocol2::WriteEngineTime(0.0, reinterpret_cast<std::byte*>(result.data()));
+    std::uint32_t parts = 0;
+    std::memcpy(&parts, result.data(), sizeof(parts));
+    std::size_t end = blocks_.result_bytes;
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && (parts & protocol2::kPartFinals) != 0; ++b) {
+      const BehaviourSpec& behaviour = env_->behaviours[b];
+      const auto states = result.begin() + static_cast<std::ptrdiff_t>(blocks_.behaviours[b].states);
+      const auto finals =
+          std::count_if(states, states + behaviour.slots, [](char state) { return (state & protocol2::kFinal) != 0; });
+      end = protocol2::AlignBlock(end + static_cast<std::size_t>(finals) * behaviour.observation_layout.row_bytes);
+    }
+    parts &= ~protocol2::kPartInfos;
+    std::memcpy(result.data(), &parts, sizeof(parts));
+    result.resize(std::min(end, result.size()));
     return result;
   }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 
 #include "cli/print.h"
@@ -16,6 +17,7 @@
 #include "consac/twin/import.h"
 #include "worlds/registry.h"
 #include "worlds/robot_reach/robot_reach.h"
+#include "worlds/yumi_reach/yumi_arm.h"
 
 namespace consac::cli {
 namespace {
@@ -27,8 +29,6 @@ constexpr const char* kYumiFile = "examples/robots/yumi/yumi_description/urdf/yu
 constexpr int kTargets = 20, kPictured = 8, kColumns = 4, kSide = 320;  // pixels of a picture's side
 constexpr std::uint64_t kTargetSeed = 1000;
 constexpr PictureBall kGoal{{}, 0.025, {0.02f, 0.45f, 0.08f}}, kWay{{}, 0.008, {0.85f, 0.25f, 0.02f}};
-// Where YuMi's left arm rests while the right one reaches: the ready pose's mirror.
-constexpr double kMirror[] = {-1, 1, -1, 1, -1, 1, -1};
 
 // The URDF: as it was named, or in the repository from which, or within which, the program runs.
 Result<std::string> FindYumi(const DemoYumiFlags& flags) {
@@ -44,20 +44,42 @@ Result<std::string> FindYumi(const DemoYumiFlags& flags) {
                                            "or name the file: --robot yumi_calibrated.urdf"};
 }
 
-// The twin's positions for those of the world's arm, by the joints' names.
+// The name of joint `i` of the world's arm, of a right or a left one.
+std::string JointName(const worlds::ReachTask& task, std::size_t i, char side) {
+  std::string name = task.robot.joints[static_cast<std::size_t>(task.robot.position_joints[i])].name;
+  name.back() = side;
+  return name;
+}
+
+// Where the joint's position stands among the robot's; -1 where there is no such joint, or it does not move by itself.
+std::int32_t PositionOf(const robot::Robot& robot, const std::string& name) {
+  const std::int32_t joint = robot.FindJoint(name);
+  return joint < 0 ? -1 : robot.joints[static_cast<std::size_t>(joint)].position_index;
+}
+
+// Ok where the twin has the arm that learns.
+Status CheckArm(const robot::Robot& twin, const worlds::RobotReach& reach) {
+  for (std::size_t i = 0; i < reach.joints().size(); ++i) {
+    const std::string name = JointName(reach.task(), i, 'r');
+    if (PositionOf(twin, name) >= 0) continue;
+    return {StatusCode::kInvalidArgument, Quote(twin.name) + " has no joint " + Quote(name) +
+                                              " that moves, so it is no YuMi; any robot learns to reach in the world "
+                                              "twin-reach-v0 (docs/worlds.md)"};
+  }
+  return Status::Ok();
+}
+
+// The twin's positions for those of the world's arm, by the joints' names; the left arm rests, if there is one.
 std::vector<double> PoseOf(const robot::Robot& twin, const worlds::RobotReach& reach) {
   std::vector<double> pose(static_cast<std::size_t>(twin.positions()), 0.0);
   const auto set = [&](const std::string& name, double position) {
-    const std::int32_t joint = twin.FindJoint(name);
-    if (joint >= 0)
-      pose[static_cast<std::size_t>(twin.joints[static_cast<std::size_t>(joint)].position_index)] = position;
+    const std::int32_t at = PositionOf(twin, name);
+    if (at >= 0) pose[static_cast<std::size_t>(at)] = position;
   };
-  const worlds::ReachTask& task = reach.task();
-  for (std::size_t i = 0; i < reach.joints().size(); ++i) {
-    std::string name = task.robot.joints[static_cast<std::size_t>(task.robot.position_joints[i])].name;
-    set(name, reach.joints()[i]);
-    name.back() = 'l';
-    set(name, kMirror[i] * task.ready[i]);
+  const std::array<double, worlds::kYumiJoints> left = worlds::YumiLeftReadyPose();
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    set(JointName(reach.task(), i, 'r'), reach.joints()[i]);
+    set(JointName(reach.task(), i, 'l'), left[i]);
   }
   return pose;
 }
@@ -84,7 +106,8 @@ Result<Reached> ReachTargets(const robot::Robot& twin, const std::string& model)
     actors->Begin();
     PictureFrame frame;
     int arrived = -1;
-    for (int step = 0; step + 1 < worlds::RobotReach::kSteps && !StopSignal().load(); ++step) {
+    for (int step = 0; step + 1 < worlds::RobotReach::kSteps; ++step) {
+      if (StopSignal().load()) return Status{StatusCode::kCancelled, "interrupted while the arm reached"};
       frame.positions = PoseOf(twin, reach);
       if (arrived < 0) {
         PictureBall way = kWay;
@@ -107,13 +130,7 @@ Result<Reached> ReachTargets(const robot::Robot& twin, const std::string& model)
   return reached;
 }
 
-Status Tell(const DemoYumiFlags& flags) {
-  CONSAC_RETURN_IF_ERROR(CheckFolderName("--name", flags.name));
-  const Result<std::string> urdf = FindYumi(flags);
-  if (!urdf.ok()) return urdf.status();
-  const Result<const worlds::World*> world = worlds::FindWorld(kReachWorld);
-  if (!world.ok()) return world.status();
-
+run::RunConfig LearningOf(const DemoYumiFlags& flags, const worlds::World& world) {
   run::RunConfig config;
   config.world = kReachWorld;
   config.algorithm = "sac";
@@ -121,56 +138,74 @@ Status Tell(const DemoYumiFlags& flags) {
   config.seed = static_cast<std::uint64_t>(flags.seed);
   config.directory = flags.directory, config.name = flags.name;
   config.force = true, config.table = false;
-  config.hyperparameters = worlds::SuggestedSettings(**world, config.algorithm);
+  config.hyperparameters = worlds::SuggestedSettings(world, config.algorithm);
+  return config;
+}
+
+Result<twin::ImportReport> ImportTwin(const std::string& urdf, const std::string& into) {
+  twin::ImportOptions options;
+  options.output = into, options.replace = true;
+  options.progress = [](std::size_t, std::size_t) { return !StopSignal().load(); };
+  return twin::Import(urdf, options);
+}
+
+Status Tell(const DemoYumiFlags& flags) {
+  CONSAC_RETURN_IF_ERROR(CheckFolderName("--name", flags.name));
+  const Result<std::string> urdf = FindYumi(flags);
+  if (!urdf.ok()) return urdf.status();
+  const Result<const worlds::World*> world = worlds::FindWorld(kReachWorld);
+  if (!world.ok()) return world.status();
+  const std::unique_ptr<VectorEnv> env = (*world)->create(1);
+  const worlds::RobotReach& reach = (*world)->robot(*env);
 
   Print("1. ABB's YuMi comes from {}.\n", *urdf);
   FlushOutput();
   std::error_code error;
   fs::create_directories(ToPath(flags.directory), error);
   const std::string twin_folder = flags.directory + "/" + FileNameOf(flags.name, "-twin");
-  twin::ImportOptions import;
-  import.output = twin_folder, import.replace = true;
-  import.progress = [](std::size_t, std::size_t) { return !StopSignal().load();
-};
-const Result<twin::ImportReport> report = twin::Import(*urdf, import);
-if (!report.ok()) return report.status();
-const Result<std::vector<std::byte>> glb = ReadRegularFile(twin_folder + "/twin.glb");
-if (!glb.ok()) return glb.status();
-const Result<TwinPicture> picture = TwinPicture::Read(report->robot, *glb);
-if (!picture.ok()) return picture.status();
-const std::unique_ptr<VectorEnv> env = (*world)->create(1);
-const PictureFrame ready{PoseOf(report->robot, (*world)->robot(*env)), {}};
-const std::string portrait = twin_folder + ".png";
-CONSAC_RETURN_IF_ERROR(picture->WriteStrip(portrait, {&ready, 1}, 1, 2 * kSide, {}));
-Print(
-    "   The twin: {} links, {} joints that move, {} triangles. Its picture: {}\n\n2. Its right arm learns to reach, {} "
-    "steps of {} by sac with hindsight.\n\n",
-    report->robot.links.size(), report->robot.positions(), picture->triangles(), portrait, flags.steps, kReachWorld);
-FlushOutput();
+  const Result<twin::ImportReport> twin = ImportTwin(*urdf, twin_folder);
+  if (!twin.ok()) return twin.status();
+  CONSAC_RETURN_IF_ERROR(CheckArm(twin->robot, reach));
+  const Result<std::vector<std::byte>> glb = ReadRegularFile(twin_folder + "/twin.glb");
+  if (!glb.ok()) return glb.status();
+  const Result<TwinPicture> picture = TwinPicture::Read(twin->robot, *glb);
+  if (!picture.ok()) return picture.status();
+  const PictureFrame ready{PoseOf(twin->robot, reach), {}};
+  const std::string portrait = twin_folder + ".png";
+  CONSAC_RETURN_IF_ERROR(picture->WriteStrip(portrait, {&ready, 1}, 1, 2 * kSide, {}));
+  Print("   The twin: {} links, {} joints that move, {} triangles. Its picture: {}\n\n", twin->robot.links.size(),
+        twin->robot.positions(), picture->triangles(), portrait);
+  Print("2. Its right arm learns to reach, {} steps of {} by sac with hindsight.\n\n", flags.steps, kReachWorld);
+  FlushOutput();
 
-const Result<run::RunSummary> summary = run::Train(config, StopSignal());
-if (!summary.ok()) return summary.status();
-if (summary->interrupted) return {StatusCode::kCancelled, summary->directory};
-const Result<Reached> reached = ReachTargets(report->robot, summary->models[0].path);
-if (!reached.ok()) return reached.status();
-const std::string strip = summary->directory + "/reach.png";
-CONSAC_RETURN_IF_ERROR(picture->WriteStrip(strip, reached->frames, kColumns, kSide, {}));
-Print("\n3. The arm reaches {} of {} targets it has not seen", reached->targets, kTargets);
-if (reached->targets > 0) Print(", in {:.1f} steps of 0.04 s on average", reached->steps);
-Print(
-    ".\n\nto look at      {1}\nmove it         {0} twin view {2} --model {3} --open\njudge it        {0} eval {3} "
-    "--episodes 100\n",
-    Argument(ProgramPath()), Argument(strip), Argument(twin_folder), Argument(summary->models[0].path));
-return Status::Ok();
+  const Result<run::RunSummary> run = run::Train(LearningOf(flags, **world), StopSignal());
+  if (!run.ok()) return run.status();
+  if (run->interrupted) {
+    const bool kept = !run->directory.empty();
+    return {StatusCode::kCancelled,
+            "interrupted; " + (kept ? "what was learned is in " + run->directory : "nothing was learned yet")};
+  }
+  const std::string& model = run->models[0].path;
+  const Result<Reached> reached = ReachTargets(twin->robot, model);
+  if (!reached.ok()) return reached.status();
+  const std::string strip = run->directory + "/reach.png";
+  CONSAC_RETURN_IF_ERROR(picture->WriteStrip(strip, reached->frames, kColumns, kSide, {}));
+  Print("\n3. The arm reaches {} of {} targets it has not seen", reached->targets, kTargets);
+  if (reached->targets > 0) Print(", in {:.1f} steps of {} s on average", reached->steps, worlds::RobotReach::kStep);
+  Print(
+      ".\n\nto look at      {1}\nmove it         {0} twin view {2} --model {3} --open\njudge it        {0} eval {3} "
+      "--episodes 100\n",
+      Argument(ProgramPath()), Argument(strip), Argument(twin_folder), Argument(model));
+  return Status::Ok();
+}
+
 }  // namespace
-
-}  // namespace consac::cli
 
 int DemoYumi(const DemoYumiFlags& flags) {
   const Status told = Tell(flags);
   if (told.ok()) return 0;
   if (told.code() != StatusCode::kCancelled) return Fail("demo", told);
-  PrintError("consac demo: interrupted; what was learned is in {}\n", told.message());
+  PrintError("consac demo: {}\n", told.message());
   return 130;
 }
 

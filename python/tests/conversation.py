@@ -160,9 +160,12 @@ class Conversation:
                 self.paid.append((bytes(payload[at:at + self.row_bytes]), struct.unpack_from("<d", payload, rewards + 8 * env)[0]))
 
     def looked_at(self, payload):
-        """Without rows of slots that have none of 16, 1 and 2. One behaviour of one agent and no masks."""
+        """Without rows of slots that have none of 16, 1 and 2, infos and the time that was taken. One behaviour of one agent and no masks."""
         size = self.row_bytes
         states = align(8 + self.envs * size) + 8 * self.envs
+        end = align(states + self.envs)
+        end = align(end + size * sum(state & 4 != 0 for state in payload[states:states + self.envs]))  # the final rows
+        payload = bytes([payload[0] & 1]) + payload[1:4] + bytes(4) + payload[8:end]
         return b"".join(payload[8 + env * size:8 + (env + 1) * size] for env in range(self.envs) if payload[states + env] & 19) + payload[states - 8 * self.envs:]
 
     def expect(self, what):
@@ -211,7 +214,6 @@ class Conversation:
             assert len(payload) == 8 * self.relabelled and np.isfinite(np.frombuffer(payload)).all()
             assert "paid" not in what or np.allclose(np.frombuffer(payload), [reward for _, reward in self.paid], rtol=1e-4, atol=1e-4)
         if frame.type == wire.RESULT:
-            payload[4:8] = bytes(4)  # the time that the engine took
             if frame.request != self.judged:
                 assert self.check.judge(payload) is None
                 self.judged, self.result = frame.request, payload
@@ -262,7 +264,7 @@ class Conversation:
             before.close()
         for _ in range(100):
             self.connect()
-            self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume}))
+            self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume, "capabilities": how.get("capabilities", []) if isinstance(how, dict) else []}))
             data = self.sock.recv(65536)
             self.reader.feed(data)
             peek = wire.FrameReader(wire.LARGEST_FRAME)

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import signal
 import struct
 import subprocess
 
@@ -49,3 +50,25 @@ def test_says_in_one_line_what_is_missing(tmp_path):
     assert outcome.returncode != 0
     assert outcome.stderr.count("\n") == 1 and "--robot" in outcome.stderr
     assert not list((tmp_path / "runs").glob("*")), "nothing but the empty folder of the runs"
+
+
+def test_a_robot_that_is_no_yumi_is_refused(tmp_path):
+    """Its joint has the name and does not move."""
+    (tmp_path / "other.urdf").write_text('<robot name="other"><link name="a"/><link name="b"/><joint name="yumi_joint_1_r" type="fixed">'
+                                         '<parent link="a"/><child link="b"/></joint></robot>')
+    outcome = demo(tmp_path, "--robot", "other.urdf")
+    assert outcome.returncode > 0 and outcome.stderr.count("\n") == 1, outcome
+    assert "'other' has no joint 'yumi_joint_1_r' that moves, so it is no YuMi" in outcome.stderr
+
+
+def test_ctrl_c_says_where_what_was_learned_is(tmp_path):
+    program = subprocess.Popen([BUILD / "cli/consac", "demo", "yumi", "--steps", "100000000", "--robot", YUMI], cwd=tmp_path,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in program.stdout:
+        if line.startswith("2."):
+            break
+    while not (tmp_path / "runs/yumi/progress.csv").exists():
+        assert program.poll() is None
+    program.send_signal(signal.SIGINT)
+    _, said = program.communicate(timeout=120)
+    assert program.returncode == 130 and said.splitlines()[-1] == "consac demo: interrupted; what was learned is in runs/yumi", said

@@ -210,7 +210,7 @@ class Search {
     for (std::size_t i = 0; i < 3; ++i) edge = std::max(edge, box.high[i] - box.low[i]);
     task_.tools[0].low = box.low, task_.tools[0].high = box.high;
     task_.tool_reach = kNearShare * edge;
-    task_.threshold = choice_.near.value_or(task_.tool_reach);
+    task_.threshold = choice_.threshold.value_or(task_.tool_reach);
   }
 
   // How many of the box's 27 corners, middles and sides the tool comes to, going straight there from the ready pose.

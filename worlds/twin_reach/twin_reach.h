@@ -22,7 +22,7 @@ struct TwinReachChoice {
   std::optional<robot::Vector3> tool_point;           ///< in that link's frame, m; the far end of its capsule
   std::vector<std::pair<std::string, double>> ready;  ///< positions of joints by name; of none: all are worked out
   std::optional<Box> goals;                           ///< a cube of at most 0.3 m that the tool reaches all of
-  std::optional<double> near;                         ///< m; a sixth of the box's longest edge
+  std::optional<double> threshold;                    ///< m; a sixth of the box's longest edge
 };
 
 /// The task "twin-reach-v0:ARGUMENT": `argument` is a twin's folder, its twin.json, or a JSON file that names a twin

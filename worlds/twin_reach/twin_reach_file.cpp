@@ -100,7 +100,7 @@ Status ReadChoice(const nlohmann::json& json, TwinReachChoice* choice) {
   if (json.contains("near")) {
     if (!json["near"].is_number() || !(json["near"].get<double>() > 0.0))
       return Expected("near", "a length above 0, m");
-    choice->near = json["near"].get<double>();
+    choice->threshold = json["near"].get<double>();
   }
   return Status::Ok();
 }
