@@ -15,7 +15,7 @@
 namespace consac::cli {
 
 inline constexpr std::size_t kMostHeadBytes = 16 << 10;  ///< request line and headers; browsers send some 1 KiB
-inline constexpr std::size_t kMostBodyBytes = 64 << 10;  ///< of a POST: 2,000 positions take 50 KB
+inline constexpr std::size_t kMostBodyBytes = 1 << 20;   ///< of a POST: hints of 5,000 joints take 1 MB
 inline constexpr std::size_t kMostConnections = 64;      ///< at once; the next ones wait in the system's queue
 
 /// What was asked, its Host and Origin checked.

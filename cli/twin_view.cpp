@@ -251,9 +251,11 @@ Status ServePage(const std::string& input, const ViewFlags& flags) {
     if (!opened.ok()) return opened.status();
     play = std::move(*opened);
   }
-  // A model plays one robot; hints make another.
+  // A model plays one robot; hints make another, of a CAD file alone.
+  std::error_code error;
+  const bool imported = std::filesystem::is_directory(ToPath(input), error);
   std::optional<TwinHints> hints;
-  if (!viewed->candidates.empty() && !play.has_value()) hints.emplace(flags.cad.hints);
+  if (!viewed->candidates.empty() && !play.has_value()) hints.emplace(imported ? std::string() : flags.cad.hints);
   const std::string name = viewed->robot.name;
   ViewPage page(std::move(*viewed), std::move(play), std::move(hints),
                 [&](const std::string& asked) { return OpenWithHints(input, flags.cad, asked); });

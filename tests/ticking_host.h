@@ -18,6 +18,7 @@ namespace consac::testing {
 class TickingHost {
  public:
   static constexpr std::int64_t kSteps = 4096;  ///< of a training
+  static constexpr double kPatience = 30.0;     ///< s, for what never comes
 
   TickingHost(const char* world, std::int32_t copies, int period, double wait_s,
               std::optional<host::Goals> goals = std::nullopt) {
@@ -45,7 +46,7 @@ class TickingHost {
   }
   /// Whether the training ended in order, as the engine sees it soon.
   bool Stop() {
-    for (const double until = Now() + 2.0; !finished_ && Now() < until;)
+    for (const double until = Now() + kPatience; !finished_ && Now() < until;)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     stop_ = true;
     if (thread_.joinable()) thread_.join();
@@ -54,7 +55,7 @@ class TickingHost {
   /// Steps that begin from now on do not end until it is called with false.
   void Hold(bool held) { held_ = held; }
   void AwaitStep() const {
-    for (const double until = Now() + 2.0; !in_step_ && Now() < until;)
+    for (const double until = Now() + kPatience; !in_step_ && Now() < until;)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     ASSERT_TRUE(in_step_);
   }

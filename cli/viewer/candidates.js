@@ -13,10 +13,10 @@ function numberOf(id) {
 }
 
 export class Candidates {
-  constructor({ candidates, hints, file, token }, scene, draw, ask, fail) {
-    Object.assign(this, { candidates, hints, token, scene, draw, ask, fail });
+  constructor({ candidates, hints, file, token, version, error }, scene, draw, ask, fail) {
+    Object.assign(this, { candidates, hints, token, version, scene, draw, ask, fail });
     $("candidates").hidden = false;
-    $("hint-file").textContent = file ? `written to ${file}` : "--hints FILE lets them be taken and rejected here";
+    $("hint-file").textContent = error ? `${file}: ${error}` : file ? `written to ${file}` : "--hints FILE lets them be taken and rejected here";
     this.rows = candidates.map((candidate, number) => this.row(candidate, number));
     scene.show.lines = candidates.map(({ origin: [x, y, z], direction: [dx, dy, dz], score }) =>
       ({ at: [x, z, -y], along: [dx, dz, -dy], colour: this.colour(score), long: false }));
@@ -97,7 +97,7 @@ export class Candidates {
   async say(make) {
     try {
       const joints = [...this.joints().filter((joint) => !this.isOf(joint)), make()];
-      await this.ask("/hints", { token: this.token, hints: { ...this.hints, joints } });
+      await this.ask("/hints", { token: this.token, version: this.version, hints: { ...this.hints, joints } });
       location.reload();
     } catch (error) {
       this.fail(error);

@@ -108,7 +108,7 @@ def train(env: str | Callable[[], Any] | None = None, *, algo: str | None = None
         flags += [text for key, value in settings.items() for text in ("--set", f"{key}={_written(value)}")]
         environment = os.environ if token is None else {**os.environ, "CONSAC_TOKEN": token}
         said, told = stack.enter_context(tempfile.TemporaryFile()), stack.enter_context(tempfile.TemporaryFile())
-        watch = _Watch(folder / name, told, progress, on_progress)
+        watch = _Watch(folder / name, told, progress, on_progress, resume)
         child = subprocess.Popen([program, "train", *flags, *arguments], stdin=subprocess.DEVNULL, stdout=said, stderr=told, env=environment, **APART)
         try:
             ended_by_us = watch.follow(child)
@@ -159,7 +159,7 @@ def _end(child: subprocess.Popen[bytes]) -> None:
 class _Watch:
     """Looks at a run that trains: its progress.csv, and what the program says on standard error."""
 
-    def __init__(self, directory: Path, told: Any, shown: bool, on_progress: Callable[[Progress], object] | None):
+    def __init__(self, directory: Path, told: Any, shown: bool, on_progress: Callable[[Progress], object] | None, resumed: bool = False):
         self._csv, self._config, self._told = directory / "progress.csv", directory / "config.yaml", told
         self._shown, self._on_progress = shown, on_progress
         self._began_ns, self._begun = time.time_ns() - 20_000_000, time.monotonic()  # a file system's clock may lie behind by a tick
@@ -167,6 +167,8 @@ class _Watch:
         self._total: int | None = None
         self._at, self._told_at, self._line_at = 0, 0, 0.0
         self._last: Progress | None = None
+        self._resumed = resumed
+        self._first: Progress | None = None  # of a run that goes on, not made by this process alone
         self._stream: TextIO = sys.stderr
         self._bar = shown and (self._stream.isatty() or "ipykernel" in sys.modules)
         self._drawn = 0
@@ -236,6 +238,7 @@ class _Watch:
         if steps is None:
             return None
         self._last = Progress(int(float(steps)), self._total_steps(), time.monotonic() - self._begun, _number(reward), row)
+        self._first = self._first or self._last
         return self._last
 
     def _total_steps(self) -> int | None:
@@ -249,7 +252,7 @@ class _Watch:
     def _show(self, seen: Progress, last: bool = False) -> None:
         if not self._shown:
             return
-        text = progress_line(seen, WIDTH if self._bar else 0)
+        text = progress_line(seen, WIDTH if self._bar else 0, self._first if self._resumed else None)
         if self._bar:
             self._stream.write("\r" + text.ljust(self._drawn))
             self._stream.flush()
@@ -272,9 +275,10 @@ def _number(text: str | None) -> float | None:
     return None if value is None or value != value else value
 
 
-def progress_line(seen: Progress, width: int) -> str:
-    """" 42% [####------] 42,000/100,000 steps | reward 180 | 12,345 steps/s | 0:05 left"; `width` 0 has no bar."""
-    rate = seen.steps / seen.seconds if seen.seconds > 0 else 0.0
+def progress_line(seen: Progress, width: int, since: Progress | None = None) -> str:
+    """" 42% [####------] 42,000/100,000 steps | reward 180 | 12,345 steps/s | 0:05 left"; `width` 0 has no bar. The speed is that `since` then."""
+    steps, seconds = (seen.steps, seen.seconds) if since is None else (seen.steps - since.steps, seen.seconds - since.seconds)
+    rate = steps / seconds if seconds > 0 else 0.0
     parts = [f"{seen.steps:,} steps"]
     if seen.total_steps:
         share = min(seen.steps / seen.total_steps, 1.0)
@@ -282,7 +286,8 @@ def progress_line(seen: Progress, width: int) -> str:
         parts = [f"{int(100 * share):3d}%{bar} {seen.steps:,}/{seen.total_steps:,} steps"]
     if seen.mean_reward is not None:
         parts.append(f"reward {seen.mean_reward:.4g}")
-    parts.append(f"{rate:,.0f} steps/s")
+    if rate > 0:
+        parts.append(f"{rate:,.0f} steps/s")
     if seen.total_steps and rate > 0:
         left = int(max(seen.total_steps - seen.steps, 0) / rate)
         parts.append(f"{left // 3600}:{left // 60 % 60:02}:{left % 60:02} left" if left >= 3600 else f"{left // 60}:{left % 60:02} left")

@@ -107,6 +107,9 @@ def test_a_bar_says_how_far_it_is():
     line = progress_line(Progress(42_000, 100_000, 4.2, 180.0, {}), 10)
     assert line == " 42% [####------] 42,000/100,000 steps | reward 180 | 10,000 steps/s | 0:05 left"
     assert progress_line(Progress(500, None, 1.0, None, {}), 10) == "500 steps | 500 steps/s"
+    before = Progress(90_000, None, 1.0, None, {})  # of a run that goes on: not all steps are this process's
+    assert progress_line(Progress(90_500, None, 3.0, None, {}), 10, before) == "90,500 steps | 250 steps/s"
+    assert progress_line(before, 10, before) == "90,000 steps"
 
 
 def test_a_program_that_is_not_there_is_said(monkeypatch):

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <random>
 #include <span>
 
 #include "consac/base/file.h"
@@ -44,8 +45,7 @@ robot::Robot Arm() {
 class TwinReachFiles : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("consac-twin-reach-") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = std::filesystem::temp_directory_path() / ("consac-twin-reach-" + std::to_string(std::random_device()()));
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_ / "arm");
     Write("arm/twin.json", robot::WriteTable(Arm(), {}));
