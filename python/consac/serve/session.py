@@ -75,7 +75,7 @@ class Session:
             known = number in (0, self.number) and kind != wire.HELLO
             if request != self.last_request + 1 or not known:
                 if request == self.last_request != 0 and known:
-                    connection.answer(self.answer)
+                    connection.answer(connection.again(self.answer))
                     continue
                 why = f"request {request} after {self.last_request}; the next is {self.last_request + 1}"
                 if kind == wire.HELLO:
