@@ -26,13 +26,6 @@ std::string TextOf(const protocol2::Frame& frame) {
   return {reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()};
 }
 
-/// A request and its byte for each environment, "STEP of 1 0".
-std::string MoveText(const nlohmann::json& type, const nlohmann::json& environments) {
-  std::string text = type.get<std::string>() + " of";
-  for (const nlohmann::json& chosen : environments) text += fmt::format(" {}", chosen.get<int>());
-  return text;
-}
-
 /// What an `expect` waits for.
 std::string Wanted(const nlohmann::json& what) {
   return what.contains("moves") ? "RESET or STEP" : JsonText(what["type"]);

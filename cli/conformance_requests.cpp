@@ -76,4 +76,10 @@ std::string RewardsOf(std::int64_t rows, const std::string& how) {
   return {reinterpret_cast<const char*>(rewards.data()), rewards.size() * sizeof(double)};
 }
 
+std::string MoveText(const nlohmann::json& type, const nlohmann::json& environments) {
+  std::string text = type.get<std::string>() + " of";
+  for (const nlohmann::json& chosen : environments) text += fmt::format(" {}", chosen.get<int>());
+  return text;
+}
+
 }  // namespace consac::cli

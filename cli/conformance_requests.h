@@ -1,5 +1,5 @@
 #pragma once
-// Whether a trainer's RESET, STEP or RELABEL is right, and what the last of them is answered.
+// Whether a trainer's RESET, STEP or RELABEL is right, what the last of them is answered, and how one is told of.
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -19,5 +19,8 @@ Result<std::int64_t> RelabelledRows(const std::string& offered, const std::strin
 /// REWARDS' payload for so many rows, 1 or more: "right" (0 for each), or wrong: "one short", "one more", "NaN",
 /// "infinity" (the last row's).
 std::string RewardsOf(std::int64_t rows, const std::string& how);
+
+/// A request and its byte for each environment, "STEP of 1 0".
+std::string MoveText(const nlohmann::json& type, const nlohmann::json& environments);
 
 }  // namespace consac::cli

@@ -48,8 +48,7 @@ class Importer {
   Result<ImportReport> Run() {
     for (const auto step : {&Importer::Read, &Importer::Begin, &Importer::CopyMeshes, &Importer::Measure,
                             &Importer::AddBodies, &Importer::WriteAll}) {
-      const Status status = (this->*step)();
-      if (!status.ok()) return status;
+      CONSAC_RETURN_IF_ERROR((this->*step)());
     }
     report_.robot = std::move(scene_.robot);
     return std::move(report_);
@@ -60,9 +59,8 @@ class Importer {
 
   // Before a step's next part: tells how far it is; an error where nobody waits any longer.
   Status Next() {
-    if (options_.progress && !options_.progress(done_++, parts_))
-      return {StatusCode::kCancelled, "interrupted; nothing was written"};
-    return {};
+    const bool wanted = !options_.progress || options_.progress(done_++, parts_);
+    return wanted ? Status::Ok() : Status(StatusCode::kCancelled, "interrupted; nothing was written");
   }
 
   // The model, and its file's bytes.

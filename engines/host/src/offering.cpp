@@ -67,7 +67,9 @@ Status MendReward(const BehaviourSpec& behaviour, std::int64_t place, float* rew
 void WatchPay(const BehaviourSpec& behaviour, Herd& herd, std::int64_t place, float given, float worth) {
   constexpr float kRounding = 1e-4f;  // as protocol 2 has it (R96)
   const bool silent = herd.goals.pays() && given == 0.0f;
-  if (herd.differed || silent || std::fabs(given - worth) <= kRounding * (1.0f + std::fabs(worth))) return;
+  if (herd.differed || silent || !std::isfinite(worth) ||
+      std::fabs(given - worth) <= kRounding * (1.0f + std::fabs(worth)))
+    return;
   herd.differed = true;
   Log(LogLevel::kWarning,
       "agent " + std::to_string(place) + " of '" + behaviour.name + "' was given a reward of " + NumberText(given) +

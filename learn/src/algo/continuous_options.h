@@ -22,6 +22,12 @@ struct ContinuousOptions : OffPolicyOptions {
   AdamOptions adam;                          ///< of all optimisers; its form too
 };
 
+/// How the networks of such an algorithm are learned and run, with at most `run_rows` rows at once.
+inline LearnedNetworkOptions LearnedBy(const LearnerOptions& options, const ContinuousOptions& own,
+                                       std::int64_t run_rows) {
+  return {.run_rows = run_rows, .batch_rows = own.batch_size, .adam = own.adam, .executor = options.executor};
+}
+
 /// The rows of ContinuousOptions.
 namespace continuous_rows {
 using O = ContinuousOptions;

@@ -86,7 +86,6 @@ class Ddpg final : public Learner {
   Ddpg(const LearnerOptions& options, const DdpgOptions& ddpg, ContinuousModel model, std::string hyperparameters)
       : ddpg_(ddpg),
         hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
         total_steps_(options.total_steps),
         collector_(options.behaviour, std::move(model.head), ddpg.collect, ddpg.exploration, options.seed,
                    options.ranks),
@@ -165,7 +164,10 @@ class Ddpg final : public Learner {
 
  private:
   static LearnedNetworkOptions Learned(const LearnerOptions& options, const DdpgOptions& ddpg, std::int64_t run_rows) {
-    return {run_rows, ddpg.batch_size, ddpg.adam, ddpg.clip_norm, true, options.executor};
+    LearnedNetworkOptions learned = LearnedBy(options, ddpg, run_rows);
+    learned.max_grad_norm = ddpg.clip_norm;
+    learned.clip_each = true;
+    return learned;
   }
 
   bool GradientStepOnDraws() {
@@ -220,7 +222,7 @@ class Ddpg final : public Learner {
     const std::span<const float> chosen(actor_.Output(minibatch_.features().data(), minibatch_.size()),
                                         minibatch_.actions().size());
     action_gradient_.Run(
-        critic_.Loaded(), minibatch_.size(), executor_,
+        critic_.Loaded(), minibatch_.size(), critic_.executor(),
         [this, chosen](const LossBlock& block) { minibatch_.Gather(block, chosen); },
         [this, slope](const LossBlock& block) {
           double& sum = losses_.block(block.index)[kDdpgActor];
@@ -261,7 +263,6 @@ class Ddpg final : public Learner {
 
   const DdpgOptions ddpg_;
   const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
   std::int64_t total_steps_;
   ContinuousCollector collector_;
   const std::int64_t actions_;  // numbers of one

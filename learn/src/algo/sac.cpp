@@ -53,7 +53,6 @@ class Sac final : public Learner {
   Sac(const LearnerOptions& options, const SacOptions& sac, ContinuousModel model, std::string hyperparameters)
       : sac_(sac),
         hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
         total_steps_(options.total_steps),
         collector_(options.behaviour, std::move(model.head), sac.collect, sac.exploration, options.seed, options.ranks),
         target_entropy_(sac.target_entropy.Of(head().raw_size())),  // auto: minus the action's elements
@@ -61,9 +60,9 @@ class Sac final : public Learner {
         acting_rng_(options.seed, StreamId("action_sampling")),
         learning_rng_(options.seed, StreamId("sac_samples")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               Learned(options, sac, std::max<std::int64_t>(options.behaviour.slots, sac.batch_size)), options.ranks),
+               LearnedBy(options, sac, std::max<std::int64_t>(options.behaviour.slots, sac.batch_size)), options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
-                 Learned(options, sac, sac.batch_size), options.ranks),
+                 LearnedBy(options, sac, sac.batch_size), options.ranks),
         action_gradient_(critics_.network(), head().raw_size(), sac.batch_size, critics_.packed()),
         minibatch_(options.behaviour, {sac.batch_size, sac.n_steps, head().raw_size()}, options.ranks),
         now_(head(), sac.batch_size),
@@ -129,9 +128,6 @@ class Sac final : public Learner {
   }
 
  private:
-  static LearnedNetworkOptions Learned(const LearnerOptions& options, const SacOptions& sac, std::int64_t run_rows) {
-    return {.run_rows = run_rows, .batch_rows = sac.batch_size, .adam = sac.adam, .executor = options.executor};
-  }
   const ActionHead& head() const { return collector_.action_head(); }
 
   // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
@@ -224,7 +220,7 @@ class Sac final : public Learner {
       }
     };
     action_gradient_.Run(
-        critics_.Loaded(), minibatch_.size(), executor_,
+        critics_.Loaded(), minibatch_.size(), critics_.executor(),
         [this](const LossBlock& block) { minibatch_.Gather(block, now_.actions()); }, judge);
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block); },
                 [this, ent_coef, inverse](const LossBlock& block) {
@@ -256,7 +252,6 @@ class Sac final : public Learner {
 
   const SacOptions sac_;
   const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
   std::int64_t total_steps_;
   ContinuousCollector collector_;
   const double target_entropy_;

@@ -47,15 +47,14 @@ class Td3 final : public Learner {
   Td3(const LearnerOptions& options, const Td3Options& td3, ContinuousModel model, std::string hyperparameters)
       : td3_(td3),
         hyperparameters_(std::move(hyperparameters)),
-        executor_(options.executor),
         total_steps_(options.total_steps),
         collector_(options.behaviour, std::move(model.head), td3.collect, td3.exploration, options.seed, options.ranks),
         actions_(collector_.action_head().raw_size()),
         learning_rng_(options.seed, StreamId("target_policy_noise")),
         actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               Learned(options, td3, std::max<std::int64_t>(options.behaviour.slots, td3.batch_size)), options.ranks),
+               LearnedBy(options, td3, std::max<std::int64_t>(options.behaviour.slots, td3.batch_size)), options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
-                 Learned(options, td3, td3.batch_size), options.ranks),
+                 LearnedBy(options, td3, td3.batch_size), options.ranks),
         action_gradient_(*nn::Network::Create(nn::FirstOutputOf(critics_.network().spec())), actions_, td3.batch_size),
         minibatch_(options.behaviour, {td3.batch_size, td3.n_steps, actions_}, options.ranks),
         next_actions_(static_cast<std::size_t>(td3.batch_size * actions_)),
@@ -116,10 +115,6 @@ class Td3 final : public Learner {
   }
 
  private:
-  static LearnedNetworkOptions Learned(const LearnerOptions& options, const Td3Options& td3, std::int64_t run_rows) {
-    return {.run_rows = run_rows, .batch_rows = td3.batch_size, .adam = td3.adam, .executor = options.executor};
-  }
-
   bool GradientStepOnDraws() {
     if (!minibatch_.Draw(collector_)) return false;
     learning_rate_ = td3_.LearningRateAt(steps(), total_steps_);
@@ -175,7 +170,7 @@ class Td3 final : public Learner {
                                         next_actions_.size());
     if (losses_.minibatches() < td3_.policy_delay) actor_losses_.BeginUpdate();  // the first of the round
     action_gradient_.Run(
-        critics_.parameters(), minibatch_.size(), executor_,
+        critics_.parameters(), minibatch_.size(), critics_.executor(),
         [this, chosen](const LossBlock& block) { minibatch_.Gather(block, chosen); },
         [this, inverse](const LossBlock& block) {
           Sums<kTd3ActorTerms>& sums = actor_losses_.block(block.index) = {};
@@ -207,7 +202,6 @@ class Td3 final : public Learner {
 
   const Td3Options td3_;
   const std::string hyperparameters_;  // JSON, for the model file
-  const Executor executor_;
   std::int64_t total_steps_;
   ContinuousCollector collector_;
   const std::int64_t actions_;  // numbers of one

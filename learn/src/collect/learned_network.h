@@ -52,6 +52,8 @@ class LearnedNetwork {
 
   /// The network.
   const nn::Network& network() const { return network_; }
+  /// What its work is shared by.
+  const Executor& executor() const { return executor_; }
   /// Most rows that are run at once.
   std::int64_t run_rows() const { return run_rows_; }
   /// [parameters]
