@@ -1,5 +1,6 @@
 // A trained model drives the world, or the host itself.
 #include "consac/policy/policy.h"
+#include "learning_thread.h"
 #include "turn.h"
 
 namespace consac::host {
@@ -13,7 +14,11 @@ class ActingDriver final : public Driver {
         turn_(world),
         policies_(std::move(policies)),
         options_(options),
-        rng_(options.seed, StreamId("acting")) {}
+        rng_(options.seed, StreamId("acting")),
+        asked_(world.spec().behaviours.size()) {}
+
+  /// The thread that the models compute on, where they have one.
+  Status Begin() { return options_.pipelined ? thread_.Start() : Status::Ok(); }
 
   Status Poll(double) override {
     if (!world_.settled()) return Status::Ok();
@@ -23,10 +28,17 @@ class ActingDriver final : public Driver {
       turn_.Reset(options_.seed);
       return Status::Ok();
     }
-    for (std::size_t b = 0; b < world_.spec().behaviours.size(); ++b) {
-      const Batch& batch = turn_.ToAct(b);
-      if (policies_.empty() || batch.rows() == 0) continue;
-      policies_[b].Act(turn_.RowsOf(b), options_.mode, rng_, batch.actions);
+    if (thinking_) {
+      thread_.Await();
+      thinking_ = false;
+    } else {
+      for (std::size_t b = 0; b < asked_.size(); ++b) asked_[b] = &turn_.ToAct(b);
+      if (options_.pipelined) {
+        thinking_ = true;
+        thread_.Begin([this] { Think(); });
+        return Status::Ok();
+      }
+      Think();
     }
     turn_.Step();
     meter_.Note(world_.tally().steps, began);
@@ -50,13 +62,23 @@ class ActingDriver final : public Driver {
   }
 
  private:
+  /// What every behaviour is to do. Touches nothing of the world: the rows are the turn's own.
+  void Think() {
+    for (std::size_t b = 0; b < policies_.size(); ++b) {
+      if (asked_[b]->rows() > 0) policies_[b].Act(turn_.RowsOf(b), options_.mode, rng_, asked_[b]->actions);
+    }
+  }
+
   TickWorld& world_;
   Turn turn_;
   std::vector<Policy> policies_;
   const ActOptions options_;
   Rng rng_;
+  std::vector<Batch*> asked_;  // [behaviours] the turn's
   bool begun_ = false;
+  bool thinking_ = false;  // the thread has the turn and the models
   Meter meter_;
+  LearningThread thread_;  // last: its job uses what is above
 };
 
 /// `load` gives the policy of behaviour b.
@@ -80,7 +102,9 @@ Result<std::unique_ptr<Driver>> ActByPolicies(TickWorld& world, std::size_t mode
       return Status{fits.code(), "the model of behaviour '" + behaviours[b].name + "': " + fits.message()};
     policies.push_back(std::move(*policy));
   }
-  return std::unique_ptr<Driver>(std::make_unique<ActingDriver>(world, std::move(policies), options));
+  auto driver = std::make_unique<ActingDriver>(world, std::move(policies), options);
+  CONSAC_RETURN_IF_ERROR(driver->Begin());
+  return std::unique_ptr<Driver>(std::move(driver));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
-// The thread on which learners learn while the engine's own goes on. Private to host.
+// The thread on which learners learn, and models that are asked ahead act, while the engine's own goes on. Private to
+// host.
 
 #include <atomic>
 #include <chrono>
@@ -69,6 +70,11 @@ class LearningThread {
     std::unique_lock lock(mutex_);
     if (busy_ && wait_s > 0.0) wake_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return !busy_; });
     return !busy_;
+  }
+  /// Waits until no job is under way.
+  void Await() {
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [this] { return !busy_; });
   }
   /// Whether the job should come to an early end: the thread is to stop.
   bool stopping() {

@@ -92,6 +92,9 @@ struct ActOptions {
   std::vector<std::string> models;               ///< a path for each behaviour of the world
   ActionMode mode = ActionMode::kDeterministic;  ///< the best action, or one drawn
   std::uint64_t seed = 0;                        ///< of world and draws
+  /// A Poll that finds observations only hands them to a thread of its own, and the next one has the cue: the models
+  /// compute while the engine goes on. That next Poll waits for what is not ready by then.
+  bool pipelined = false;
 };
 /// Loads the models (each tests itself) and acts: all agents of a tick in one go, no network, no other thread. The
 /// error names what differs between model and world.

@@ -208,9 +208,11 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 		FPlace& Taken = Places[static_cast<std::size_t>(*Id)];
 		Taken.Agent = &Agent;
 		Taken.Row.assign(Behaviour.observation_layout.row_bytes, std::byte{0});
+		Taken.Acts = Behaviour.action_layout.row_bytes;
 		Taken.Allowed.assign(static_cast<std::size_t>(Behaviour.masks_actions ? Behaviour.action_layout.mask_bytes : 0), std::uint8_t{1});
 		Taken.bNew = true;
 		Taken.bShown = false;
+		Taken.Held.clear();
 		Taken.Earning = Taken.Earned = 0.0f;
 		Agent.Herd = this;
 		Agent.Place = *Id;
@@ -261,6 +263,21 @@ bool FConsacHerd::Acts(const UConsacAgentComponent& Agent) const
 	return Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew;
 }
 
+bool FConsacHerd::Earns(const UConsacAgentComponent& Agent) const
+{
+	return Acts(Agent) || (bWaiting && Knows(Agent) && !Places[static_cast<std::size_t>(Agent.Place)].bNew);
+}
+
+const std::byte* FConsacHerd::ActionRow(const UConsacAgentComponent& Agent) const
+{
+	if (Acts(Agent))
+	{
+		return TheWorld->Action(Agent.Place);
+	}
+	const bool bHeld = Knows(Agent) && !Places[static_cast<std::size_t>(Agent.Place)].Held.empty();
+	return bHeld ? Places[static_cast<std::size_t>(Agent.Place)].Held.data() : nullptr;
+}
+
 void FConsacHerd::Record()
 {
 	for (std::size_t B = 0; B < Kinds.size(); ++B)
@@ -288,7 +305,7 @@ void FConsacHerd::Release(FConsacFarewell& Into)
 
 void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
 {
-	if (Acts(Agent))
+	if (Earns(Agent))
 	{
 		TheWorld->AddReward(Agent.Place, Reward);
 		Agent.EpisodeReward += Reward;
@@ -298,7 +315,7 @@ void FConsacHerd::AddReward(UConsacAgentComponent& Agent, float Reward)
 
 void FConsacHerd::EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End)
 {
-	if (Acts(Agent) && !bJudged)
+	if (Earns(Agent) && !bJudged)
 	{
 		TheWorld->EndEpisode(Agent.Place, End);
 	}
@@ -383,18 +400,20 @@ bool FConsacHerd::SetAllowed(const UConsacAgentComponent& Agent, FName Name, int
 float FConsacHerd::GetActionNumber(const UConsacAgentComponent& Agent, FName Name, int32 Index, float Otherwise) const
 {
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	const bool bThere = Leaf != nullptr && Acts(Agent) && Index >= 0 && Index < Leaf->count;
-	return bThere ? static_cast<float>(consac::ReadElement(*Leaf, TheWorld->Action(Agent.Place), Index)) : Otherwise;
+	const std::byte* Row = ActionRow(Agent);
+	const bool bThere = Leaf != nullptr && Row != nullptr && Index >= 0 && Index < Leaf->count;
+	return bThere ? static_cast<float>(consac::ReadElement(*Leaf, Row, Index)) : Otherwise;
 }
 
 bool FConsacHerd::GetAction(const UConsacAgentComponent& Agent, FName Name, TArray<float>& Values) const
 {
 	Values.Reset();
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	if (Leaf == nullptr || !Acts(Agent))
+	const std::byte* Row = ActionRow(Agent);
+	if (Leaf == nullptr || Row == nullptr)
 	{
 		return false;
 	}
-	ConsacPlugin::ReadLeaf(*Leaf, TheWorld->Action(Agent.Place), Values);
+	ConsacPlugin::ReadLeaf(*Leaf, Row, Values);
 	return true;
 }

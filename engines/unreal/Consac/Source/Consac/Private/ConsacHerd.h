@@ -33,6 +33,12 @@ public:
 	std::vector<std::string> Behaviours() const;
 	/** Takes down every step from now on. */
 	void Record();
+	/** From now on what agents see decides what they do a tick later: what they earn meanwhile counts, and the action before can be read. */
+	void Pipeline() { bPipelined = true; }
+	/** Whether it is so. */
+	bool IsPipelined() const { return bPipelined; }
+	/** How often what the agents see was offered so far. */
+	int64 Looks() const { return Offers; }
 	/** Gives away what is no agent's; to be destroyed right after. */
 	void Release(FConsacFarewell& Into);
 
@@ -76,6 +82,8 @@ private:
 		TWeakObjectPtr<UConsacAgentComponent> Agent;
 		std::vector<std::byte> Row;         // what it sees
 		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
+		std::vector<std::byte> Held;        // pipelined: the action that stands until the next; empty where none does
+		std::size_t Acts = 0;               // bytes of an action
 		float Earning = 0.0f;               // by the latest decision, so far
 		float Earned = 0.0f;                // by the one before
 		bool bNew = true;                   // no decision was made for it yet
@@ -89,6 +97,10 @@ private:
 	bool Knows(const UConsacAgentComponent& Agent) const;
 	/** Whether it carries out the decision: no newcomer does. */
 	bool Acts(const UConsacAgentComponent& Agent) const;
+	/** Whether what it earns, or how its episode ends, counts now. */
+	bool Earns(const UConsacAgentComponent& Agent) const;
+	/** The action that it carries out; null where there is none. */
+	const std::byte* ActionRow(const UConsacAgentComponent& Agent) const;
 	const consac::Leaf* ActionLeaf(const UConsacAgentComponent& Agent, FName Name) const;
 	void BeginEpisode(consac::host::AgentId Id, int64 Seed);
 	void Prepare(consac::host::AgentId Id);
@@ -113,5 +125,8 @@ private:
 	bool bSaidShort = false;
 	bool bSaidWhoLeft = false;
 	bool bActing = false;
+	int64 Offers = 0;
+	bool bPipelined = false;
+	bool bWaiting = false; // pipelined: between what was seen and what is to be done
 	bool bJudged = false;  // which episodes end with this step is settled
 };

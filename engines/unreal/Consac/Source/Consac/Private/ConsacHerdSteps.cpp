@@ -15,6 +15,7 @@ void FConsacHerd::BeginEpisode(consac::host::AgentId Id, int64 Seed)
 	{
 		Agent->EpisodeSteps = 0;
 		Agent->EpisodeReward = 0.0f;
+		Places[static_cast<std::size_t>(Id)].Held.clear();
 		for (UConsacSensorComponent* Sensor : Agent->Sensors)
 		{
 			if (IsValid(Sensor))
@@ -86,6 +87,12 @@ void FConsacHerd::Publish(consac::host::AgentId Id)
 consac::Status FConsacHerd::Offer()
 {
 	bActing = bJudged = false;
+	bWaiting = bPipelined;
+	++Offers;
+	for (FPlace& Taken : Places)
+	{
+		Taken.Earned = std::exchange(Taken.Earning, 0.0f);
+	}
 	for (const std::unique_ptr<consac::host::Recorder>& Recorder : Recorders)
 	{
 		Recorder->Note();
@@ -95,6 +102,7 @@ consac::Status FConsacHerd::Offer()
 
 consac::Status FConsacHerd::Begin()
 {
+	bWaiting = false;
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
 		if (TheWorld->Resets(Id))
@@ -126,10 +134,10 @@ consac::Status FConsacHerd::Begin()
 void FConsacHerd::Act(bool bByHand)
 {
 	bActing = true;
+	bWaiting = false;
 	for (FPlace& Taken : Places)
 	{
 		Taken.bNew = Taken.bNew && !Taken.bShown; // before any event: what it does may be about another agent
-		Taken.Earned = std::exchange(Taken.Earning, 0.0f);
 	}
 	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
 	{
@@ -144,6 +152,10 @@ void FConsacHerd::Act(bool bByHand)
 		}
 		if (UConsacAgentComponent* Agent = Taken.Agent.Get())
 		{
+			if (bPipelined)
+			{
+				Taken.Held.assign(TheWorld->Action(Id), TheWorld->Action(Id) + Taken.Acts);
+			}
 			UE_VLOG(Agent->GetOwner(), LogConsac, Log, TEXT("%s"), *DescribeOne(Id)); // asked for where the Visual Logger records alone
 			Agent->OnAction.Broadcast(Agent);
 		}

@@ -40,12 +40,12 @@ FString FConsacHerd::DescribeOne(consac::host::AgentId Id) const
 	{
 		ConsacPlugin::AddNumbers(TheWorld->ObservationLeaf(Behaviour, static_cast<std::size_t>(Entry)), Kind.Seen[Entry], Taken.Row.data(), Text);
 	}
-	if (TheWorld->cue() == consac::host::Cue::kAct && !Taken.bNew)
+	if (const std::byte* Row = ActionRow(*Agent))
 	{
 		Text += "; does";
 		for (int32 Entry = 0; Entry < Kind.Done.Num(); ++Entry)
 		{
-			ConsacPlugin::AddNumbers(TheWorld->ActionLeaf(Behaviour, static_cast<std::size_t>(Entry)), Kind.Done[Entry], TheWorld->Action(Id), Text);
+			ConsacPlugin::AddNumbers(TheWorld->ActionLeaf(Behaviour, static_cast<std::size_t>(Entry)), Kind.Done[Entry], Row, Text);
 		}
 	}
 	return FString::Printf(TEXT("%s; earned %.4g, in the episode %.4g in %lld steps"), *ConsacPlugin::FromUtf8(Text), static_cast<double>(Taken.Earned),

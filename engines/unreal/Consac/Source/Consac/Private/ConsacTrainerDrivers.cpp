@@ -77,6 +77,7 @@ static FDriverResult ActFor(const AConsacTrainer& Trainer, consac::host::TickWor
 	consac::host::ActOptions Options;
 	Options.mode = Trainer.bDeterministic ? consac::ActionMode::kDeterministic : consac::ActionMode::kSample;
 	Options.seed = static_cast<std::uint64_t>(Trainer.Seed);
+	Options.pipelined = Trainer.bPipelined;
 	return consac::host::Act(World, Files, Options);
 }
 

@@ -54,6 +54,10 @@ static consac::Status MakeHerd(const AConsacTrainer& Trainer, const FConsacHerd*
 		return Made.status();
 	}
 	Into.Driver = std::move(*Made);
+	if (Trainer.bPipelined)
+	{
+		Into.Herd->Pipeline();
+	}
 	if (!Trainer.RecordFolder.IsEmpty())
 	{
 		Into.Herd->Record();
@@ -166,21 +170,15 @@ void FConsacTrainerState::StepFurther(AConsacTrainer& Trainer)
 	for (std::size_t Index = 0; Index < Further.size() && !bStopWanted; ++Index)
 	{
 		FConsacFurther& Others = Further[Index];
-		FConsacHerd& Theirs = *Others.Herd;
-		if (Theirs.IsActing() && ++Others.TicksPassed < Theirs.Period())
+		const auto Hear = [this, &Trainer](const consac::Status& Status)
 		{
-			continue;
-		}
-		const consac::Status Status = ConsacPlugin::Decide(Theirs, [&Others] { return Others.Driver->Poll(0.0); });
-		if (!Status.ok())
-		{
-			Trainer.Report(ConsacPlugin::FromUtf8(Status.message()));
-		}
-		if (Theirs.World().cue() == consac::host::Cue::kAct && !bStopWanted)
-		{
-			Others.TicksPassed = 0;
-			Theirs.Act(Trainer.Mode == EConsacMode::ByHand);
-		}
+			if (!Status.ok())
+			{
+				Trainer.Report(ConsacPlugin::FromUtf8(Status.message()));
+			}
+			return !bStopWanted;
+		};
+		ConsacPlugin::StepHerd(*Others.Herd, Others.TicksPassed, Trainer.Mode == EConsacMode::ByHand, [&Others] { return Others.Driver->Poll(0.0); }, Hear);
 	}
 }
 

@@ -41,6 +41,33 @@ consac::Status Decide(FConsacHerd& Herd, const TPoll& Poll)
 	return Status;
 }
 
+/** What is due of a herd in a tick: what came of its decision, and the next one. Pipelined, what is seen decides what is done a tick later: a decision is
+ *  carried out, and what the agents see a tick before the next one is handed to the driver. Whether a decision was carried out.
+ *  @param Poll Asks the driver.
+ *  @param Hear Gets what went wrong, or nothing, before the decision is carried out; false where it is not to be. */
+template <class TPoll, class THear>
+bool StepHerd(FConsacHerd& Herd, int32& TicksPassed, bool bByHand, const TPoll& Poll, const THear& Hear)
+{
+	if (Herd.IsActing() && ++TicksPassed < Herd.Period())
+	{
+		return false;
+	}
+	const int64 Looks = Herd.Looks();
+	const bool bGoesOn = Hear(Decide(Herd, Poll));
+	const bool bJustSeen = Herd.IsPipelined() && Herd.Looks() != Looks;
+	if (!bGoesOn || bJustSeen || Herd.World().cue() != consac::host::Cue::kAct)
+	{
+		return false;
+	}
+	TicksPassed = Herd.IsPipelined() ? 1 : 0;
+	Herd.Act(bByHand);
+	if (TicksPassed >= Herd.Period() && Herd.IsActing() && Hear(consac::Status()))
+	{
+		Hear(Decide(Herd, Poll));
+	}
+	return true;
+}
+
 }
 
 /** A number of the game's own. */

@@ -72,10 +72,10 @@ void AConsacTrainer::StartInTurn()
 	}
 }
 
-// Where a decision stands for several ticks there is nothing to take twice in one.
+// Where a decision stands for several ticks, or for the tick after, there is nothing to take twice in one.
 int32 AConsacTrainer::StepsPerTick(int32 Period) const
 {
-	return Period == 1 && MaxStepsPerTick > 1 ? MaxStepsPerTick : 1;
+	return Period == 1 && !bPipelined && MaxStepsPerTick > 1 ? MaxStepsPerTick : 1;
 }
 
 void AConsacTrainer::Advance()
@@ -116,32 +116,29 @@ void AConsacTrainer::Advance()
 
 bool AConsacTrainer::DoStep(double Until)
 {
-	using consac::host::Cue;
 	FConsacHerd& Herd = *State->Herd;
-	if (Herd.IsActing() && ++State->TicksPassed < Herd.Period())
+	const auto Poll = [this, Until, &Herd, Looks = Herd.Looks()]
 	{
-		return false;
-	}
-	const consac::Status Status = ConsacPlugin::Decide(Herd, [this, Until] { return State->Poll(Until - consac::Now()); });
-	if (!Status.ok())
+		const bool bLater = Herd.IsPipelined() && Herd.Looks() != Looks; // the next tick waits for that
+		return State->Poll(bLater ? 0.0 : Until - consac::Now());
+	};
+	const auto Hear = [this](const consac::Status& Status)
 	{
-		Report(ConsacPlugin::FromUtf8(Status.message()));
-	}
-	if (!State->Driver->finished())
-	{
-		State->bCompleted = false; // a further trainer has come
-	}
-	else if (!State->bCompleted)
-	{
-		Complete();
-	}
-	if (Herd.World().cue() != Cue::kAct || State->bStopWanted)
-	{
-		return false;
-	}
-	State->TicksPassed = 0;
-	Herd.Act(Mode == EConsacMode::ByHand);
-	return true;
+		if (!Status.ok())
+		{
+			Report(ConsacPlugin::FromUtf8(Status.message()));
+		}
+		if (!State->Driver->finished())
+		{
+			State->bCompleted = false; // a further trainer has come
+		}
+		else if (!State->bCompleted)
+		{
+			Complete();
+		}
+		return !State->bStopWanted;
+	};
+	return ConsacPlugin::StepHerd(Herd, State->TicksPassed, Mode == EConsacMode::ByHand, Poll, Hear);
 }
 
 void AConsacTrainer::Complete()

@@ -147,8 +147,14 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="0.001", ClampMax="60"))
 	float MaxWaitSeconds = 1.0f;
 
+	/** What the agents see in one tick decides what they do in the next. In Act the models then compute on a thread of their own, while the game goes on;
+	 *  in Serve an answer has a tick's time to come. On Observe comes a tick before the next On Action (with a Decision Period of 1 in the same tick, right
+	 *  after it), and what is earned in between counts for the coming decision. Train with it what is to act with it. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time")
+	bool bPipelined = false;
+
 	/** Most decisions within one tick. Above 1 only for worlds whose actions are complete when On Action returns: no time passes in between,
-	 *  and an agent that moves by physics, or has a part that does, is refused whenever it comes. Where Decision Period is above 1 it is 1. */
+	 *  and an agent that moves by physics, or has a part that does, is refused whenever it comes. Where Decision Period is above 1, or with Pipelined, it is 1. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Time", meta=(ClampMin="1"))
 	int32 MaxStepsPerTick = 1;
 
