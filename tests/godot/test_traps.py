@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from engine import DEADLINE_S, ROOT, TEXT1
+from engine import DEADLINE_S, PROTOCOL_2, ROOT, TEXT1
 from test_native import ENDED, built, play, tensors  # noqa: F401 (built: the extension must be there)
 
 WORLDS = pathlib.Path(__file__).parent / "worlds"
@@ -208,6 +208,29 @@ def test_bools_are_numbers_and_words_are_none(godot):
 def test_a_metric_is_not_called_as_the_syncs_own_numbers(godot, name, said):
     output = finished(start(godot, "careless", *TRAIN, "steps=400", "set=n_steps:32", "report=0.01", NOTED=f'"{name}"'))
     assert output.count(said) == 1 and " 5 of 400 steps" not in output, output
+
+
+FAILS = r"an error in res://careless.gd, line \d+, fail\(\): Cannot call method 'queue_free' on a null value"
+
+
+@pytest.mark.parametrize("where, mode", [*((where, "train") for where in ("reset", "observe", "act", "judge", "sense")),
+                                         ("heuristic", "by_hand")])
+def test_an_error_in_a_script_ends_the_session_in_one_line(godot, where, mode):
+    """GDScript only leaves the function; what the agents saw or earned would be wrong for all the rest."""
+    code, output = start(godot, "careless", f"mode={mode}", "sessions=1", "quit=1", "steps=400", "set=n_steps:32",
+                         "loop=" + str(int(where != "act")), ERRS=f'"{where}"').finish()
+    assert code == 1 and len(re.findall("^consac: " + FAILS, output, re.M)) == 1, output
+    assert "the session failed" in output and "training completed" not in output, output
+
+
+@pytest.mark.parametrize("protocol", [TEXT1, PROTOCOL_2])
+def test_a_trainer_hears_of_an_error_in_a_script(godot, tmp_path, protocol):
+    engine = start(godot, "careless", "port=0", "steps=400", "sessions=1", "quit=1", *(["protocol=text1"] if protocol == TEXT1 else []),
+                   ERRS='"judge"', AGENTS="1")
+    port = engine.port()
+    trainer = godot.consac("train", f"tcp://127.0.0.1:{port}", "--name", "erring", *protocol, cwd=tmp_path)
+    assert re.search(FAILS, trainer.finish()[1]), trainer.output()
+    assert engine.finish()[0] == 1 and re.search("^consac: " + FAILS, engine.output(), re.M), engine.output()
 
 
 def test_a_second_sync_that_is_refused_quits_nobodys_program(godot):

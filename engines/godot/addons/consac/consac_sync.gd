@@ -147,6 +147,7 @@ var _seeds := RandomNumberGenerator.new()
 var _speed := ConsacSpeed.new()
 var _wanted_ticks := ConsacSpeed.TICKS_A_FRAME  # before a frame of this session
 var _budget: ConsacBudget
+var _errors := ConsacScriptErrors.new()
 
 
 func _ready() -> void:
@@ -231,11 +232,18 @@ func stop() -> void:
 		backend.close()
 	_speed.restore()
 	_hold(false)
+	_errors.detach()
 
 
 func _physics_process(_delta: float) -> void:
 	if _stopped:
 		return
+	_errors.listening = true
+	_tick()
+	_errors.listening = false
+
+
+func _tick() -> void:
 	if not _begun:
 		_begin()
 		return
@@ -290,12 +298,14 @@ func _begin() -> void:
 	_learning = mode == Mode.SERVE or mode == Mode.TRAIN
 	_begun = true
 	_stopped = true  # until everything is ready
+	_errors.attach()
 	var fault := _refused_argument
 	if fault.is_empty():
 		fault = _fault_of_scene()
 	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
 		if fault.is_empty() and get_parent().is_ancestor_of(node):
 			fault = _take_in(node)
+	fault = _first(_errors.take(), fault)
 	if fault.is_empty() and loop_mode and _learning and _sees_pictures:
 		fault = "loop_mode leaves no time to draw what a camera sensor sees; turn it off"
 	if fault.is_empty() and _driven.is_empty() and _learning:
@@ -397,6 +407,7 @@ func _drive() -> void:
 		match backend.poll(maxf(0.0, (until - now) / 1e6) if _in_session else 0.0):
 			ConsacBackend.Cue.WAIT:
 				_hold(true)
+				_errors.listening = false  # who hears of how it goes is no agent
 				_look_at_the_clock()
 				if not _in_session:
 					OS.delay_usec(IDLE_USEC)
@@ -416,7 +427,7 @@ func _drive() -> void:
 				if not _players.agents.is_empty():
 					var fault := _players.choose()
 					if not fault.is_empty():
-						backend.refuse(fault)
+						_refuse(fault)
 						continue
 				var fresh := not _newcomers.is_empty()
 				for agent in agents:
@@ -436,7 +447,7 @@ func _drive() -> void:
 				_end_session("")
 			ConsacBackend.Cue.FAILED:
 				if _in_session or mode != Mode.SERVE:
-					_end_session(backend.error)
+					_end_session(_first(_errors.take(), backend.error))
 				else:  # a trainer left in the handshake, or was no trainer: that was no session
 					printerr("consac: ", backend.error)
 		now = Time.get_ticks_usec()
@@ -456,6 +467,7 @@ func _start_session() -> void:
 	_seeds.seed = backend.session_seed if mode != Mode.BY_HAND else world_seed
 	var fault := report.begin(curve_path if _learning else "")
 	session_began.emit()
+	_errors.take()  # what was before is no agent's of this session
 	for i in _driven.size():
 		var drawn := _seeds.randi()
 		var given := backend.seed_for(i)
@@ -564,10 +576,15 @@ func _draw() -> void:
 func _offer(fault: String) -> void:
 	_waiting = true
 	_newcomers.clear()
-	if fault.is_empty():
+	if fault.is_empty() and not _errors.has_heard:
 		backend.offer()
 	else:
-		backend.refuse(fault)
+		_refuse(fault)
+
+
+# What is wrong with agents; what is wrong with their scripts is why.
+func _refuse(fault: String) -> void:
+	backend.refuse(_first(_errors.take(), fault))
 
 
 func _report() -> void:
@@ -674,7 +691,7 @@ func _welcome_newcomers() -> void:
 			agent.start_episode(_seeds.randi())
 			fault = agent.look()
 			if not fault.is_empty():
-				backend.refuse(fault)
+				_refuse(fault)
 
 
 func _welcome(agent: ConsacAgent) -> String:
