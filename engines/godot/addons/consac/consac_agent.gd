@@ -197,15 +197,17 @@ func prepare() -> String:
 			sensor.set_meta(&"drawing", true)
 			sensor.begin_drawing(sensor.place())
 		all_observations.append_array(sensor.entries())
-	var fault := _fault_of(all_observations, "observation")
+	var fault := ConsacValues.fault_of(all_observations, "observation")
 	if fault.is_empty():
-		fault = _fault_of(actions, "action")
+		fault = ConsacValues.fault_of(actions, "action")
+	if not fault.is_empty():
+		fault = "%s%s" % [name, fault]
 	if fault.is_empty() and goals != null:
 		fault = goals.fault(all_observations)
 		fault = "" if fault.is_empty() else "%s, %s" % [name, fault]
 		_goals_at = ConsacGoals.places(all_observations)
-	row.resize(_plan(all_observations, _names, _widths))
-	action_row.resize(_plan(actions, _action_names, _action_widths))
+	row.resize(ConsacValues.plan(all_observations, _names, _widths))
+	action_row.resize(ConsacValues.plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
 	mask_row.clear()
 	by_rule = false
@@ -275,7 +277,9 @@ func look() -> String:
 			row[at + 1] = value.y
 			row[at + 2] = value.z
 		else:
-			_store(row, at, all_observations[i], value, "observe()")
+			var wrong := ConsacValues.store(row, at, all_observations[i], value, "observe()")
+			if not wrong.is_empty():
+				_blame(wrong)
 		at += absi(width)
 	if masks_actions:
 		_look_at_masks()
@@ -358,7 +362,9 @@ func ask_heuristic() -> String:
 	heuristic(_given)
 	var at := 0
 	for entry in actions:
-		_store(action_row, at, entry, _given.get(entry.name), "heuristic()")
+		var wrong := ConsacValues.store(action_row, at, entry, _given.get(entry.name), "heuristic()")
+		if not wrong.is_empty():
+			_blame(wrong)
 		at += entry.numbers()
 	return _problem
 
@@ -366,108 +372,21 @@ func ask_heuristic() -> String:
 func _look_at_masks() -> void:
 	for entry in actions:
 		if entry.kind == ConsacEntry.Kind.DISCRETE:
-			_legal[entry.name] = _everything(entry)
+			_legal[entry.name] = ConsacValues.everything(entry)
 	mask(_legal)
 	mask_row.clear()
 	for entry in actions:
 		if entry.kind != ConsacEntry.Kind.DISCRETE:
 			continue
-		var legal: Variant = _legal.get(entry.name)
-		if not legal is PackedByteArray or legal.size() != entry.choices:
-			_blame("mask() gave %s for action '%s', expected a PackedByteArray of %d" % [
-					_kind_of(legal) if not legal is PackedByteArray else "%d bytes" % legal.size(), entry.name, entry.choices])
-			legal = _everything(entry)
-		elif legal.count(0) == legal.size():
-			_blame("mask() leaves no legal choice for action '%s'; one at least must be" % entry.name)
-			legal = _everything(entry)  # what mask() gave is the game's own
-		mask_row.append_array(legal)
+		var wrong := ConsacValues.fault_of_mask(_legal.get(entry.name), entry)
+		if wrong.is_empty():
+			mask_row.append_array(_legal[entry.name])
+		else:
+			_blame(wrong)
+			mask_row.append_array(ConsacValues.everything(entry))  # what mask() gave is the game's own
 
 
-static func _everything(entry: ConsacEntry) -> PackedByteArray:
-	var legal := PackedByteArray()
-	legal.resize(entry.choices)
-	legal.fill(1)
-	return legal
-
-
-# The general way into a row; says what does not fit. A picture stays where it is.
-func _store(into: PackedFloat32Array, at: int, entry: ConsacEntry, value: Variant, source: String) -> void:
-	if entry.kind == ConsacEntry.Kind.IMAGE:
-		_check_image(entry, value, source)
-		return
-	var given := 0
-	match typeof(value):
-		TYPE_FLOAT, TYPE_INT, TYPE_BOOL:
-			given = 1
-			into[at] = float(value)
-		TYPE_VECTOR2, TYPE_VECTOR3, TYPE_VECTOR4, TYPE_QUATERNION:
-			given = 2 if value is Vector2 else (3 if value is Vector3 else 4)
-		TYPE_ARRAY, TYPE_PACKED_FLOAT32_ARRAY, TYPE_PACKED_FLOAT64_ARRAY, TYPE_PACKED_INT32_ARRAY:
-			given = value.size()
-		_:
-			_blame("%s gave %s for entry '%s', expected numbers" % [source, _kind_of(value), entry.name])
-			return
-	if given != entry.numbers():
-		_blame("%s gave %d numbers for entry '%s', expected %d" % [source, given, entry.name, entry.numbers()])
-		return
-	if value is Array:
-		for i in given:
-			if typeof(value[i]) in [TYPE_FLOAT, TYPE_INT, TYPE_BOOL]:
-				into[at + i] = float(value[i])
-			else:
-				_blame("%s gave %s in number %d of entry '%s', expected numbers" % [source, _kind_of(value[i]), i, entry.name])
-	elif typeof(value) > TYPE_FLOAT:
-		for i in given:
-			into[at + i] = value[i]
-	if entry.kind == ConsacEntry.Kind.DISCRETE and not (into[at] >= 0.0 and into[at] < entry.choices):
-		_blame("%s gave %s for entry '%s', expected 0 to %d" % [source, into[at], entry.name, entry.choices - 1])
-
-
-func _check_image(entry: ConsacEntry, value: Variant, source: String) -> void:
-	var expected := entry.height * entry.width * entry.channels
-	var given := _kind_of(value)
-	if value is PackedByteArray:
-		if value.size() == expected:
-			return
-		given = "%d bytes" % value.size()
-	_blame("%s gave %s for entry '%s', expected a PackedByteArray of %d (%d x %d x %d)" % [
-			source, given, entry.name, expected, entry.height, entry.width, entry.channels])
-
-
-static func _kind_of(value: Variant) -> String:
-	return "nothing" if value == null else "a " + type_string(typeof(value))
-
-
+# Keeps the first of what is wrong.
 func _blame(what: String) -> void:
 	if _problem.is_empty():
 		_problem = "%s: %s" % [name, what]
-
-
-func _fault_of(entries: Array[ConsacEntry], role: String) -> String:
-	if entries.is_empty():
-		return "%s has no %s entries; add one in the inspector" % [name, role]
-	var seen := {}
-	for entry in entries:
-		var fault := "an entry is empty" if entry == null else entry.fault()
-		if fault.is_empty() and role == "action" and entry.kind == ConsacEntry.Kind.IMAGE:
-			fault = "entry '%s' is an image; an agent acts by numbers and choices" % entry.name
-		if fault.is_empty() and seen.has(entry.name):
-			fault = "two entries are named '%s'" % entry.name
-		if not fault.is_empty():
-			return "%s, %ss: %s" % [name, role, fault]
-		seen[entry.name] = true
-	return ""
-
-
-# What look() and hand_over() need of entries, so that they need not ask them each time. How many
-# numbers they have.
-static func _plan(entries: Array[ConsacEntry], names: Array[StringName], widths: PackedInt32Array) -> int:
-	names.clear()
-	widths.clear()
-	var sum := 0
-	for entry in entries:
-		if entry != null:
-			names.append(entry.name)
-			widths.append(-1 if entry.kind == ConsacEntry.Kind.DISCRETE else entry.numbers())
-			sum += entry.numbers()
-	return sum

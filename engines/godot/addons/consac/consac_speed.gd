@@ -44,6 +44,19 @@ func change(fast: bool, ticks_a_frame := TICKS_A_FRAME) -> void:
 		Engine.physics_jitter_fix = 0.0
 
 
+## How many ticks before each frame suit the world below [param root] while something learns: what goes with frames wants one
+## for each tick, where [param ticks] pass at all.
+static func ticks_for(root: Node, ticks: bool) -> int:
+	if not ticks:
+		return TICKS_A_FRAME
+	var node := ConsacSceneCheck.frame_bound(root)
+	if node == null and root.get_tree().get_processed_tweens().is_empty():
+		return TICKS_A_FRAME
+	print("consac: %s goes with frames, so each tick has one while it learns; where it only draws, ticks_a_frame = %d is faster"
+			% ["a tween" if node == null else "%s (%s)" % [root.get_path_to(node), node.get_class()], TICKS_A_FRAME])
+	return 1
+
+
 ## Once a tick: decides whether its frame is drawn.
 func note_tick() -> void:
 	var now := Time.get_ticks_usec()

@@ -36,8 +36,6 @@ const NATIVE_LIBRARY := "res://addons/consac/bin/consac.gdextension"
 const NATIVE_BACKEND := "res://addons/consac/backends/native_backend.gd"
 const WINDOW_BUDGET_S := 0.01  # of a frame that is spent on waiting and looping, where the window follows the clock
 const FAST_BUDGET_S := 0.1  # and where it need not
-const STEPS_KEPT := 1000  # of whose rewards the last line tells the mean
-const NEVER := 9223372036854775807
 const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window paces the engine
 
 ## Who chooses the actions.
@@ -116,34 +114,26 @@ var steps: int = 0
 ## What it has counted of this session.
 var report := ConsacReport.new()
 ## The agents that are there, once it has begun.
-var agents: Array[ConsacAgent] = []
+var agents: Array[ConsacAgent]:
+	get: return _roster.agents
 ## Who chooses, once it has begun.
 var backend: ConsacBackend
+## Whether something learns; else a model or a person acts, in a game that keeps its own pace.
+var learning := false
 
 var _refused_argument := ""
-var _learning := false  # or does a model or a person act, in a game that keeps its own pace?
 var _begun := false
 var _stopped := false
 var _in_session := false
 var _waiting := true  # for an answer of the backend; else the world moves
 var _ticks_left := 0
-var _held := false
-var _was_paused := false
-var _paused := false  # by somebody else
-var _driven: Array[ConsacAgent] = []  # of the agents: those of the backend
-var _players := ConsacPlayers.new()  # and the others
-var _arrived: Array[ConsacAgent] = []  # since the latest tick
-var _one_left := false
-var _turned_away := {}  # agents for which there was no room
-var _sees_pictures := false
-var _step_rewards := PackedFloat32Array()  # of the latest steps, around and around
-var _next_checkpoint := NEVER
 var _due := Callable()  # what goes on in a later tick, while the world stands still
 var _due_frame := 0  # and not before this frame
-var _newcomers := {}  # agents that have not been offered yet
 var _over := 0  # sessions that are over, of those that have stepped
 var _exit_code := 0
-var _seeds := RandomNumberGenerator.new()
+var _roster := ConsacRoster.new(self)
+var _episodes := ConsacEpisodes.new(self, _roster)
+var _standstill := ConsacStandstill.new()
 var _speed := ConsacSpeed.new()
 var _wanted_ticks := ConsacSpeed.TICKS_A_FRAME  # before a frame of this session
 var _budget: ConsacBudget
@@ -164,7 +154,6 @@ func _ready() -> void:
 	process_physics_priority = -1000  # before the world's own nodes
 	add_to_group(GROUP)
 	_refused_argument = ConsacCommandLine.apply(self)
-	_step_rewards.resize(STEPS_KEPT)
 	if show_budget:
 		_budget = ConsacBudget.new()
 		add_child(_budget)
@@ -206,23 +195,33 @@ func path_to_model() -> String:
 
 ## Whether agents may leave while it runs.
 func agents_may_leave() -> bool:
-	return room_for_agents > 0 or not _learning
+	return room_for_agents > 0 or not learning
 
 
 ## Whether what [param agent] earns is what this session is about: beside agents that learn an opponent's is not.
 func counts(agent: ConsacAgent) -> bool:
-	return not (agent.played and _learning)
+	return not (agent.played and learning)
+
+
+## Whether the backend has no agent to drive: all choose for themselves, or nobody is there yet.
+func nobody_is_driven() -> bool:
+	return _roster.driven.is_empty()
+
+
+## Whether it drives a game.
+func is_running() -> bool:
+	return _begun and not _stopped
 
 
 ## Called by an agent that comes into the scene.
 func meet(agent: ConsacAgent) -> void:
 	if _begun:
-		_arrived.append(agent)
+		_roster.meet(agent)
 
 
 ## Called when an agent leaves the scene.
 func miss() -> void:
-	_one_left = true
+	_roster.miss()
 
 
 ## Ends the session and puts everything back that was changed.
@@ -247,14 +246,15 @@ func _tick() -> void:
 	if not _begun:
 		_begin()
 		return
-	var fault := _say_goodbye()
-	if not fault.is_empty():
-		_finish(fault)
-		return
-	if not _arrived.is_empty():
+	if _roster.has_changed():
+		var fault := _roster.let_go()
+		if not fault.is_empty():
+			_finish(fault)
+			return
 		_welcome_newcomers()
-	_note_pause()
-	if _paused:
+	if _standstill.notices(get_tree()):
+		_on_pause()
+	if _standstill.paused:
 		return
 	if _speed.frame_a_tick:
 		_speed.note_tick()
@@ -287,7 +287,7 @@ func _look_at_the_clock() -> void:
 	if backend.interrupted():
 		_interrupt()
 		return
-	if _in_session and not _paused and report.is_due(report_every_s):
+	if _in_session and not _standstill.paused and report.is_due(report_every_s):
 		_report()
 	if _budget != null:
 		_budget.show_state(self)
@@ -295,27 +295,23 @@ func _look_at_the_clock() -> void:
 
 ## The first tick: every node of the scene is ready.
 func _begin() -> void:
-	_learning = mode == Mode.SERVE or mode == Mode.TRAIN
+	learning = mode == Mode.SERVE or mode == Mode.TRAIN
 	_begun = true
 	_stopped = true  # until everything is ready
 	_errors.attach()
 	var fault := _refused_argument
 	if fault.is_empty():
 		fault = _fault_of_scene()
-	for node in get_tree().get_nodes_in_group(ConsacAgent.GROUP):
-		if fault.is_empty() and get_parent().is_ancestor_of(node):
-			fault = _take_in(node)
+	if fault.is_empty():
+		fault = _roster.gather()
 	fault = _first(_errors.take(), fault)
-	if fault.is_empty() and loop_mode and _learning and _sees_pictures:
+	if fault.is_empty() and loop_mode and learning and _roster.sees_pictures:
 		fault = "loop_mode leaves no time to draw what a camera sensor sees; turn it off"
-	if fault.is_empty() and _driven.is_empty() and _learning:
-		fault = "no ConsacAgent below %s; put the ConsacSync beside or above the agents" % get_parent().name
-		if not agents.is_empty():
-			fault = "all agents below %s act by models or rules of their own, so none can learn" % get_parent().name
 	if fault.is_empty():
-		fault = _choose_backend()
+		fault = ConsacBackendChoice.fault(self)
 	if fault.is_empty():
-		fault = backend.begin(_driven)
+		backend = ConsacBackendChoice.make(self)
+		fault = backend.begin(_roster.driven)
 	if fault.is_empty():
 		_stopped = false
 		print("consac: ", backend.state)
@@ -328,79 +324,17 @@ func _begin() -> void:
 
 func _fault_of_scene() -> String:
 	for other: ConsacSync in get_tree().get_nodes_in_group(GROUP):
-		if other != self and other._begun and not other._stopped:
+		if other != self and other.is_running():
 			quit_at_end = false  # the program is the other's
 			return ("%s drives this game already, and two would stop each other; one ConsacSync above all agents is enough: "
 					+ "their property control says who chooses for each") % other.get_path()
-	return ConsacSceneCheck.fault_of_loop(get_parent()) if loop_mode and _learning else ""
-
-
-## An agent that was there from the beginning. What is wrong, or "".
-func _take_in(agent: ConsacAgent) -> String:
-	if is_instance_valid(agent.driven_by) and agent.driven_by != self and not agent.driven_by._stopped:
-		return "%s is driven by %s already; one ConsacSync is enough" % [agent.name, agent.driven_by.name]
-	agent.driven_by = self
-	agent.played = false
-	var fault := agent.prepare()
-	if not fault.is_empty():
-		return fault
-	agents.append(agent)
-	_sees_pictures = _sees_pictures or agent.sees_pictures()
-	if agent.control == ConsacAgent.ControlMode.AS_THE_SYNC:
-		_driven.append(agent)
-		return ""
-	return _let_play(agent)
-
-
-## An agent that the backend does not drive. What is wrong, or "".
-func _let_play(agent: ConsacAgent) -> String:
-	if agent.control == ConsacAgent.ControlMode.MODEL:
-		return _players.take_by_model(agent, agent.model.file(), agent.model.bytes)
-	if agent.control == ConsacAgent.ControlMode.AS_THE_SYNC and mode == Mode.ACT:
-		return _players.take_by_model(agent, ConsacNativeBackend.path_of(path_to_model(), agent.behaviour),
-				PackedByteArray() if model == null else model.bytes)
-	agent.by_rule = true
-	_players.take_by_hand(agent)
-	return ""
-
-
-func _choose_backend() -> String:
-	if not record_path.is_empty():
-		if _driven.is_empty():
-			return ("record_path is set, and there is no agent to record: of those that are there when it begins, none does "
-					+ "as this node says")
-		if not has_native() or (mode == Mode.SERVE and protocol == Protocol.TEXT1):
-			return "record_path is set, and only the native extension records; %s" % (
-					_how_to_get_native() if not has_native() else "leave protocol as it is, which speaks text protocol 1 too")
-	if mode == Mode.BY_HAND and record_path.is_empty() or _driven.is_empty():
-		backend = ConsacHandBackend.new("acting" if mode == Mode.ACT else "by hand")
-		return ""
-	if has_native() and (mode != Mode.SERVE or protocol != Protocol.TEXT1):
-		backend = load(NATIVE_BACKEND).new(self)
-		return ""
-	if mode != Mode.SERVE:
-		return "mode %s needs the native extension; %s" % [
-				Mode.keys()[mode].to_lower(), _how_to_get_native()]
-	var text := ConsacTextBackend.new()
-	text.port = port
-	text.training_length = training_length
-	text.model_name = model_name
-	text.deadline_s = deadline_s
-	text.first_seed = world_seed
-	backend = text
-	return ""
-
-
-static func _how_to_get_native() -> String:
-	if FileAccess.file_exists(NATIVE_LIBRARY) and not ClassDB.class_exists(NATIVE_CLASS):
-		return "it is there but not loaded: open the project in the editor once, or run godot --headless --import"
-	return "build it as engines/godot/README.md says"
+	return ConsacSceneCheck.fault_of_loop(get_parent()) if loop_mode and learning else ""
 
 
 ## Asks the backend what is next, until the world has to move or nothing has come for a while.
 func _drive() -> void:
-	var fast := as_fast_as_possible and _learning
-	var loops := loop_mode and _learning
+	var fast := as_fast_as_possible and learning
+	var loops := loop_mode and learning
 	var now := Time.get_ticks_usec()
 	var until := now + int(1e6 * (FAST_BUDGET_S if fast else WINDOW_BUDGET_S))
 	while not _stopped:
@@ -414,24 +348,27 @@ func _drive() -> void:
 				return
 			ConsacBackend.Cue.RESET:
 				_in_session = true
-				if _learning:
-					_wanted_ticks = _wanted_ticks_a_frame(fast)
+				if learning:
+					_wanted_ticks = ticks_a_frame
+					if ticks_a_frame == 0:
+						_wanted_ticks = ConsacSpeed.ticks_for(get_parent(), fast and not loop_mode)
 					_speed.change(fast, _wanted_ticks)
 				if fast:
-					_go_on_later(_start_session, 2)  # the frame of the change itself has no sensible length
+					go_on_later(_start_session, 2)  # the frame of the change itself has no sensible length
 				else:
 					_start_session()
 				if _due.is_valid():
 					return
 			ConsacBackend.Cue.ACT:
-				if not _players.agents.is_empty():
-					var fault := _players.choose()
+				if not _roster.players.agents.is_empty():
+					var fault := _roster.players.choose()
 					if not fault.is_empty():
 						_refuse(fault)
 						continue
-				var fresh := not _newcomers.is_empty()
-				for agent in agents:
-					if not (fresh and _newcomers.has(agent)):
+				var newcomers := _roster.newcomers
+				var fresh := not newcomers.is_empty()
+				for agent in _roster.agents:
+					if not (fresh and newcomers.has(agent)):
 						agent.hand_over()
 				if not loops:
 					_waiting = false
@@ -453,129 +390,33 @@ func _drive() -> void:
 		now = Time.get_ticks_usec()
 
 
-# What is [param due] in the next tick, or so many frames later, while the world stands still.
-func _go_on_later(due: Callable, frames := 0) -> void:
+## Called by its parts: what is [param due] in the next tick, or so many frames later, while the world stands still.
+func go_on_later(due: Callable, frames := 0) -> void:
 	_due = due
 	_due_frame = Engine.get_process_frames() + frames
 	_hold(true)
 
 
 func _start_session() -> void:
-	_hold(_held)
+	_hold(_standstill.held)
 	steps = 0
-	_next_checkpoint = checkpoint_every if checkpoint_every > 0 else NEVER
-	_seeds.seed = backend.session_seed if mode != Mode.BY_HAND else world_seed
-	var fault := report.begin(curve_path if _learning else "")
+	var fault := report.begin(curve_path if learning else "")
 	session_began.emit()
 	_errors.take()  # what was before is no agent's of this session
-	for i in _driven.size():
-		var drawn := _seeds.randi()
-		var given := backend.seed_for(i)
-		_driven[i].start_episode(drawn if given < 0 else given)
-	for agent in _players.agents:
-		_players.begin_episode(agent)
-		agent.start_episode(_seeds.randi())
-	if _sees_pictures:
-		_go_on_later(_look_at_first.bind(agents.duplicate(), fault))
-	else:
-		_look_at_first(agents, fault)
+	_episodes.begin(backend.session_seed if mode != Mode.BY_HAND else world_seed, fault)
 
 
-# What agents see where their episodes begin. Where they see pictures a tick has passed since: only then is everything
-# that reset() has changed ready to be drawn.
-func _look_at_first(beginning: Array[ConsacAgent], fault: String) -> void:
-	if _sees_pictures:
-		_draw()
-	for agent in beginning:
-		if is_instance_valid(agent):
-			fault = _first(fault, agent.look())
-	_offer(fault)
-
-
-# Ticks before each frame while something learns: what goes with frames wants one for each tick.
-func _wanted_ticks_a_frame(fast: bool) -> int:
-	if ticks_a_frame > 0:
-		return ticks_a_frame
-	if not fast or loop_mode:
-		return ConsacSpeed.TICKS_A_FRAME
-	var node := ConsacSceneCheck.frame_bound(get_parent())
-	var tweens := get_tree().get_processed_tweens().size()
-	if node == null and tweens == 0:
-		return ConsacSpeed.TICKS_A_FRAME
-	print("consac: %s goes with frames, so each tick has one while it learns; where it only draws, ticks_a_frame = %d is faster"
-			% ["a tween" if node == null else "%s (%s)" % [get_parent().get_path_to(node), node.get_class()],
-			ConsacSpeed.TICKS_A_FRAME])
-	return 1
-
-
-## After the world has moved: rewards and ends of all agents, then what they see, then the next
-## episodes. Agents of one world may look at one another, so each part is done for all before the
-## next one.
+# The world has moved.
 func _look() -> void:
-	var fault := ""
-	var ended := false
-	var fresh := not _newcomers.is_empty()
-	for agent in agents:
-		if fresh and _newcomers.has(agent):
-			agent.forget_step()  # nobody asked it for one
-			continue
-		var what := agent.account()
-		if not what.is_empty():
-			fault = what
-		ended = ended or agent.terminated or agent.truncated
-	if _sees_pictures:
-		_draw()
-	for agent in agents:
-		var what := agent.look()
-		if not what.is_empty():
-			fault = what
-		if fresh and _newcomers.has(agent):
-			continue
-		agent.settle()
-		if not (agent.played and _learning):
-			_step_rewards[steps % STEPS_KEPT] = agent.reward
-			steps += 1
-	if steps >= _next_checkpoint:
-		_checkpoint()
-	if not ended:
-		_offer(fault)
-	else:
-		_next_episodes(fault)
-	if not _learning and sessions > 0 and steps >= training_length:
+	_episodes.look()
+	if not learning and sessions > 0 and steps >= training_length:
 		_end_session("")
 
 
-func _next_episodes(fault: String) -> void:
-	var beginning: Array[ConsacAgent] = []
-	for agent in agents:
-		if agent.terminated or agent.truncated:
-			if counts(agent):
-				report.note_episode(agent)
-			if agent.played:
-				_players.begin_episode(agent)
-			agent.next_episode(agent.rng.randi())
-			beginning.append(agent)
-	if _sees_pictures:
-		_go_on_later(_look_at_first.bind(beginning, fault))
-	else:
-		_look_at_first(beginning, fault)
-
-
-func _checkpoint() -> void:
-	_next_checkpoint += checkpoint_every * ((steps - _next_checkpoint) / checkpoint_every + 1)
-	var fault := backend.checkpoint(steps)
-	if not fault.is_empty():
-		printerr("consac: ", fault)
-
-
-# Pictures show the world as it is, not as it was when the latest frame was drawn.
-func _draw() -> void:
-	ConsacCameraSensor.draw_now(get_parent(), not _learning)
-
-
-func _offer(fault: String) -> void:
+## Called by its parts: what all agents have seen and earned is complete; [param fault] says what is wrong with it, or "".
+func offer(fault: String) -> void:
 	_waiting = true
-	_newcomers.clear()
+	_roster.newcomers.clear()
 	if fault.is_empty() and not _errors.has_heard:
 		backend.offer()
 	else:
@@ -609,19 +450,19 @@ func _end_session(fault: String) -> void:
 	_speed.restore()
 	var how := "the session failed"
 	if fault.is_empty():
-		how = "training completed" if backend.completed and _learning else "the session ended"
-	print("consac: %s: %s%s" % [how, report.summary(steps, _step_rewards), "" if backend.note.is_empty() else "; " + backend.note])
+		how = "training completed" if backend.completed and learning else "the session ended"
+	print("consac: %s: %s%s" % [how, report.summary(steps, _episodes.rewards), "" if backend.note.is_empty() else "; " + backend.note])
 	if not fault.is_empty():
 		printerr("consac: ", fault)
 		if counts:
 			_exit_code = 1
-	if _learning and counts:
+	if learning and counts:
 		progressed.emit(_tell())
 	session_ended.emit(fault)
 	# Only another trainer may do better: a learner, a model and a rule would meet the same again.
 	if (mode != Mode.SERVE and not fault.is_empty()) or (sessions > 0 and _over >= sessions):
 		_finish("")
-	elif not _learning and fault.is_empty():
+	elif not learning and fault.is_empty():
 		_go_on()
 
 
@@ -650,94 +491,31 @@ func _interrupt(exit_code := 130) -> void:
 	get_tree().quit(exit_code)
 
 
-## Agents that are no longer in the scene. What is wrong with that, or "".
-func _say_goodbye() -> String:
-	if not _one_left:
-		return ""
-	_one_left = false
-	var before := _driven.size()
-	for list: Array[ConsacAgent] in [agents, _driven]:
-		for i in range(list.size() - 1, -1, -1):
-			if not is_instance_valid(list[i]) or not list[i].is_inside_tree():
-				list.remove_at(i)
-	_players.let_go()
-	if _driven.size() == before:
-		return ""
-	if not agents_may_leave():
-		return "an agent has left the scene; where agents come and go, set room_for_agents"
-	for agent: Variant in _turned_away:
-		if is_instance_valid(agent):
-			_arrived.append(agent)  # may find room now
-	_turned_away.clear()
-	return backend.let_go()
-
-
-## Agents that have come into the scene. One that finds no place is told so and left alone.
 func _welcome_newcomers() -> void:
-	var some := _arrived
-	_arrived = []
-	for agent: Variant in some:
-		if not is_instance_valid(agent) or not agent.is_inside_tree() or agent in agents or not get_parent().is_ancestor_of(agent):
-			continue
-		var fault := _welcome(agent)
+	for agent in _roster.welcome():
+		var fault := _episodes.begin_newcomer(agent) if _in_session else ""
 		if not fault.is_empty():
-			printerr("consac: %s takes no part: %s" % [agent.name, fault])
-			_turned_away[agent] = true
-			continue
-		agents.append(agent)
-		_sees_pictures = _sees_pictures or agent.sees_pictures()
-		if _in_session:
-			_newcomers[agent] = true
-			agent.start_episode(_seeds.randi())
-			fault = agent.look()
-			if not fault.is_empty():
-				_refuse(fault)
-
-
-func _welcome(agent: ConsacAgent) -> String:
-	agent.driven_by = self
-	agent.played = false
-	var fault := agent.prepare()
-	if not fault.is_empty() or agent.control != ConsacAgent.ControlMode.AS_THE_SYNC:
-		return _let_play(agent) if fault.is_empty() else fault
-	if not agents_may_leave():
-		return "it has come while others learn; where agents come and go, set room_for_agents"
-	if not _learning and (_driven.is_empty() or room_for_agents == 0):
-		return _let_play(agent)
-	fault = backend.join(agent)
-	if fault.is_empty():
-		_driven.append(agent)
-	return fault
+			_refuse(fault)
 
 
 # A world that the game has paused is frozen: nothing that can be learned from or recorded happens in
 # it, and whoever paused it goes on at the usual pace. What the sync holds itself is no such pause.
-func _note_pause() -> void:
-	var paused := get_tree().paused and not _held
-	if paused == _paused:
+func _on_pause() -> void:
+	backend.set_paused(_standstill.paused)
+	if not (_in_session and learning):
 		return
-	_paused = paused
-	backend.set_paused(paused)
-	if not (_in_session and _learning):
-		return
-	if paused:
+	if _standstill.paused:
 		_speed.restore()
 	else:
 		_speed.change(as_fast_as_possible, _wanted_ticks)
 
 
-## Stops the world without stopping the window. A world that is moved in a loop stands still by itself, and held it
-## would hide that the game pauses.
+# Stops the world without stopping the window. A world that is moved in a loop stands still by itself, and held it would
+# hide that the game pauses.
 func _hold(held: bool) -> void:
-	held = held and not (_in_session and loop_mode and _learning)
-	if held == _held or not is_inside_tree():
-		return
-	_held = held
-	if held:
-		_was_paused = get_tree().paused
-		get_tree().paused = true
-	else:
-		get_tree().paused = _was_paused
+	held = held and not (_in_session and loop_mode and learning)
+	if held != _standstill.held and is_inside_tree():
+		_standstill.hold(get_tree(), held)
 
 
 static func _first(fault: String, other: String) -> String:
