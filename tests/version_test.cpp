@@ -1,8 +1,8 @@
-// The version in the header is the project's.
+// The build has read the header's version as the compiler does.
 #include "consac/base/version.h"
 
 #include <gtest/gtest.h>
 
-TEST(Version, HeaderEqualsProject) {
+TEST(Version, ProjectEqualsHeader) {
   EXPECT_STREQ(consac::kVersion, CONSAC_VERSION);
 }

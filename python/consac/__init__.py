@@ -1,5 +1,5 @@
 """Engines of CONSAC in Python: `env = consac.make("tcp://127.0.0.1:5005")`."""
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProgramError, ProtocolError, Refused, SpecMismatch
 

@@ -19,8 +19,8 @@ command = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(command)
 
 PLUGIN = "engines/unreal/Consac"
-SOURCES = ["CMakeLists.txt", "docs/unreal.md", "docs/unreal-nodes.md", "engines/unreal/nodes.json", "docs/images", "engines/unreal/graphs",
-           PLUGIN]
+SOURCES = ["core/include/consac/base/version.h", "docs/unreal.md", "docs/unreal-nodes.md", "engines/unreal/nodes.json", "docs/images",
+           "engines/unreal/graphs", PLUGIN]
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,8 @@ import hashlib
 import pathlib
 import re
 
+from version import version_of  # tools/version.py
+
 from . import third_party
 from .third_party import LIBRARIES, Missing
 
@@ -134,10 +136,6 @@ def third_party_files(sources: list[bytes], root: pathlib.Path, system: pathlib.
         files[f"{THIRD_PARTY}/highway/{name}"] = text
     files[f"{THIRD_PARTY}/README.txt"] = table.encode()
     return files
-
-
-def version_of(root: pathlib.Path) -> str:
-    return re.search(r"project\(consac VERSION (\S+)", (root / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
 
 
 def manifest(files: dict[str, bytes], folder: str) -> bytes:
