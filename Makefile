@@ -1,5 +1,5 @@
 # A thin face over tools/setup.sh, the CMake presets and CTest.
-.PHONY: run build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin format clean
+.PHONY: run build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin format site clean
 JOBS ?= $(shell nproc)
 
 ## Set up, build, and the main job: train over TCP on the road world, save, act with the model.
@@ -70,6 +70,11 @@ unreal-plugin: build
 	tools/windows.sh program
 	tools/setup.sh unreal
 	tools/package_unreal.py
+
+## The documentation as a site, in build/site; every link of it is checked.
+site:
+	tools/setup.sh site
+	.venv-site/bin/python tools/build_site.py
 
 format:
 	git ls-files '*.h' '*.cpp' | xargs clang-format -i

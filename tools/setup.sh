@@ -12,6 +12,7 @@
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 #   tools/setup.sh judges  also cad, and other people's readers of what a twin is written as (in .venv-judges, .venv-converter, build/judges)
 #   tools/setup.sh robots  also judges, and the robots inside other people's packages, 800 MB to fetch (in build/robots)
+#   tools/setup.sh site    what builds the documentation site (in .venv-site) and looks at workflows and Dockerfile (in build/site-tools)
 #   tools/setup.sh slow    build, and other people's libraries for the ecosystem proofs (SB3, RLlib, MuJoCo, in .venv-slow)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -113,22 +114,23 @@ packages_unpacked() {
   rm -rf build/robots/fetched
 }
 
-# Packages of node in build/judges.
+# Packages of node: those of a list, into a folder.
 node_packages() {
+  local list=$1 folder=$2
   command -v node >/dev/null && command -v npm >/dev/null || install_packages nodejs npm
-  mkdir -p build/judges
-  if cmp -s tools/judges-package.json build/judges/package.json; then return; fi
-  say "node's packages of tools/judges-package.json into build/judges"
-  cp tools/judges-package.json build/judges/package.json
-  (cd build/judges && npm install --silent --no-audit --no-fund --no-package-lock) \
-    || { rm -f build/judges/package.json; exit 1; }
+  mkdir -p "$folder"
+  if cmp -s "$list" "$folder/package.json"; then return; fi
+  say "node's packages of $list into $folder"
+  cp "$list" "$folder/package.json"
+  (cd "$folder" && npm install --silent --no-audit --no-fund --no-package-lock) \
+    || { rm -f "$folder/package.json"; exit 1; }
 }
 
 judges() {
   install_packages "${build_packages[@]}" "${cad_packages[@]}" python3 python3-venv
   python_environment tools/requirements-judges.txt .venv-judges
   python_environment tools/requirements-converter.txt .venv-converter
-  node_packages
+  node_packages tools/judges-package.json build/judges
 }
 
 case $stage in
@@ -148,8 +150,10 @@ case $stage in
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   judges) judges ;;
   robots) judges; packages_unpacked tools/requirements-robots.txt ;;
+  site)  install_packages python3 python3-venv git; python_environment tools/requirements-site.txt .venv-site
+         node_packages tools/site-package.json build/site-tools ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, judges, robots, bench or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, judges, robots, bench, site or slow"; exit 2 ;;
 esac
 say "ready for $stage"
