@@ -20,7 +20,7 @@ class Tree:
 
     def __init__(self, root: pathlib.Path, files: list[str]):
         self.root = root
-        self.files = [name for name in files if "third_party" not in name]
+        self.files = [name for name in files if "third_party" not in name and not name.startswith(".")]
         self.folders = {str(folder) for name in self.files for folder in pathlib.PurePosixPath(name).parents} - {"."}
         self.headers = [name for name in self.files if name.endswith(".h") and HEADER.search(name)]
         self.pages: dict[str, str] = {}
