@@ -118,8 +118,8 @@ def test_every_page_is_in_the_navigation_once(whole):
 
 
 def test_python_markdown_reads_lists_as_code_hosts_do():
-    assert tree.as_markdown_of_python("Said:\n- one\n  more\n  - inner\n\n   ```sh\n   run\n   ```\n") == \
-        "Said:\n\n- one\n    more\n    - inner\n\n    ```sh\n    run\n    ```\n"
+    assert tree.as_markdown_of_python("Said:\n- one\n  more\n  - inner\n\n   ```sh\n   run\n   ```\n\nAs code:\n\n    run\n") == \
+        "Said:\n\n- one\n    more\n    - inner\n\n    ```sh\n    run\n    ```\n\nAs code:\n\n    run\n"
 
 
 @pytest.mark.parametrize("text, told", [

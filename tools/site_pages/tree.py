@@ -13,6 +13,8 @@ LANGUAGES = {".py": "python", ".h": "cpp", ".cpp": "cpp", ".js": "javascript", "
 HEADER = re.compile(r"(?<!test/)(?<!shim/)include/consac(/|\.h$).*")
 LARGEST = 64 << 10  # of a source file that gets a page of its own
 HOME, INDEX, PYTHON = "README.md", "reference/README.md", "reference/python.md"
+# What mkdocs is told of a page: in a search guides come before headers, and a source file is looked for where it is linked.
+SAID_OF = {"home": "---\nhide: [navigation]\n---\n", "header": "---\nsearch:\n  boost: 0.5\n---\n", "source": "---\nsearch:\n  exclude: true\n---\n"}
 
 
 class Tree:
@@ -29,8 +31,8 @@ class Tree:
             if name.endswith(".md"):
                 self.take(name, self.text(name))
         for name in self.headers:
-            self.pages[self.page_of(name)] = headers.page(name, self.text(name))
-        self.pages[HOME] = "---\nhide: [navigation]\n---\n" + self.pages[HOME]
+            self.pages[self.page_of(name)] = SAID_OF["header"] + headers.page(name, self.text(name))
+        self.pages[HOME] = SAID_OF["home"] + self.pages[HOME]
         self.pages[PYTHON] = python_api.page(root / "python/consac")
         self.pages[INDEX] = self.index()
 
@@ -64,7 +66,7 @@ class Tree:
             self.pages[page] = ""
             self.pages[page] = self.folder(path)
         elif path in self.files:
-            self.pages[page] = source(path, self.text(path))
+            self.pages[page] = SAID_OF["source"] + source(path, self.text(path))
 
     def folder(self, path: str) -> str:
         out = [f"# {path}", ""]
@@ -112,6 +114,8 @@ def as_markdown_of_python(text: str) -> str:
     out: list[str] = []
     fence = ""
     shift = 0
+    item = re.compile(r"([-*+]|\d+\.) ")
+    inside = False  # a list
     for line in text.split("\n"):
         set_in = len(line) - len(line.lstrip(" "))
         mark = re.match(r"(`{3,}|~{3,})", line.lstrip())
@@ -120,12 +124,12 @@ def as_markdown_of_python(text: str) -> str:
             if mark and mark[1].startswith(fence):
                 fence = ""
             continue
-        shift = (4 * ((set_in + 2) // 4 or 1) - set_in) if set_in in (2, 3, 5, 6) else 0
-        if set_in in (4, 5, 6):
-            shift = 8 - set_in
+        if line.strip() and not set_in:
+            inside = bool(item.match(line))
+        shift = 0 if not inside or set_in < 2 else 4 - set_in if set_in < 4 else max(8 - set_in, 0)
         if mark:
             fence = mark[1]
-        if re.match(r"([-*+]|\d+\.) ", line) and out and out[-1].strip() and not re.match(r"\s|([-*+]|\d+\.) ", out[-1]):
+        if item.match(line) and out and out[-1].strip() and out[-1][0] != " " and not item.match(out[-1]):
             out.append("")
         out.append(" " * shift + line if line.strip() else line)
     return "\n".join(out)
