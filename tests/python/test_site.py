@@ -97,8 +97,46 @@ inline constexpr int kMost = 3;  ///< of them
 
 
 def test_comments_are_no_markup():
-    assert prose.prose("a * b <c> of row_bytes\n  shown(as, it_is);\nkept `a_b*` [0, n)") == \
-        "a \\* b &lt;c&gt; of `row_bytes`\n\n```cpp\nshown(as, it_is);\n```\n\nkept `a_b*` `[0, n)`"
+    assert prose.prose("a * b <c> of row_bytes:\n  shown(as, it_is);\nkept `a_b*` [0, n)") == \
+        "a \\* b &lt;c&gt; of `row_bytes`:\n\n```cpp\nshown(as, it_is);\n```\n\nkept `a_b*` `[0, n)`"
+
+
+def test_a_paragraph_that_hangs_is_no_example():
+    assert prose.prose("Rows.  A row is\n       bytes.\nUnits. Seconds.\n\nUse:\n  do(it);\nthen stop") == \
+        "**Rows.** A row is\nbytes.\n\n**Units.** Seconds.\n\nUse:\n\n```cpp\ndo(it);\n```\n\nthen stop"
+
+
+def test_c_is_read_too():
+    page = headers.page("engines/c/include/consac.h", """// What it is.
+#ifndef CONSAC_H
+#define CONSAC_H
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What came of it.
+typedef int32_t consac_status;
+enum {
+  CONSAC_OK = 0,
+  CONSAC_NOT_FOUND = 2,  ///< no such file
+};
+
+/// A row.
+typedef struct {
+  size_t size;  ///< of this
+} consac_row;
+
+/// Frees it.
+CONSAC_API void consac_free(consac_row* row);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
+""")
+    assert "## `consac_status`" in page and "| `CONSAC_NOT_FOUND = 2` | no such file |" in page and "| `CONSAC_OK = 0` |" in page and "`enum`" not in page and "``" not in page.replace("```", "")
+    assert "## `consac_row`" in page and "| `size_t size` | of this |" in page
+    assert "## `consac_free`\n\n```cpp\nCONSAC_API void consac_free(consac_row* row);\n```\n\nFrees it." in page
 
 
 def test_pythons_page_has_what_the_package_names(whole):

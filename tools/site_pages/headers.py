@@ -6,6 +6,7 @@ from typing import NamedTuple
 from .prose import cell, code, prose
 
 TYPE = re.compile(r"(?:typedef\s+)?(enum class|enum|class|struct|union)\s+(?:\[\[[^\]]*\]\]\s*|alignas\([^)]*\)\s*)?(\w+)")
+NAMELESS = re.compile(r"(typedef\s+)?(enum|struct|union)\s*\{")
 COMMENT = re.compile(r"//[/<]*\s?(.*)$")
 
 
@@ -129,6 +130,8 @@ def name_of(entry: Entry) -> str:
     text = re.sub(r"^template\s*<.*?>\s*\n", "", text, flags=re.S)
     if found := re.match(r"(?:concept|using)\s+(\w+)", text):
         return found[1]
+    if found := NAMELESS.match(text):
+        return re.search(r"\}\s*(\w*);", text)[1]
     if found := TYPE.match(text):
         return found[2]
     if found := re.search(r"(operator\s*(?:\(\)|\[\]|[^\s(]+))\s*\(", text):
@@ -146,14 +149,15 @@ def of_no_interest(entry: Entry, owner: str) -> bool:
     """Nothing is said of it, and its name says it all: what moves, destroys or befriends; a mere announcement of a type."""
     text = joined(entry).strip()
     return not entry.doc and not entry.said and bool(
-        re.match(r"(virtual )?~|friend\b|static_assert|CONSAC_|(class|struct|enum class)\s+\w+;", text) or "operator=" in text
+        re.match(r"(virtual )?~|friend\b|static_assert|CONSAC_\w+\(|(class|struct|enum class)\s+\w+;", text) or "operator=" in text
         or (owner and re.match(rf"(explicit )?{owner}\s*\(\s*(const )?{owner}\s*&", text)) or text in ("};", "}", ";"))
 
 
 def body_of(entry: Entry) -> list[str] | None:
     """The lines between the braces of a type that has some on lines of their own."""
     text = joined(entry)
-    if not TYPE.match(re.sub(r"^\s*template\s*<.*?>\s*\n", "", text, flags=re.S).strip()) or len(entry.lines) < 2 or "{" not in text:
+    stripped = re.sub(r"^\s*template\s*<.*?>\s*\n", "", text, flags=re.S).strip()
+    if not (TYPE.match(stripped) or NAMELESS.match(stripped)) or len(entry.lines) < 2 or "{" not in text:
         return None
     first = next(i for i, line in enumerate(entry.lines) if bare(line).rstrip().endswith("{"))
     return entry.lines[first + 1:-1]
@@ -191,14 +195,16 @@ def members(lines: list[str], owner: str, shown: bool, enum: bool) -> list[str]:
 def described(entry: Entry, level: int, last: str, owner: str = "") -> tuple[str, list[str]]:
     """(its name, the lines of one declaration); overloads stand below one heading."""
     name = name_of(entry)
-    out = [] if name == last else [f"{'#' * level} {code(name)}", ""]
+    out = [] if name in ("", last) else [f"{'#' * level} {code(name)}", ""]
     body = body_of(entry)
     said = prose("\n".join(entry.doc + entry.said))
     if body is None:
         return name, [*out, "```cpp", signature(entry), "```", "", said, ""]
     head = dedented("\n".join(entry.lines[:len(entry.lines) - len(body) - 1])).rstrip().removesuffix("{").rstrip()
-    kind = TYPE.search(head)[1]
+    kind = TYPE.search(head)[1] if TYPE.search(head) else head.split()[-1]
     inner = members(body, name, kind != "class", kind.startswith("enum")) if level < 4 else []
+    if not name:  # a row of constants, which belongs to what stands before it
+        return last, [said, "", *inner]
     return name, [*out, "```cpp", head, "```", "", said, "", *inner]
 
 

@@ -26,22 +26,28 @@ def line_of(text: str) -> str:
 
 
 def prose(text: str) -> str:
-    """Paragraphs; lines that are set in by three blanks or more are shown as they stand."""
+    """Paragraphs. Lines that are set in are shown as they stand, as an example is, where they begin a paragraph or follow a colon; behind other
+    words they go on with these, and every line that is not set in begins anew: "Errors.  What ..."."""
     out: list[str] = []
     for paragraph in re.split(r"\n\s*\n", text.strip("\n")):
-        for shown, lines in runs(paragraph.split("\n")):
+        lines = paragraph.split("\n")
+        hanging = any(line.startswith("  ") and not before.startswith("  ") and not before.endswith(":") for before, line in zip(lines, lines[1:]))
+        for shown, run in runs(lines, hanging):
             if shown:
-                out.append("```cpp\n" + "\n".join(line[2:] for line in lines) + "\n```")
-            elif lines and any(lines):
-                out.append(line_of("\n".join(lines)))
+                out.append("```cpp\n" + "\n".join(line[2:] for line in run) + "\n```")
+            elif any(run):
+                said = line_of("\n".join(line.strip() for line in run))
+                out.append(re.sub(r"^([A-Z]\w*\.)\s+", r"**\1** ", said) if hanging else said)
     return "\n\n".join(out)
 
 
-def runs(lines: list[str]) -> list[tuple[bool, list[str]]]:
+def runs(lines: list[str], hanging: bool) -> list[tuple[bool, list[str]]]:
+    """(whether they are shown as they stand, lines that belong together)."""
     found: list[tuple[bool, list[str]]] = []
     for line in lines:
-        shown = line.startswith("  ")
-        if not found or found[-1][0] != shown:
+        set_in = line.startswith("  ")
+        shown = set_in and not hanging
+        if not found or (not set_in if hanging else found[-1][0] != shown):
             found.append((shown, []))
         found[-1][1].append(line)
     return found
