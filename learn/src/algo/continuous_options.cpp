@@ -74,7 +74,7 @@ Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const
   if (std::string_view(wants.head) == "deterministic") actor.output = nn::Activation::kTanh;
   Result<nn::Network> acts = Checked(nn::Actor(behaviour.observation_layout, actor, entry->features));
   if (!acts.ok()) return acts.status();
-  nn::CriticsOptions critics{.tower = tower, .action_size = head->raw_size(), .count = wants.critics};
+  nn::CriticsOptions critics{.tower = tower, .action_size = head->raw_size(), .count = own.n_critics};
   critics.tower.layers = towers ? arch.vf : arch.shared;
   critics.action_layer = wants.action_layer;
   critics.state_value = wants.state_value;

@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "algo/critic_terms.h"
 #include "algo/off_policy.h"
 #include "algo/policy_kind.h"
 #include "collect/continuous_collector.h"
@@ -19,6 +20,7 @@ struct ContinuousOptions : OffPolicyOptions {
   PolicyKind policy = PolicyKind::kAuto;     ///< how observations enter
   std::optional<nn::NetArch> net_arch;       ///< shared widths alone: both have them; or pi and qf
   nn::TowerOptions tower;                    ///< the rest of the layers
+  std::int64_t n_critics = 2;                ///< networks of the value, each with a tower of its own
   AdamOptions adam;                          ///< of all optimisers; its form too
 };
 
@@ -77,10 +79,13 @@ inline constexpr Row kNetwork[] = {
      "hidden layers are normalised before their activation", kSb2},
     {"init", "init", Into<O, &O::tower, &T::init>, "xavier", "pytorch", 0, 0, "orthogonal|xavier|pytorch",
      "how weights start", kConsac},
+    {"n_critics", "n_critics", Into<O, &O::n_critics>, "2", "2", 1, static_cast<double>(kMostCritics), "",
+     "critics; targets take the least of what theirs say", kSb3},
 };
-/// The same with other widths.
-constexpr std::array<Row, 5> NetworkRows(const char* sb2_layers, const char* sb3_layers) {
-  return {kNetwork[0], kNetwork[1].WithDefaults(sb2_layers, sb3_layers), kNetwork[2], kNetwork[3], kNetwork[4]};
+/// The same with other widths, and so many critics.
+constexpr std::array<Row, 6> NetworkRows(const char* sb2_layers, const char* sb3_layers, const char* n_critics = "2") {
+  return {kNetwork[0], kNetwork[1].WithDefaults(sb2_layers, sb3_layers), kNetwork[2], kNetwork[3],
+          kNetwork[4], kNetwork[5].WithDefaults(n_critics, n_critics)};
 }
 inline constexpr Row kOptimiser[] = {
     {"optimizer", "optimizer", Into<O, &O::adam, &AdamOptions::form>, "tensorflow", "pytorch", 0, 0,
@@ -100,7 +105,6 @@ struct ContinuousModel {
 struct ContinuousWants {
   const char* algorithm = "";          ///< whom errors tell of
   const char* head = "deterministic";  ///< distribution of the actions
-  std::int64_t critics = 2;            ///< how many
   std::int64_t action_layer = 0;       ///< hidden layers of a critic that read the observation alone
   bool state_value = false;            ///< also a network of the state's value
   double output_bound = 0.0;           ///< of initial outputs; 0: as the rest

@@ -71,14 +71,14 @@ constexpr off_policy_rows::Row kDdpgNormalise[] = {
     kDdpgVecNormalise[0].WithSb2Name("normalize_observations"), kDdpgVecNormalise[1],
     kDdpgVecNormalise[2].WithSb2Name("observation_range").WithDefaults("5", "10"), kDdpgVecNormalise[3],
     kDdpgVecNormalise[4]};
-constexpr auto kDdpgNetwork = continuous_rows::NetworkRows("[64, 64]", "[400, 300]");
+constexpr auto kDdpgNetwork = continuous_rows::NetworkRows("[64, 64]", "[400, 300]", "1");
 constexpr auto kDdpgRows =
     std::tie(kDdpgCollecting, kDdpgBatch, kDdpgOwn, kAdaptiveNoiseRows<G, &G::noise>, continuous_rows::kExploration,
              continuous_rows::kOptimiser, kDdpgNetwork, off_policy_rows::kHer, kDdpgNormalise);
 
 constexpr const char* kDdpgTerms[] = {"critic_loss", "actor_loss"};
 enum DdpgTerm { kDdpgCritic, kDdpgActor };
-constexpr const char* kDdpgCriticHead = "qf0/head";  // the layer that says Q
+constexpr const char* kDdpgCriticHead = "/head";  // the layer of each critic that says Q
 
 /// See learner.h. An update is one gradient step of actor and critic.
 class Ddpg final : public Learner {
@@ -96,7 +96,8 @@ class Ddpg final : public Learner {
         critic_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
                 Learned(options, ddpg, ddpg.batch_size), options.ranks),
         noise_(ddpg.noise, &actor_, options.seed, options.ranks),
-        action_gradient_(critic_.network(), actions_, ddpg.batch_size, critic_.packed()),
+        action_gradient_(*nn::Network::Create(nn::FirstOutputOf(critic_.network().spec())), actions_, ddpg.batch_size,
+                         ddpg.n_critics == 1 ? critic_.packed() : nullptr),
         minibatch_(options.behaviour, {ddpg.batch_size, ddpg.n_steps, actions_}, options.ranks),
         penalty_(critic_.network(), kDdpgCriticHead, ddpg.critic_l2_reg / static_cast<double>(options.ranks.size)),
         pop_art_(&critic_, kDdpgCriticHead, options.ranks),
@@ -185,30 +186,33 @@ class Ddpg final : public Learner {
     return true;
   }
 
-  // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n Q'(s_n, mu'(s_n)). Nothing follows a terminal state. With Pop-Art
-  // both are values that the critic's outputs mean.
+  // y = r_0 + ... + gamma^(n-1) r_(n-1) + gamma^n min_k Q'_k(s_n, mu'(s_n)). Nothing follows a terminal state. With
+  // Pop-Art both are values that the critics' outputs mean.
   void SetTargets() {
     const float* seen = minibatch_.next_features().data();
     const float* inputs[] = {seen, actor_.TargetOutput(seen, minibatch_.size())};
     critic_.Target().Forward(inputs, minibatch_.size());
     for (std::size_t i = 0; i < targets_.size(); ++i)
       targets_[i] = static_cast<float>(ddpg_.reward_scale * static_cast<double>(minibatch_.rewards()[i]) +
-                                       minibatch_.discounts()[i] * pop_art_.Value(critic_.Target().output(0)[i]));
+                                       minibatch_.discounts()[i] *
+                                           pop_art_.Value(LeastValue(critic_.Target(), ddpg_.n_critics, i)));
     if (ddpg_.normalize_returns && ddpg_.enable_popart) pop_art_.Take(targets_);
     for (float& target : targets_)
       target = std::clamp(static_cast<float>(pop_art_.Output(target)), -return_range_, return_range_);
   }
 
-  // L = mean (Q(s, a) - y)^2 + critic_l2_reg / 2 sum w^2, over the weights of hidden layers.
+  // L = sum_k mean (Q_k(s, a) - y)^2 + critic_l2_reg / 2 sum w^2, over the weights of hidden layers.
   void StepCritic() {
     const float inverse = 1.0f / static_cast<float>(minibatch_.total());
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block, minibatch_.actions()); },
                 [this, inverse](const LossBlock& block) {
                   double& sum = losses_.block(block.index)[kDdpgCritic];
-                  for (std::int64_t r = 0; r < block.rows; ++r) {
-                    const float error = block.outputs[0][r] - targets_[static_cast<std::size_t>(block.first_row + r)];
-                    sum += static_cast<double>(error) * static_cast<double>(error);
-                    block.output_gradients[0][r] = 2.0f * error * inverse;
+                  for (std::size_t k = 0; k < block.outputs.size(); ++k) {
+                    for (std::int64_t r = 0; r < block.rows; ++r) {
+                      const float error = block.outputs[k][r] - targets_[static_cast<std::size_t>(block.first_row + r)];
+                      sum += static_cast<double>(error) * static_cast<double>(error);
+                      block.output_gradients[k][r] = 2.0f * error * inverse;
+                    }
                   }
                 });
     const std::span<float> gradient = critic_.Gradient(minibatch_.size(), loss);
@@ -216,7 +220,7 @@ class Ddpg final : public Learner {
     critic_.Step(gradient, learning_rate_);
   }
 
-  // L = -mean Q(s, mu(s)): first dL/da through the critic, held fast, then through the actor.
+  // L = -mean Q_1(s, mu(s)): first dL/da through the first critic, held fast, then through the actor.
   void StepActor() {
     const auto slope = static_cast<float>(-pop_art_.deviation() / static_cast<double>(minibatch_.total()));
     const std::span<const float> chosen(actor_.Output(minibatch_.features().data(), minibatch_.size()),
@@ -269,7 +273,7 @@ class Ddpg final : public Learner {
   const float return_range_;
   LearnedNetwork actor_, critic_;
   AdaptiveNoise noise_;
-  ActionGradient action_gradient_;  // dL/da
+  ActionGradient action_gradient_;  // dL/da by the first critic
   ActionMinibatch minibatch_;
   WeightPenalty penalty_;
   PopArt pop_art_;
@@ -292,7 +296,6 @@ Result<std::unique_ptr<Learner>> CreateDdpg(const LearnerOptions& options, const
   DdpgOptions ddpg{};
   CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kDdpgRows, values, options, &ddpg));
   const ContinuousWants wants = {.algorithm = "ddpg",
-                                 .critics = 1,
                                  .action_layer = ddpg.action_layer,
                                  .output_bound = ddpg.output_bound,
                                  .parameter_noise = ddpg.noise.on};

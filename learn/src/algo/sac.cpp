@@ -42,10 +42,19 @@ constexpr auto kSacRows = std::tie(kSacRounds, continuous_rows::kCollecting, kSa
                                    continuous_rows::kOptimiser, continuous_rows::kNetwork, off_policy_rows::kHer,
                                    off_policy_rows::kNormalise);
 
-constexpr const char* kSacTerms[] = {"loss/policy_loss", "loss/qf1_loss",      "loss/qf2_loss", "loss/value_loss",
-                                     "loss/entropy",     "loss/ent_coef_loss", "loss/ent_coef"};
-enum SacTerm { kSacActor, kSacQ1, kSacQ2, kSacValue, kSacEntropy, kSacEntCoefLoss, kSacEntCoef };
-constexpr std::size_t kValueOutput = 2;  // of the critics' network, behind Q_1 and Q_2
+constexpr const char* kSacOwnTerms[] = {"loss/policy_loss", "loss/qf1_loss",      "loss/qf2_loss", "loss/value_loss",
+                                        "loss/entropy",     "loss/ent_coef_loss", "loss/ent_coef"};
+enum SacTerm : std::size_t {
+  kSacActor,
+  kSacQ1,
+  kSacQ2,
+  kSacValue,
+  kSacEntropy,
+  kSacEntCoefLoss,
+  kSacEntCoef,
+  kSacTermCount
+};
+constexpr auto kSacTerms = WithFurtherCritics(kSacOwnTerms);
 
 /// See learner.h. An update is one gradient step of everything.
 class Sac final : public Learner {
@@ -69,7 +78,7 @@ class Sac final : public Learner {
         next_(head(), sac.batch_size),
         targets_(static_cast<std::size_t>(sac.batch_size)),
         value_targets_(targets_.size()),
-        losses_(sac.batch_size, options.ranks) {
+        losses_(sac.batch_size, options.ranks, TermsInUse(kSacTermCount, sac.n_critics)) {
     metrics_.reserve(16);
   }
 
@@ -129,6 +138,9 @@ class Sac final : public Learner {
 
  private:
   const ActionHead& head() const { return collector_.action_head(); }
+  /// Of the critics' network, behind the Q_k.
+  std::size_t value_output() const { return static_cast<std::size_t>(sac_.n_critics); }
+  static std::size_t QTerm(std::size_t k) { return CriticTerm(k, kSacQ1, kSacTermCount); }
 
   // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
   bool GradientStepOnDraws() {
@@ -171,15 +183,15 @@ class Sac final : public Learner {
     SlicedEvaluator& target = critics_.Target();
     const float* inputs[] = {minibatch_.next_features().data(), next_.actions().data()};
     if (sac_.value_network) {
-      target.ForwardTo(kValueOutput, inputs, minibatch_.size());
+      target.ForwardTo(value_output(), inputs, minibatch_.size());
     } else {
       Sample(minibatch_.next_features(), next_);
       target.Forward(inputs, minibatch_.size());
     }
     for (std::size_t i = 0; i < targets_.size(); ++i) {
-      const float value = sac_.value_network ? target.output(kValueOutput)[i]
-                                             : std::min(target.output(0)[i], target.output(1)[i]) -
-                                                   ent_coef * next_.log_probabilities()[i];
+      const float value = sac_.value_network
+                              ? target.output(value_output())[i]
+                              : LeastValue(target, sac_.n_critics, i) - ent_coef * next_.log_probabilities()[i];
       targets_[i] = minibatch_.rewards()[i] + static_cast<float>(minibatch_.discounts()[i]) * value;
     }
   }
@@ -190,8 +202,9 @@ class Sac final : public Learner {
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block, minibatch_.actions()); },
                 [this, inverse](const LossBlock& block) {
                   for (std::size_t k = 0; k < block.outputs.size(); ++k) {
-                    const float* targets = (k == kValueOutput ? value_targets_ : targets_).data() + block.first_row;
-                    double& sum = losses_.block(block.index)[kSacQ1 + k];
+                    const bool of_state = k == value_output();
+                    const float* targets = (of_state ? value_targets_ : targets_).data() + block.first_row;
+                    double& sum = losses_.block(block.index)[of_state ? kSacValue : QTerm(k)];
                     for (std::int64_t r = 0; r < block.rows; ++r) {
                       const float error = block.outputs[k][r] - targets[r];
                       sum += 0.5 * static_cast<double>(error) * static_cast<double>(error);
@@ -212,7 +225,9 @@ class Sac final : public Learner {
       for (std::int64_t r = 0; r < block.rows; ++r) {
         const auto i = static_cast<std::size_t>(block.first_row + r);
         const float cost = ent_coef * now_.log_probabilities()[i];
-        const std::size_t least = block.outputs[1][r] < block.outputs[0][r] ? 1 : 0;
+        std::size_t least = 0;
+        for (std::size_t k = 1; k < value_output(); ++k)
+          if (block.outputs[k][r] < block.outputs[least][r]) least = k;
         const std::size_t judging = sac_.value_network ? 0 : least;
         value_targets_[i] = block.outputs[least][r] - cost;
         sum += static_cast<double>(cost - block.outputs[judging][r]);
@@ -239,13 +254,17 @@ class Sac final : public Learner {
     if (updates_ == 0) return;
     const Sums<kSacTerms> means = losses_.UpdateMeans();
     if (sac_.log_keys == Generation::kStableBaselines2) {
-      for (std::size_t i = 0; i < std::size(kSacTerms); ++i)
-        if (i != kSacValue || sac_.value_network) metrics_.push_back(LossMetric(kSacTerms[i], means[i]));
+      for (std::size_t i = 0; i < TermsInUse(kSacTermCount, sac_.n_critics); ++i) {
+        const bool absent = (i == kSacValue && !sac_.value_network) || (i == kSacQ2 && sac_.n_critics < 2);
+        if (!absent) metrics_.push_back(LossMetric(kSacTerms[i], means[i]));
+      }
       return;
     }
     const auto put = [this](std::string_view name, double number) { metrics_.push_back({name, name, number}); };
     put("train/actor_loss", means[kSacActor]);
-    put("train/critic_loss", means[kSacQ1] + means[kSacQ2]);
+    double critic_loss = 0.0;
+    for (std::size_t k = 0; k < value_output(); ++k) critic_loss += means[QTerm(k)];
+    put("train/critic_loss", critic_loss);
     put("train/ent_coef", means[kSacEntCoef]);
     if (ent_coef_.learned()) put("train/ent_coef_loss", means[kSacEntCoefLoss]);
   }

@@ -37,9 +37,9 @@ constexpr auto kTd3Rows =
     std::tie(kTd3Rounds, continuous_rows::kCollecting, kTd3Own, continuous_rows::kExploration,
              continuous_rows::kOptimiser, kTd3Network, off_policy_rows::kHer, off_policy_rows::kNormalise);
 
-constexpr const char* kTd3Terms[] = {"loss/qf1_loss", "loss/qf2_loss"};
+constexpr const char* kTd3OwnTerms[] = {"loss/qf1_loss", "loss/qf2_loss"};
+constexpr auto kTd3Terms = WithFurtherCritics(kTd3OwnTerms);  // critic after critic
 constexpr const char* kTd3ActorTerms[] = {"loss/policy_loss"};
-enum Td3Term { kTd3Q1, kTd3Q2 };
 
 /// See learner.h. An update is one gradient step of the critics.
 class Td3 final : public Learner {
@@ -59,7 +59,7 @@ class Td3 final : public Learner {
         minibatch_(options.behaviour, {td3.batch_size, td3.n_steps, actions_}, options.ranks),
         next_actions_(static_cast<std::size_t>(td3.batch_size * actions_)),
         targets_(static_cast<std::size_t>(td3.batch_size)),
-        losses_(td3.batch_size, options.ranks),
+        losses_(td3.batch_size, options.ranks, TermsInUse(kTwoCritics, td3.n_critics)),
         actor_losses_(td3.batch_size, options.ranks) {
     metrics_.reserve(16);
   }
@@ -141,9 +141,9 @@ class Td3 final : public Learner {
       next_actions_[i] = std::clamp(chosen[i] + noise, -1.0f, 1.0f);
     }
     critics_.Target().Forward(inputs, minibatch_.size());
-    const float *q1 = critics_.Target().output(0), *q2 = critics_.Target().output(1);
     for (std::size_t i = 0; i < targets_.size(); ++i)
-      targets_[i] = minibatch_.rewards()[i] + static_cast<float>(minibatch_.discounts()[i]) * std::min(q1[i], q2[i]);
+      targets_[i] = minibatch_.rewards()[i] +
+                    static_cast<float>(minibatch_.discounts()[i]) * LeastValue(critics_.Target(), td3_.n_critics, i);
   }
 
   // L = sum_k mean (Q_k(s, a) - y)^2.
@@ -152,7 +152,7 @@ class Td3 final : public Learner {
     LossOf loss([this](const LossBlock& block) { minibatch_.Gather(block, minibatch_.actions()); },
                 [this, inverse](const LossBlock& block) {
                   Sums<kTd3Terms>& sums = losses_.block(block.index) = {};
-                  for (const std::size_t k : {kTd3Q1, kTd3Q2}) {
+                  for (std::size_t k = 0; k < block.outputs.size(); ++k) {
                     for (std::int64_t r = 0; r < block.rows; ++r) {
                       const float error = block.outputs[k][r] - targets_[static_cast<std::size_t>(block.first_row + r)];
                       sums[k] += static_cast<double>(error) * static_cast<double>(error);
@@ -189,11 +189,12 @@ class Td3 final : public Learner {
     if (updates_ == 0) return;
     const Sums<kTd3Terms> means = losses_.UpdateMeans();
     const bool sb2 = td3_.log_keys == Generation::kStableBaselines2;
-    if (sb2) {
-      for (const std::size_t k : {kTd3Q1, kTd3Q2}) metrics_.push_back(LossMetric(kTd3Terms[k], means[k]));
-    } else {
-      metrics_.push_back({"train/critic_loss", "train/critic_loss", means[kTd3Q1] + means[kTd3Q2]});
+    double critic_loss = 0.0;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(td3_.n_critics); ++k) {
+      critic_loss += means[k];
+      if (sb2) metrics_.push_back(LossMetric(kTd3Terms[k], means[k]));
     }
+    if (!sb2) metrics_.push_back({"train/critic_loss", "train/critic_loss", critic_loss});
     if (actor_losses_.minibatches() == 0) return;
     const double actor_loss = actor_losses_.UpdateMeans()[0];
     metrics_.push_back(sb2 ? Metric{"", kTd3ActorTerms[0], actor_loss}

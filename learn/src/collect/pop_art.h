@@ -14,18 +14,19 @@
 
 namespace consac::learn {
 
-/// Moments of the targets of one critic. Mean 0 and deviation 1 until there are some.
+/// Moments of the targets that all outputs of a critics' network learn. Mean 0 and deviation 1 until there are some.
 class PopArt {
  public:
-  /// Of `critic`, which must stay, whose output the layer `block` says, "qf0/head"; targets are those of all of
-  /// `ranks`.
+  /// Of `critic`, which must stay, whose outputs the layers with `block` in their names say, "/head"; targets are
+  /// those of all of `ranks`.
   PopArt(LearnedNetwork* critic, std::string_view block, const Communicator& ranks = {})
       : critic_(*critic), ranks_(ranks) {
     for (const nn::Parameter& tensor : critic_.network().parameters()) {
       const std::string_view name = tensor.name;
-      if (!name.starts_with(block)) continue;
+      const std::size_t at = name.find(block);
+      if (at == std::string_view::npos) continue;
       layer_.push_back({static_cast<std::size_t>(tensor.offset), static_cast<std::size_t>(tensor.count),
-                        name.substr(block.size()) == "/b"});
+                        name.substr(at + block.size()) == "/b"});
     }
     CONSAC_ASSERT(!layer_.empty());
   }
@@ -62,13 +63,13 @@ class PopArt {
  private:
   enum Number : std::size_t { kSum, kSquares, kCount, kNumbers };
   static constexpr double kEpsilon = 0.01;  // the least variance, and how many targets it began with
-  /// A tensor of the layer that says the output.
+  /// A tensor of a layer that says an output.
   struct Tensor {
     std::size_t offset, count;
     bool bias;
   };
 
-  /// The layer says `scale` times what it said and `shift` more.
+  /// Those layers say `scale` times what they said and `shift` more.
   void MoveOutput(double scale, double shift) {
     critic_.Alter([&](std::span<float> parameters) {
       for (const Tensor& tensor : layer_) {

@@ -26,9 +26,9 @@ struct Sums {
   void Add(const Sums& other, double weight) {
     for (std::size_t i = 0; i < std::size(names); ++i) of[i] += weight * other.of[i];
   }
-  /// Each under its name.
-  void Visit(Archive& archive) {
-    for (std::size_t i = 0; i < std::size(names); ++i) archive(names[i], of[i]);
+  /// The first `count` of them, each under its name.
+  void Visit(Archive& archive, std::size_t count = std::size(names)) {
+    for (std::size_t i = 0; i < count; ++i) archive(names[i], of[i]);
   }
 };
 
@@ -36,9 +36,9 @@ struct Sums {
 template <const auto& names>
 class LossLog {
  public:
-  /// For minibatches of at most `max_rows` rows on each of `ranks`.
-  explicit LossLog(std::int64_t max_rows, const Communicator& ranks = {})
-      : ranks_(ranks), blocks_(static_cast<std::size_t>((max_rows + kBlockRows - 1) / kBlockRows)) {}
+  /// For minibatches of at most `max_rows` rows on each of `ranks`; only the first `kept` terms are in use.
+  explicit LossLog(std::int64_t max_rows, const Communicator& ranks = {}, std::size_t kept = std::size(names))
+      : ranks_(ranks), kept_(kept), blocks_(static_cast<std::size_t>((max_rows + kBlockRows - 1) / kBlockRows)) {}
 
   /// An update begins.
   void BeginUpdate() {
@@ -83,12 +83,21 @@ class LossLog {
   void Visit(Archive& archive) {
     archive("gradient_steps", minibatches_);
     archive("epoch_gradient_steps", pass_minibatches_);
-    archive("update_sums", update_);
-    archive("epoch_sums", pass_);
+    Kept update{update_, kept_}, pass{pass_, kept_};
+    archive("update_sums", update);
+    archive("epoch_sums", pass);
   }
 
  private:
+  /// What of sums is saved.
+  struct Kept {
+    Sums<names>& sums;
+    std::size_t count;
+    void Visit(Archive& archive) { sums.Visit(archive, count); }
+  };
+
   Communicator ranks_;
+  std::size_t kept_;
   std::vector<Sums<names>> blocks_;  // [blocks] of the minibatch
   Sums<names> update_, pass_, last_;
   std::int64_t minibatches_ = 0, pass_minibatches_ = 0;

@@ -14,11 +14,11 @@ namespace consac::learn {
 /// Which weights are meant is found out once, at creation.
 class WeightPenalty {
  public:
-  /// `weight` for the weights of `network` but those of the layer `but`, "qf0/head".
+  /// `weight` for the weights of `network` but those of layers with `but` in their names, "/head".
   WeightPenalty(const nn::Network& network, std::string_view but, double weight) : weight_(static_cast<float>(weight)) {
     if (weight == 0.0) return;
     for (const nn::Parameter& tensor : network.parameters()) {
-      if (tensor.shape.size() < 2 || std::string_view(tensor.name).starts_with(but)) continue;
+      if (tensor.shape.size() < 2 || std::string_view(tensor.name).find(but) != std::string_view::npos) continue;
       tensors_.emplace_back(static_cast<std::size_t>(tensor.offset), static_cast<std::size_t>(tensor.count));
     }
   }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -176,6 +177,19 @@ inline void DriveKnown(Learner& learner, int steps, const std::function<void(con
     after(t);
     if (testing::Test::HasFatalFailure()) return;
   }
+}
+
+/// A small number as settings have it.
+inline const char* CountText(std::size_t count) {
+  static constexpr const char* kTexts[] = {"0", "1", "2", "3", "4"};
+  return kTexts[count];
+}
+
+/// min_k Q_k of the first `critics` outputs of a row.
+inline double LeastOf(const std::vector<std::vector<double>>& q, std::size_t critics) {
+  double least = q[0][0];
+  for (std::size_t k = 1; k < critics; ++k) least = std::min(least, q[k][0]);
+  return least;
 }
 
 /// The metric of that name; NaN where there is none.

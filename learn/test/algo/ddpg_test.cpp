@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <tuple>
 
 #include "collect/learned_network.h"
 #include "collect/parameter_noise.h"
@@ -21,31 +22,37 @@ constexpr double kReturnRange = 4.0;
 /// One step of DDPG in float64 beside the learner's; `first` is Stable Baselines 2.10.2's form, also with `pop_art`.
 class ReferenceDdpg {
  public:
-  ReferenceDdpg(Learner& learner, bool first, bool pop_art)
+  ReferenceDdpg(Learner& learner, bool first, bool pop_art, std::size_t n_critics)
       : first_(first),
         pop_art_(pop_art),
-        critic_network_(*nn::Network::Create(*nn::Critics(
-            KnownWorld().behaviour.observation_layout,
-            {.tower = KnownTower({4, 3}), .action_size = 2, .count = 1, .action_layer = first ? 1 : 0}, {}))),
+        n_critics_(n_critics),
+        critic_network_(*nn::Network::Create(*nn::Critics(KnownWorld().behaviour.observation_layout,
+                                                          {.tower = KnownTower({4, 3}),
+                                                           .action_size = 2,
+                                                           .count = static_cast<std::int64_t>(n_critics),
+                                                           .action_layer = first ? 1 : 0},
+                                                          {}))),
         actor_network_(*nn::Network::Create(learner.Snapshot().network)),
         actor_(actor_network_, StateOf(learner, "actor/parameters"), first),
         critic_(critic_network_, StateOf(learner, "critic/parameters"), first) {}
 
   void Step(const KnownTransition& t) {
-    const double after = critic_.RunTarget({t.next_observation, actor_.RunTarget({t.next_observation})[0]})[0][0];
+    const double after =
+        LeastOf(critic_.RunTarget({t.next_observation, actor_.RunTarget({t.next_observation})[0]}), n_critics_);
     const double value = (first_ ? kRewardScale : 1.0) * t.reward +
                          (t.terminated ? 0.0 : kReferenceGamma) * (mean_ + deviation_ * after);
     if (pop_art_) Follow(value);
     const double y = Within((value - mean_) / deviation_);
     const auto loss = [&] {
-      const double error = critic_.Run({t.observation, t.action})[0][0] - y;
-      double squares = 0.0;
+      const auto q = critic_.Run({t.observation, t.action});
+      double errors = 0.0, squares = 0.0;
+      for (std::size_t k = 0; k < n_critics_; ++k) errors += (q[k][0] - y) * (q[k][0] - y);
       for (const nn::Parameter& tensor : critic_network_.parameters()) {
-        if (tensor.shape.size() < 2 || tensor.name == "qf0/head/w") continue;
+        if (tensor.shape.size() < 2 || tensor.name.ends_with("/head/w")) continue;
         for (std::int64_t i = tensor.offset; i < tensor.offset + tensor.count; ++i)
           squares += critic_.now[static_cast<std::size_t>(i)] * critic_.now[static_cast<std::size_t>(i)];
       }
-      return error * error + (first_ ? 0.5 * kL2 * squares : 0.0);
+      return errors + (first_ ? 0.5 * kL2 * squares : 0.0);
     };
     const auto cost = [&] {
       return -mean_ - deviation_ * Within(critic_.Run({t.observation, actor_.Run({t.observation})[0]})[0][0]);
@@ -78,11 +85,11 @@ class ReferenceDdpg {
     mean_ = sum_ / count_;
     deviation_ = std::sqrt(std::max(squares_ / count_ - mean_ * mean_, 0.01));
     for (const nn::Parameter& tensor : critic_network_.parameters()) {
-      if (!tensor.name.starts_with("qf0/head/")) continue;
+      if (tensor.name.find("/head/") == std::string::npos) continue;
       for (std::int64_t i = tensor.offset; i < tensor.offset + tensor.count; ++i) {
         for (Numbers* of : {&critic_.now, &critic_.target}) {
           double& number = (*of)[static_cast<std::size_t>(i)];
-          number = (number * old_deviation + (tensor.name == "qf0/head/b" ? old_mean - mean_ : 0.0)) / deviation_;
+          number = (number * old_deviation + (tensor.name.ends_with("/head/b") ? old_mean - mean_ : 0.0)) / deviation_;
         }
       }
     }
@@ -99,14 +106,20 @@ class ReferenceDdpg {
   }
 
   bool first_, pop_art_;
+  std::size_t n_critics_;
   double sum_ = 0.0, squares_ = 0.01, count_ = 0.01, mean_ = 0.0, deviation_ = 1.0;
   nn::Network critic_network_, actor_network_;
   ReferenceLearned actor_, critic_;
 };
 
 TEST(Ddpg, UpdatesAreTheEquationsInFloat64) {
-  for (const auto& [first, pop_art] : {std::pair(false, false), std::pair(true, false), std::pair(true, true)}) {
+  for (const auto& [first, pop_art, n_critics] :
+       {std::tuple(false, false, std::size_t{1}), std::tuple(true, false, std::size_t{1}),
+        std::tuple(true, true, std::size_t{1}), std::tuple(false, false, std::size_t{3}),
+        std::tuple(true, true, std::size_t{2})}) {
+    SCOPED_TRACE(n_critics);
     Settings settings = KnownSettings(first);
+    settings.push_back({"n_critics", CountText(n_critics)});
     settings.push_back({"learning_rate", "0.01"});
     if (first) {
       for (const auto& setting : Settings{{"actor_lr", "0.005"},
@@ -121,7 +134,7 @@ TEST(Ddpg, UpdatesAreTheEquationsInFloat64) {
       settings.push_back({name, pop_art ? "true" : "false"});
     if (pop_art) settings.push_back({"return_range", "4"});
     const std::unique_ptr<Learner> learner = MakeKnown("ddpg", settings);
-    ReferenceDdpg reference(*learner, first, pop_art);
+    ReferenceDdpg reference(*learner, first, pop_art, n_critics);
     int step = 0;
     DriveKnown(
         *learner, 20, [](const KnownTransition&) {},

@@ -65,10 +65,11 @@ TEST(SquashedSamples, GradientsMatchDifferencesAndClippedDeviationsHaveNone) {
 /// One step of SAC in float64 beside the learner's.
 class ReferenceSac {
  public:
-  ReferenceSac(Learner& learner, bool tensorflow, bool value_network)
+  ReferenceSac(Learner& learner, bool tensorflow, bool value_network, std::size_t n_critics)
       : value_network_(value_network),
+        n_critics_(n_critics),
         actor_(*nn::Network::Create(learner.Snapshot().network), StateOf(learner, "actor/parameters"), tensorflow),
-        critics_(CriticsNetwork(value_network), StateOf(learner, "critics/parameters"), tensorflow),
+        critics_(CriticsNetwork(value_network, n_critics), StateOf(learner, "critics/parameters"), tensorflow),
         log_coefficient_(CoefficientNetwork(), {0.0f, 0.0f}, tensorflow),
         rng_(3, StreamId("sac_samples")) {}
 
@@ -84,14 +85,14 @@ class ReferenceSac {
       for (const Numbers& noise : Noise()) {
         const Sample next = Draw(t.next_observation, noise);
         const auto q = critics_.RunTarget({t.next_observation, next.action});
-        targets.push_back(t.reward + Follows(t) * (std::min(q[0][0], q[1][0]) - coefficient * next.log_p));
+        targets.push_back(t.reward + Follows(t) * (LeastOf(q, n_critics_) - coefficient * next.log_p));
       }
     } else {
       for (const Numbers& noise : now) {
         const Sample sample = Draw(t.observation, noise);
         const auto q = critics_.Run({t.observation, sample.action});
-        targets.push_back(t.reward + Follows(t) * critics_.RunTarget({t.next_observation, t.action})[2][0]);
-        value_targets.push_back(std::min(q[0][0], q[1][0]) - coefficient * sample.log_p);
+        targets.push_back(t.reward + Follows(t) * critics_.RunTarget({t.next_observation, t.action})[n_critics_][0]);
+        value_targets.push_back(LeastOf(q, n_critics_) - coefficient * sample.log_p);
       }
       StepActor(t, now, coefficient);
     }
@@ -99,8 +100,10 @@ class ReferenceSac {
       const auto q = critics_.Run({t.observation, t.action});
       double sum = 0.0;
       for (std::size_t r = 0; r < kReferenceRows; ++r) {
-        for (std::size_t k = 0; k < 2; ++k) sum += 0.5 * (q[k][0] - targets[r]) * (q[k][0] - targets[r]) / kRows;
-        if (value_network_) sum += 0.5 * (q[2][0] - value_targets[r]) * (q[2][0] - value_targets[r]) / kRows;
+        for (std::size_t k = 0; k < n_critics_; ++k)
+          sum += 0.5 * (q[k][0] - targets[r]) * (q[k][0] - targets[r]) / kRows;
+        if (value_network_)
+          sum += 0.5 * (q[n_critics_][0] - value_targets[r]) * (q[n_critics_][0] - value_targets[r]) / kRows;
       }
       return sum;
     };
@@ -128,9 +131,10 @@ class ReferenceSac {
   };
   static constexpr double kRows = static_cast<double>(kReferenceRows);
 
-  static nn::Network CriticsNetwork(bool value_network) {
+  static nn::Network CriticsNetwork(bool value_network, std::size_t n_critics) {
     nn::CriticsOptions options{.tower = KnownTower({4, 3}), .action_size = 2};
     options.state_value = value_network;
+    options.count = static_cast<std::int64_t>(n_critics);
     return *nn::Network::Create(*nn::Critics(KnownWorld().behaviour.observation_layout, options, {}));
   }
   /// Only its optimiser is used.
@@ -165,7 +169,7 @@ class ReferenceSac {
       for (const Numbers& noise : noises) {
         const Sample sample = Draw(t.observation, noise);
         const auto q = critics_.Run({t.observation, sample.action});
-        sum += (coefficient * sample.log_p - (value_network_ ? q[0][0] : std::min(q[0][0], q[1][0]))) / kRows;
+        sum += (coefficient * sample.log_p - (value_network_ ? q[0][0] : LeastOf(q, n_critics_))) / kRows;
       }
       return sum;
     };
@@ -174,16 +178,18 @@ class ReferenceSac {
   }
 
   bool value_network_;
+  std::size_t n_critics_;
   ReferenceLearned actor_, critics_, log_coefficient_;
   Rng rng_;
 };
 
-void ExpectTheReferenceSac(bool tensorflow, bool value_network) {
+void ExpectTheReferenceSac(bool tensorflow, bool value_network, std::size_t n_critics = 2) {
   Settings settings = KnownSettings(tensorflow);
   settings.push_back({"learning_rate", "0.01"});
   settings.push_back({"value_network", value_network ? "true" : "false"});
+  settings.push_back({"n_critics", CountText(n_critics)});
   const std::unique_ptr<Learner> learner = MakeKnown("sac", settings);
-  ReferenceSac reference(*learner, tensorflow, value_network);
+  ReferenceSac reference(*learner, tensorflow, value_network, n_critics);
   int step = 0;
   std::int64_t reports = 0;
   DriveKnown(
@@ -207,6 +213,8 @@ void ExpectTheReferenceSac(bool tensorflow, bool value_network) {
 TEST(Sac, UpdatesAreTheEquationsInFloat64) {
   ExpectTheReferenceSac(false, false);
   ExpectTheReferenceSac(true, true);
+  for (const std::size_t n_critics : {std::size_t{1}, std::size_t{4}}) ExpectTheReferenceSac(false, false, n_critics);
+  ExpectTheReferenceSac(true, true, 3);
 }
 
 // Stable Baselines3's learning test and its settings: two numbers, 400 steps, 0.9 of the reward.
@@ -235,6 +243,14 @@ TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
       {"sac", {{"log_keys", "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"value_network", "false"}}, 10000},
       {"time/episodes", "train/learning_rate", "train/n_updates", "train/actor_loss", "train/critic_loss",
        "train/ent_coef", "train/ent_coef_loss"});
+  ExpectReportsEveryFourthEpisode(
+      {"sac", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"n_critics", "1"}}, 10000},
+      {"episodes", "mean 100 episode reward", "current_lr", "policy_loss", "qf1_loss", "entropy", "ent_coef_loss",
+       "ent_coef"});
+  ExpectReportsEveryFourthEpisode(
+      {"sac", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"n_critics", "3"}}, 10000},
+      {"episodes", "mean 100 episode reward", "current_lr", "policy_loss", "qf1_loss", "qf2_loss", "entropy",
+       "ent_coef_loss", "ent_coef", "qf3_loss"});
 }
 
 TEST(Sac, ItsEntropyIsWrittenAsInStableBaselines) {
@@ -314,6 +330,9 @@ TEST(Sac, WhatItCannotLearnIsOneLine) {
   expect(good, {{"buffer_size", "1000"}, {"ent_coef", "much"}}, "ent_coef = 'much'");
   expect(good, {{"buffer_size", "100"}, {"net_arch", "[6000, 6000]"}}, "net_arch makes");
   expect(good, {{"buffer_size", "1000000000"}}, "lower buffer_size");
+  HyperparameterSet values((*FindAlgorithm("sac"))->hyperparameters);
+  for (const char* critics : {"0", "11", "1.5"})
+    EXPECT_NE(values.Set("n_critics", critics).message().find("a whole number from 1 to 10"), std::string::npos);
 }
 
 // What sac, td3 and ddpg have alike: algo/continuous_options.h.

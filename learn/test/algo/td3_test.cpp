@@ -14,11 +14,14 @@ namespace {
 /// One step of TD3 in float64 beside the learner's.
 class ReferenceTd3 {
  public:
-  ReferenceTd3(Learner& learner, bool tensorflow)
-      : actor_(*nn::Network::Create(learner.Snapshot().network), StateOf(learner, "actor/parameters"), tensorflow),
-        critics_(*nn::Network::Create(*nn::Critics(KnownWorld().behaviour.observation_layout,
-                                                   {.tower = KnownTower({4, 3}), .action_size = 2}, {})),
-                 StateOf(learner, "critics/parameters"), tensorflow),
+  ReferenceTd3(Learner& learner, bool tensorflow, std::size_t n_critics)
+      : n_critics_(n_critics),
+        actor_(*nn::Network::Create(learner.Snapshot().network), StateOf(learner, "actor/parameters"), tensorflow),
+        critics_(
+            *nn::Network::Create(*nn::Critics(
+                KnownWorld().behaviour.observation_layout,
+                {.tower = KnownTower({4, 3}), .action_size = 2, .count = static_cast<std::int64_t>(n_critics)}, {})),
+            StateOf(learner, "critics/parameters"), tensorflow),
         rng_(3, StreamId("target_policy_noise")) {}
 
   void Step(const KnownTransition& t) {
@@ -28,13 +31,13 @@ class ReferenceTd3 {
       for (double& number : next)
         number = std::clamp(number + std::clamp(0.3 * static_cast<double>(rng_.Normal()), -0.4, 0.4), -1.0, 1.0);
       const auto q = critics_.RunTarget({t.next_observation, next});
-      targets.push_back(t.reward + (t.terminated ? 0.0 : kReferenceGamma) * std::min(q[0][0], q[1][0]));
+      targets.push_back(t.reward + (t.terminated ? 0.0 : kReferenceGamma) * LeastOf(q, n_critics_));
     }
     const auto loss = [&] {
       const auto q = critics_.Run({t.observation, t.action});
       double sum = 0.0;
       for (const double target : targets) {
-        for (std::size_t k = 0; k < 2; ++k) sum += (q[k][0] - target) * (q[k][0] - target) / kReferenceRows;
+        for (std::size_t k = 0; k < n_critics_; ++k) sum += (q[k][0] - target) * (q[k][0] - target) / kReferenceRows;
       }
       return sum;
     };
@@ -59,21 +62,25 @@ class ReferenceTd3 {
 
  private:
   using Numbers = std::vector<double>;
+  std::size_t n_critics_;
   ReferenceLearned actor_, critics_;
   Rng rng_;
   int updates_ = 0;
 };
 
 TEST(Td3, UpdatesAreTheEquationsInFloat64) {
-  for (const bool tensorflow : {false, true}) {
+  for (const auto& [tensorflow, n_critics] : {std::pair(false, std::size_t{2}), std::pair(true, std::size_t{2}),
+                                              std::pair(false, std::size_t{1}), std::pair(false, std::size_t{3})}) {
+    SCOPED_TRACE(n_critics);
     Settings settings = KnownSettings(tensorflow);
+    settings.push_back({"n_critics", CountText(n_critics)});
     for (const auto& setting : Settings{{"learning_rate", "0.01"},
                                         {"policy_delay", "3"},
                                         {"target_policy_noise", "0.3"},
                                         {"target_noise_clip", "0.4"}})
       settings.push_back(setting);
     const std::unique_ptr<Learner> learner = MakeKnown("td3", settings);
-    ReferenceTd3 reference(*learner, tensorflow);
+    ReferenceTd3 reference(*learner, tensorflow, n_critics);
     std::int64_t reports = 0;
     DriveKnown(
         *learner, 30,
@@ -108,6 +115,9 @@ TEST(Td3, ReportsUnderTheKeysThatWereAskedFor) {
   ExpectReportsEveryFourthEpisode(
       {"td3", {{"log_keys", "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}}, 10000},
       {"time/episodes", "train/learning_rate", "train/n_updates", "train/critic_loss", "train/actor_loss"});
+  ExpectReportsEveryFourthEpisode(
+      {"td3", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"n_critics", "3"}}, 10000},
+      {"episodes", "mean 100 episode reward", "current_lr", "qf1_loss", "qf2_loss", "qf3_loss", ""});
 }
 
 // Stable Baselines3, TD3.__init__, and Stable Baselines 2.10.2's.
@@ -124,6 +134,7 @@ TEST(Tables, Td3HasBothGenerationsNamesAndDefaults) {
                   {"policy_delay", "2"},
                   {"target_policy_noise", "0.2"},
                   {"target_noise_clip", "0.5"},
+                  {"n_critics", "2"},
                   {"net_arch", "[400, 300]"}},
                  {{"learning_rate", "3e-4"},
                   {"buffer_size", "50000"},

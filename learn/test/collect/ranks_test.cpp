@@ -199,6 +199,7 @@ TEST(Ranks, EveryRankEndsWithTheSameModel) {
       {"dqn", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"grad_clip", "variable"}}},
       {"sac", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
       {"td3", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
+      {"td3", {{"learning_starts", "8"}, {"n_critics", "3"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
       {"ddpg",
        {{"learning_starts", "8"},
         {"norm_obs", "true"},

@@ -94,6 +94,9 @@ extends ConsacHyperparameters
 ## How weights start. (CONSAC; the two generations differ here)
 @export_enum("orthogonal", "xavier", "pytorch") var init: String = "pytorch"
 
+## Critics; targets take the least of what theirs say. (Stable Baselines3, TD3)
+@export_range(1, 10, 1) var n_critics: int = 2
+
 ## Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable
 ## Baselines3, TD3)
 @export_enum("ReplayBuffer", "HerReplayBuffer") var replay_buffer_class: String = "ReplayBuffer"
@@ -159,6 +162,7 @@ func collect() -> Dictionary:
 		"activation_fn": activation_fn,
 		"layer_norm": "true" if layer_norm else "false",
 		"init": init,
+		"n_critics": str(n_critics),
 		"replay_buffer_class": replay_buffer_class,
 		"n_sampled_goal": str(n_sampled_goal),
 		"goal_selection_strategy": goal_selection_strategy,

@@ -518,6 +518,7 @@ void UConsacSacHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddInteger(Into, TEXT("n_critics"), NCritics);
 	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
 	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
 	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));
@@ -564,6 +565,7 @@ void UConsacTd3Hyperparameters::Collect(TArray<FConsacHyperparameter>& Into) con
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddInteger(Into, TEXT("n_critics"), NCritics);
 	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
 	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
 	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));
@@ -650,6 +652,7 @@ void UConsacDdpgHyperparameters::Collect(TArray<FConsacHyperparameter>& Into) co
 	AddText(Into, TEXT("activation_fn"), ConsacTextOf(ActivationFn));
 	AddBoolean(Into, TEXT("layer_norm"), bLayerNorm);
 	AddText(Into, TEXT("init"), ConsacTextOf(Init));
+	AddInteger(Into, TEXT("n_critics"), NCritics);
 	AddText(Into, TEXT("replay_buffer_class"), ConsacTextOf(ReplayBufferClass));
 	AddInteger(Into, TEXT("n_sampled_goal"), NSampledGoal);
 	AddText(Into, TEXT("goal_selection_strategy"), ConsacTextOf(GoalSelectionStrategy));

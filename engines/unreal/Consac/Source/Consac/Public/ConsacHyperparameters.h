@@ -956,6 +956,10 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacInit Init = EConsacInit::Pytorch;
 
+	/** Critics; targets take the least of what theirs say. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="10"))
+	int32 NCritics = 2;
+
 	/** Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, SAC) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacReplayBufferClass ReplayBufferClass = EConsacReplayBufferClass::ReplayBuffer;
@@ -1126,6 +1130,10 @@ public:
 	/** How weights start. (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacInit Init = EConsacInit::Pytorch;
+
+	/** Critics; targets take the least of what theirs say. (Stable Baselines3, TD3) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="10"))
+	int32 NCritics = 2;
 
 	/** Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, TD3) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -1364,6 +1372,10 @@ public:
 	/** How weights start. (CONSAC; the two generations differ here) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	EConsacInit Init = EConsacInit::Pytorch;
+
+	/** Critics; targets take the least of what theirs say. (Stable Baselines3, DDPG) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="1", ClampMax="10"))
+	int32 NCritics = 1;
 
 	/**
 	 * Draw what is remembered as it was, or also as if other goals had been meant (HER). (Stable Baselines3, DDPG)
