@@ -39,6 +39,19 @@ def test_the_container_is_given_all_that_the_program_includes():
     assert "spec/conformance/protocol2/" in read and all(any(name.startswith(folder) for name in given) for folder in read)
 
 
+def test_the_container_is_given_all_folders_that_it_builds():
+    off = re.findall(r"-D(CONSAC_BUILD_\w+)=OFF", (ROOT / "Dockerfile").read_text())
+    under: list[str] = []  # conditions of the ifs that a line of CMakeLists.txt is in
+    for line in (ROOT / "CMakeLists.txt").read_text().splitlines():
+        if found := re.match(r"\s*(?:else)?if\((.*)\)(\s*#.*)?$", line):
+            under = (under[:-1] if "elseif" in line else under) + [found[1]]
+        elif line.strip() == "endif()":
+            under.pop()
+        elif (found := re.match(r"\s*add_subdirectory\((.*)\)", line)) and not any(name in condition for name in (*off, "CONSAC_BUILD_FUZZ") for condition in under):
+            if "CONSAC_EMBED" not in under:
+                assert sent(f"{found[1]}/CMakeLists.txt"), f".dockerignore leaves out {found[1]}, which CMakeLists.txt builds: add a line !{found[1]}"
+
+
 def test_the_container_copies_what_there_is():
     copied = [path for line in re.findall(r"^COPY (?!--)(.*)$", (ROOT / "Dockerfile").read_text(), re.M) for path in line.split()[:-1]]
     assert "tools/setup.sh" in copied and [path for path in copied if not (ROOT / path).exists() or (path != "." and not sent(path))] == []
