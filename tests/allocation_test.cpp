@@ -69,6 +69,19 @@ TEST(Allocations, NonePerStepOfLearningContinuousActions) {
   }
 }
 
+// Matrices are drawn anew every few steps.
+TEST(Allocations, NonePerStepOfExploringByTheState) {
+  const worlds::World& world = **worlds::FindWorld("pendulum-v1");
+  const Settings sde = {{"use_sde", "true"}, {"sde_sample_freq", "4"}, {"net_arch", "[16]"}};
+  Settings sac = sde, squashed = sde;
+  sac.push_back({"batch_size", "32"});
+  squashed.push_back({"squash_output", "true"});
+  squashed.push_back({"n_steps", "64"});
+  ExpectNoneWhileItLearns(world, "sac", sac);
+  ExpectNoneWhileItLearns(world, "ppo", squashed);
+  ExpectNoneWhileItLearns(world, "a2c", sde);
+}
+
 // Parameters are disturbed at the end of an episode, outputs moved with every batch.
 TEST(Allocations, NonePerStepOfNoiseInParametersAndMovedOutputs) {
   ExpectNoneWhileItLearns(**worlds::FindWorld("pendulum-v1"), "ddpg",
@@ -120,6 +133,22 @@ TEST(Allocations, NoneOfTheWidthOfAHeadTooWideToAct) {
     EXPECT_NE(status.message().find("widths go from 1 to 1048576"), std::string::npos) << name << status.message();
     EXPECT_LT(largest, std::size_t{1} << 20) << name << ": a row of it takes at least 16 MiB";
   }
+}
+
+TEST(Allocations, NonePerActionOfAModelThatExploresByTheState) {
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld("pendulum-v1"))->create(1);
+  Result<Policy> policy =
+      Policy::Create(MakeLearner(*env, "sac", {{"use_sde", "true"}, {"sde_sample_freq", "3"}})->Snapshot(), 1);
+  ASSERT_TRUE(policy.ok()) << policy.status().message();
+  const float observation[3] = {0.1f, 0.2f, -0.1f};
+  float action = 0.0f;
+  Rng rng(1, 2);
+  const std::int64_t before = AllocationCount();
+  for (int i = 0; i < 100; ++i) {
+    policy->Act(reinterpret_cast<const std::byte*>(observation), nullptr, 1, ActionMode::kSample, rng,
+                reinterpret_cast<std::byte*>(&action));
+  }
+  EXPECT_EQ(AllocationCount(), before);
 }
 
 TEST(Allocations, NonePerActionOfAModel) {

@@ -5,6 +5,7 @@ spec/model_file.md is the law; model_file.py reads the bytes.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,38 @@ MOST_SLOTS = 1 << 20  # agents that a model remembers for
 MASKED = -1e8  # the logit of a choice that is not legal
 # Each kind of head, and the spaces of the leaves that it can be of; the first that fits is a leaf's own where the model names none.
 HEADS = {"categorical": (spaces.Discrete, spaces.MultiDiscrete), "gaussian": (spaces.Box,), "bernoulli": (spaces.MultiBinary,),
-         "q_values": (spaces.Discrete,), "squashed_gaussian": (spaces.Box,), "deterministic": (spaces.Box,)}
+         "q_values": (spaces.Discrete,), "squashed_gaussian": (spaces.Box,), "deterministic": (spaces.Box,),
+         "sde_gaussian": (spaces.Box,), "squashed_sde_gaussian": (spaces.Box,)}
+BOUNDED = ("squashed_gaussian", "deterministic", "squashed_sde_gaussian")
+LARGEST_EXPLORATION = 1 << 20  # numbers of an agent's matrices
 FEATURES = OPS.keys() | HEADS.keys() | {"shared_parameters"}
+
+
+@dataclass(frozen=True)
+class StateNoise:
+    """How a head's noise follows the state (gSDE): phi W, with phi the last hidden layer's numbers and a matrix W of each agent."""
+    features: int
+    full_std: bool = True
+    use_expln: bool = False
+    clip_mean: float = 0.0
+    sample_freq: int = -1
+
+    @classmethod
+    def read(cls, head: dict) -> StateNoise:
+        given = {field.name: head[field.name] for field in fields(cls) if head.get(field.name) is not None}
+        kinds = {"features": (int,), "full_std": (bool,), "use_expln": (bool,), "clip_mean": (int, float), "sample_freq": (int,)}
+        if not all(type(value) in kinds[name] for name, value in given.items()) or not 1 <= given.get("features", 0) <= LARGEST_EXPLORATION or not 0 <= given.get("clip_mean", 0) < math.inf:
+            raise ModelDamaged(f"the model's head {quote(repr(head), 160)} has no usable features, full_std, use_expln, clip_mean and sample_freq")
+        return cls(**given)
+
+    def log_stds(self, size: int) -> int:
+        return self.features * (size if self.full_std else 1)
+
+    def draw(self, log_std: np.ndarray, size: int, rng: np.random.Generator) -> np.ndarray:
+        """[features, size] numbers of the deviations that the model has learned."""
+        own = log_std.astype(np.float64).reshape(self.features, -1)
+        deviation = np.where(own > 0, np.log1p(np.maximum(own, 0) + 1e-6) + 1, np.exp(np.minimum(own, 0))) if self.use_expln else np.exp(own)
+        return deviation * rng.standard_normal((self.features, size))
 
 
 class Policy:
@@ -39,15 +70,19 @@ class Policy:
         self.features = sum(_features(leaf) for leaf in self._observation.leaves)
         self.heads = self._read_heads(interface.get("heads"))
         self._heads = [_features(leaf) * (2 if kind == "squashed_gaussian" else 1) for leaf, kind in zip(self._action.leaves, self.heads)]
+        self._noises = self._read_noises(interface.get("heads"))
+        self._hidden = next((noise.features for noise in self._noises if noise), 0)
         self._network = Network(self.spec.get("graph"), self.features, self._floats)
-        if self._network.size != sum(self._heads):
-            raise ModelDamaged(f"the model's first output has {self._network.size} numbers, its heads need {sum(self._heads)}")
-        deviations = sum(size for kind, size in zip(self.heads, self._heads) if kind == "gaussian")
+        if self._network.size != sum(self._heads) + self._hidden:
+            raise ModelDamaged(f"the model's first output has {self._network.size} numbers, its heads need {sum(self._heads) + self._hidden}")
+        self._deviations = [size if kind == "gaussian" else noise.log_stds(size) if noise else 0 for kind, size, noise in zip(self.heads, self._heads, self._noises)]
+        deviations = sum(self._deviations)
         self._log_std = self._floats("pi/log_std", (deviations,)) if deviations else np.zeros(0, np.float32)
         self._normaliser = self._read_normaliser(interface.get("normalise"))
         self._run_self_test(self.spec.get("selftest"))
         self._rng = np.random.default_rng()
         self._memory = Memory() if self._network.remembers else None
+        self._matrices: dict[int, tuple[list, int]] = {}  # by agent: what it explores by, and for how many actions yet (-1: its episode)
 
     def __repr__(self) -> str:
         return f"Policy({self.observation_space} -> {self.action_space})"
@@ -58,7 +93,7 @@ class Policy:
         """What the network says, leaf by leaf: logits, values of choices, for a box means. [head] for one observation, [rows, head] for many.
         Of a model that remembers: at an episode's beginning."""
         features, single = self._flatten(observation)
-        head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))
+        head = self._mask_logits(self._run(features).astype(np.float32), self._mask_rows(mask, len(features)))[:, :sum(self._heads)]
         return head[0] if single else head
 
     @property
@@ -69,7 +104,7 @@ class Policy:
     def act(self, observation, deterministic: bool = True, mask=None, rng: np.random.Generator | None = None, *, slots=None, begins=None):
         """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic. Of values of choices the best is taken.
 
-        For models that remember: `slots` says which agent each observation is of (whole numbers from 0, each once; its place unless given), and
+        For models that remember, and for draws of one that explores by noise that follows the state: `slots` says which agent each observation is of (whole numbers from 0, each once; its place unless given), and
         `begins` is true where that agent's episode begins (nowhere unless given; an agent that has not acted yet begins by itself).
         """
         if not isinstance(deterministic, (bool, np.bool_)):
@@ -80,11 +115,19 @@ class Policy:
             self._memory.begin_step(*whose)
         head = self._mask_logits(self._run(features, self._memory).astype(np.float32), mask)
         rng = None if deterministic else self._rng if rng is None else rng
+        matrices = self._explore(*whose, rng) if self._hidden and rng is not None else None
         parts, at, deviation = [], 0, 0
-        for leaf, kind, size in zip(self._action.leaves, self.heads, self._heads):
+        for index, (leaf, kind, size, noise) in enumerate(zip(self._action.leaves, self.heads, self._heads, self._noises)):
             part, space = head[:, at:at + size], leaf.space
             at += size
-            if kind in ("squashed_gaussian", "deterministic"):
+            if noise is not None:
+                value = part.astype(np.float64) if noise.clip_mean == 0 else np.clip(part.astype(np.float64), -noise.clip_mean, noise.clip_mean)
+                if matrices is not None:
+                    value = value + np.einsum("rl,rla->ra", head[:, -self._hidden:].astype(np.float64), np.stack([of[index] for of in matrices]))
+                deviation += self._deviations[index]
+                value = _stretched(np.tanh(value), "deterministic", space, None) if kind == "squashed_sde_gaussian" else value
+                value = np.clip(value.reshape(len(part), *leaf.shape), space.low, space.high)
+            elif kind in BOUNDED:
                 value = _stretched(part, kind, space, rng).reshape(len(part), *leaf.shape)
             elif isinstance(space, spaces.Box):
                 value = part
@@ -103,6 +146,21 @@ class Policy:
             value = value.astype(space.dtype)
             parts.append(value[0] if single else value)
         return self._action.build(parts)
+
+    def _explore(self, whose: np.ndarray, begun: np.ndarray, rng: np.random.Generator) -> list[list]:
+        """The matrices that each row's agent explores by, drawn where they are due: at its first action, where its episode begins, and as often as the model says."""
+        freq = next(noise.sample_freq for noise in self._noises if noise)
+        found = []
+        for slot, begins in zip(whose.tolist(), begun.tolist()):
+            matrices, left = self._matrices.get(slot, (None, 0))
+            if matrices is None or begins or left == 0:
+                matrices, left, at = [], freq if freq > 0 else -1, 0
+                for noise, size, count in zip(self._noises, self._heads, self._deviations):
+                    matrices.append(None if noise is None else noise.draw(self._log_std[at:at + count], size, rng))
+                    at += count
+            self._matrices[slot] = matrices, left - 1 if left > 0 else left
+            found.append(matrices)
+        return found
 
     def flatten(self, observation) -> np.ndarray:
         """The network's input before it is normalised, as gymnasium.spaces.flatten has it."""
@@ -216,11 +274,21 @@ class Policy:
             return [next(kind for kind, fitting in HEADS.items() if isinstance(leaf.space, fitting)) for leaf in self._action.leaves]
         kinds = [head.get("type") for head in heads if isinstance(head, dict)] if isinstance(heads, list) else []
         fits = len(kinds) == len(names) == len(heads) and all(head.get("leaf") == name for head, name in zip(heads, names))
-        if fits and any(kind in ("squashed_gaussian", "deterministic") and not leaf.space.is_bounded() for kind, leaf in zip(kinds, self._action.leaves) if isinstance(leaf.space, spaces.Box)):
+        if fits and any(kind in BOUNDED and not leaf.space.is_bounded() for kind, leaf in zip(kinds, self._action.leaves) if isinstance(leaf.space, spaces.Box)):
             raise ModelDamaged(f"the model's heads {kinds} need bounds of {self.action_space}")
         if not fits or not all(kind in HEADS and isinstance(leaf.space, HEADS[kind]) for kind, leaf in zip(kinds, self._action.leaves)):
             raise ModelDamaged(f"the model's heads are {heads}, which do not fit its action space {self.action_space}")
         return kinds
+
+    def _read_noises(self, heads) -> list[StateNoise | None]:
+        """How each leaf's noise follows the state; None where it does not."""
+        noises = [StateNoise.read(head) if kind.endswith("sde_gaussian") else None for kind, head in zip(self.heads, heads or [None] * len(self.heads))]
+        following = [noise for noise in noises if noise]
+        if len({(noise.features, noise.sample_freq) for noise in following}) > 1:
+            raise ModelDamaged("the model's heads explore by different features, or for different times")
+        if sum(noise.features * size for noise, size in zip(noises, self._heads) if noise) > LARGEST_EXPLORATION:
+            raise ModelDamaged(f"the model's heads explore by more than {LARGEST_EXPLORATION} numbers")
+        return noises
 
     def _read_normaliser(self, normalise):
         if normalise is None:
@@ -243,7 +311,7 @@ class Policy:
             rows = len(asked) if asked is not None and asked.ndim == 2 else 0
             if rows == 0 or expected is None:
                 raise ModelDamaged(f"the model's self-test names tensors that are empty or not there: {quote(pair.get('in'))}, {quote(pair.get('out'))}")
-            asked, expected = self._floats(pair["in"], (rows, self.features)), self._floats(pair["out"], (rows, sum(self._heads)))
+            asked, expected = self._floats(pair["in"], (rows, self.features)), self._floats(pair["out"], (rows, sum(self._heads) + self._hidden))
             error = np.abs(self._run(asked).astype(np.float32).astype(np.float64) - expected)
             if not np.all(error <= pair["tol"] * (1 + np.abs(expected).max())):
                 raise ModelDamaged(f"the model fails its own self-test {quote(pair['out'])} by {error.max():g}; do not use it")

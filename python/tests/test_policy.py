@@ -218,6 +218,61 @@ def test_actions_from_minus_one_to_one_are_stretched_to_their_bounds(kind):
         Policy(read_model(model_bytes(spec, tensors)))
 
 
+def state_noise(squashed=False, action=spaces.Box(np.array([-2, 0], np.float32), np.array([2, 1], np.float32)), **members):
+    """A model whose noise follows its one hidden layer of five."""
+    spec, tensors = make(action=action)
+    kind = "squashed_sde_gaussian" if squashed else "sde_gaussian"
+    spec["interface"]["heads"] = [{"leaf": "", "type": kind, "std": "pi/log_std", "features": 5, **members}]
+    spec["requires"] = ["dense", "concatenation", kind]
+    blocks, hidden, out = spec["graph"]["blocks"], *(block["out"] for block in spec["graph"]["blocks"][-2:])
+    blocks[-1]["out"] = "mean"
+    blocks.append({"op": "concatenation", "in": ["mean", hidden], "out": out, "name": out, "in_size": 7, "out_size": 7, "act": "linear"})
+    tensors["pi/log_std"] = np.linspace(-1, 0.5, 5 if members.get("full_std") is False else 10).astype(np.float32)
+    asked = tensors["test/0/in"]
+    first, last = blocks[0]["name"], blocks[1]["name"]
+    phi = np.tanh(asked @ tensors[f"{first}/w"].T + tensors[f"{first}/b"])
+    tensors["test/0/out"] = np.concatenate([phi @ tensors[f"{last}/w"].T + tensors[f"{last}/b"], phi], 1).astype(np.float32)
+    return spec, tensors
+
+
+@pytest.mark.parametrize("squashed", [False, True])
+def test_noise_that_follows_the_state_is_an_agents_own(squashed):
+    spec, tensors = state_noise(squashed, clip_mean=0.5, sample_freq=3)
+    policy, rng = Policy(read_model(model_bytes(spec, tensors))), np.random.default_rng(1)
+    seen = np.array([0.1, -0.2, 0.3], np.float32)
+    mean = np.clip(policy.logits(seen).astype(np.float64), -0.5, 0.5)
+    assert policy.logits(seen).shape == (2,)
+    expected = [2 * np.tanh(mean[0]), 0.5 + 0.5 * np.tanh(mean[1])] if squashed else np.clip(mean, [-2, 0], [2, 1])
+    assert np.allclose(policy.act(seen), expected, atol=1e-6)
+    two = np.stack([seen, seen])
+    drawn = [policy.act(two, False, rng=rng, slots=[4, 9]) for _ in range(4)]
+    assert (drawn[0] == drawn[1]).all() and (drawn[0] == drawn[2]).all() and (drawn[0] != drawn[3]).any(), "for three actions"
+    assert (drawn[0][0] != drawn[0][1]).any()
+    again = policy.act(two, False, rng=rng, slots=[4, 9], begins=[True, False])
+    assert (again[0] != drawn[3][0]).any() and (again[1] == drawn[3][1]).all()
+
+
+@pytest.mark.parametrize("members", [{}, {"full_std": False}, {"use_expln": True}])
+def test_noise_that_follows_the_state_has_the_variance_that_the_model_says(members):
+    spec, tensors = state_noise(action=spaces.Box(-50, 50, (2,), np.float32), **members)
+    policy, rng = Policy(read_model(model_bytes(spec, tensors))), np.random.default_rng(1)
+    seen = np.array([0.1, -0.2, 0.3], np.float32)
+    drawn = policy.act(np.repeat(seen[None], 6000, 0), False, rng=rng).astype(np.float64)
+    phi = np.tanh(tensors["pi/0/w"] @ seen + tensors["pi/0/b"]).astype(np.float64)
+    log_std = tensors["pi/log_std"].astype(np.float64).reshape(5, -1)
+    sigma = np.where(log_std > 0, np.log1p(log_std.clip(0)) + 1, np.exp(log_std)) if "use_expln" in members else np.exp(log_std)
+    assert np.allclose(drawn.std(0), np.sqrt((phi ** 2) @ (sigma ** 2)), rtol=0.05)
+    assert np.allclose(drawn.mean(0), policy.logits(seen), atol=0.05 * drawn.std())
+
+
+def test_heads_that_follow_the_state_and_cannot_be_are_refused():
+    for change in ({"features": 6}, {"features": 0}, {"features": "5"}, {"features": None}, {"clip_mean": -1}, {"full_std": 1}, {"sample_freq": 2.5}):
+        spec, tensors = state_noise()
+        spec["interface"]["heads"][0] |= change
+        with pytest.raises(ModelDamaged):
+            Policy(read_model(model_bytes(spec, tensors)))
+
+
 def test_heads_that_do_not_fit_are_refused_and_old_files_need_none():
     for change in ({"type": "q_value"}, {"type": "gaussian"}, {"leaf": "wheel"}):
         spec, tensors = duelling()

@@ -18,6 +18,8 @@ Status UnknownKey(std::string_view name, std::span<const learn::Hyperparameter> 
     return {StatusCode::kInvalidArgument,
             "'hyperparameters' is a heading of the file, with 'name: value' lines below it; give each by its own name"};
   }
+  if (std::string answer = learn::StableBaselinesAnswer(name); !answer.empty())
+    return {StatusCode::kInvalidArgument, std::move(answer)};
   std::vector<std::string_view> known;
   for (const Field& field : Fields()) known.emplace_back(field.name);
   known.push_back(kHyperparameters);

@@ -168,6 +168,9 @@ TEST(Config, SettingsAreFieldsOrHyperparameters) {
   EXPECT_EQ(config.envs, 4);
   EXPECT_EQ(Hyperparameter(config, "learning_rate"), "1e-04");
   EXPECT_EQ(SettingError("enfs=4"), "unknown key 'enfs' (did you mean 'envs'?)");
+  EXPECT_EQ(SettingError("device=cuda"),
+            "'device' of Stable Baselines is no hyperparameter here: learning runs on the CPU; leave it out, and give "
+            "threads");
   EXPECT_EQ(SettingError("envs"), "setting 'envs' cannot be used; expected key=value");
   EXPECT_THAT(SettingError("=4"), HasSubstr("expected key=value"));
   EXPECT_THAT(SettingError("gamma="), StartsWith("gamma = ''"));

@@ -65,6 +65,7 @@ Result<NetworkSpec> Actor(const Layout& observation, const ActorOptions& options
   if (!entry.ok()) return entry.status();
   const Port hidden = AddHiddenLayers(spec, options.tower, "pi", *entry, 0, options.tower.layers.size());
   AddOutput(spec, options.tower, {"pi", options.outputs, {}}, options.groups, hidden, options.output);
+  if (options.with_features) AppendFeatures(spec, hidden.name);
   return spec;
 }
 
@@ -90,6 +91,13 @@ Result<NetworkSpec> Critics(const Layout& observation, const CriticsOptions& opt
     AddOutput(spec, options.tower, {"vf", 1, {}}, 1, from, Activation::kLinear);
   }
   return spec;
+}
+
+void AppendFeatures(NetworkSpec& spec, const std::string& features) {
+  Block& head = spec.blocks.back();
+  const std::string name = head.output;
+  head.output = name + "/mean";
+  spec.blocks.push_back({.op = "concatenation", .inputs = {name + "/mean", features}, .output = name, .name = name});
 }
 
 NetworkSpec FirstOutputOf(const NetworkSpec& spec) {

@@ -1,6 +1,7 @@
 #include "consac/nn/net_arch.h"
 
 #include "consac/base/text.h"
+#include "consac/nn/action_networks.h"
 
 namespace consac::nn {
 namespace {
@@ -180,6 +181,7 @@ void AddActorCritic(NetworkSpec& spec, const Port& features, const ActorCriticOp
   const Port shared = AddTower(spec, options.arch.shared, "shared", features, hidden);
   const Port pi = AddTower(spec, options.arch.pi, "pi", shared, hidden);
   AddHead(spec, {"pi", options.action_size}, pi, init, options.orthogonal_init ? options.policy_gain : 1.0f);
+  if (options.with_features) AppendFeatures(spec, pi.name);
   const Port vf = AddTower(spec, options.arch.vf, "vf", shared, hidden);
   AddHead(spec, {"vf", 1}, vf, init, options.orthogonal_init ? options.value_gain : 1.0f);
 }

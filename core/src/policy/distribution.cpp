@@ -12,7 +12,8 @@ constexpr std::size_t kCategoricalRow = 0, kBernoulliRow = 1, kGaussianRow = 2;
 const auto& DistributionTable() {
   static const std::array kRows = {CategoricalDistribution(),      BernoulliDistribution(),
                                    GaussianDistribution(),         QValuesDistribution(),
-                                   SquashedGaussianDistribution(), DeterministicDistribution()};
+                                   SquashedGaussianDistribution(), DeterministicDistribution(),
+                                   SdeGaussianDistribution(),      SquashedSdeGaussianDistribution()};
   return kRows;
 }
 

@@ -18,6 +18,11 @@ Distribution SquashedGaussianDistribution();
 /// A number from -1 to 1 as the network says it, stretched to the bounds.
 Distribution DeterministicDistribution();
 
+/// Normal numbers whose deviation follows the state, by a matrix of each slot; means from the network.
+Distribution SdeGaussianDistribution();
+/// The same squashed by tanh and stretched to the bounds.
+Distribution SquashedSdeGaussianDistribution();
+
 /// Whether the leaf is a choice of n or several.
 bool IsChoice(const Leaf& leaf);
 /// The index of the largest legal value.
@@ -26,5 +31,8 @@ std::int64_t BestLegal(const float* values, const std::uint8_t* mask, std::int64
 double ChoiceInWorld(const Leaf& leaf, std::int64_t index, float raw);
 /// A number from -1 to 1 as the world takes it.
 double StretchedToBounds(const Leaf& leaf, std::int64_t index, float raw);
+
+/// Entropy of the tanh of a normal number. Not for hot paths.
+double SquashedNormalEntropy(double mean, double deviation);
 
 }  // namespace consac

@@ -17,6 +17,10 @@ std::int64_t MeanCount(const Leaf& leaf) {
   return leaf.count;
 }
 
+std::int64_t LogStdCount(const Leaf& leaf, const StateNoise&) {
+  return leaf.count;
+}
+
 void SelectNormal(const Leaf& leaf, const HeadRow& row, ActionMode mode, Rng& rng, float* raw) {
   const bool sample = mode == ActionMode::kSample;
   for (std::int64_t i = 0; i < leaf.count; ++i) {
@@ -59,7 +63,7 @@ double ClippedToBounds(const Leaf& leaf, std::int64_t index, float raw) {
 Distribution GaussianDistribution() {
   return {.name = "gaussian",
           .fits = IsVector,
-          .has_log_std = true,
+          .log_std_size = LogStdCount,
           .head_size = MeanCount,
           .select = SelectNormal,
           .log_probability = GaussianLogProbability,

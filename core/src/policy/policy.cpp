@@ -49,9 +49,11 @@ struct Policy::State {
   nn::Network network;
   nn::Evaluator evaluator;
   std::int64_t max_rows = 0, last_rows = 0;
-  std::vector<float> features;  // [max_rows, feature_count]
-  std::vector<float> raw;       // [max_rows, raw actions]
-  std::vector<float> states;    // [max_rows slots, state_size]
+  std::vector<float> features;                  // [max_rows, feature_count]
+  std::vector<float> raw;                       // [max_rows, raw actions]
+  std::vector<float> states;                    // [max_rows slots, state_size]
+  std::vector<float> exploration;               // [max_rows slots, exploration_size] of heads that follow the state
+  std::vector<std::int64_t> exploration_lasts;  // [max_rows slots] actions until it is drawn anew; 0: now, -1: never
 
   State(PolicyData policy, ActionHead checked_head, nn::Network checked, std::int64_t rows)
       : data(std::move(policy)),
@@ -63,7 +65,9 @@ struct Policy::State {
         max_rows(std::max(rows, kSelfTestRows)),
         features(static_cast<std::size_t>(max_rows * observation.feature_count)),
         raw(static_cast<std::size_t>(max_rows * head.raw_size())),
-        states(static_cast<std::size_t>(max_rows * evaluator.state_size())) {
+        states(static_cast<std::size_t>(max_rows * evaluator.state_size())),
+        exploration(static_cast<std::size_t>(max_rows * head.exploration_size())),
+        exploration_lasts(exploration.empty() ? 0 : static_cast<std::size_t>(max_rows)) {
     evaluator.Load(data.parameters);
   }
 
@@ -74,6 +78,22 @@ struct Policy::State {
     evaluator.ForwardTo(0, std::span<const float* const>(&input, 1), rows, recurrent);
     last_rows = rows;
     return evaluator.output(0);
+  }
+
+  /// The matrices that `call` explores by, drawn where they are due: at an agent's first action, where its episode
+  /// begins, and as often as the head says.
+  SlotNoise Explore(const ActRows& call, std::int64_t rows, Rng& rng) {
+    for (std::int64_t r = 0; r < rows; ++r) {
+      const std::size_t slot = static_cast<std::size_t>(call.slots == nullptr ? r : call.slots[r]);
+      std::int64_t& lasts = exploration_lasts[slot];
+      if (lasts == 0 || (call.begins != nullptr && call.begins[r] != 0)) {
+        head.DrawExploration(data.log_std.data(), rng,
+                             exploration.data() + slot * static_cast<std::size_t>(head.exploration_size()));
+        lasts = head.sample_freq() > 0 ? head.sample_freq() : -1;
+      }
+      if (lasts > 0) --lasts;
+    }
+    return {exploration.data(), call.slots};
   }
 
   /// Questions for the self-test, drawn from `seed`: rows of the observation space, brought to where the policy was
@@ -226,21 +246,28 @@ void Policy::Act(const std::byte* observations, const std::uint8_t* masks, std::
 void Policy::Act(const ActRows& call, ActionMode mode, Rng& rng, std::byte* actions) {
   CONSAC_ASSERT(call.rows >= 0 && call.rows <= state_->max_rows);
   const std::int64_t rows = std::clamp<std::int64_t>(call.rows, 0, state_->max_rows);
+  const bool explores = mode == ActionMode::kSample && !state_->exploration.empty();
   nn::RecurrentRows recurrent;
-  if (!state_->states.empty()) {
+  SlotNoise noise;
+  if (!state_->states.empty() || explores) {
     const auto outside = [&](std::int32_t slot) { return slot < 0 || slot >= state_->max_rows; };
     const bool fits = call.slots == nullptr || std::none_of(call.slots, call.slots + rows, outside);
     CONSAC_ASSERT(fits);
-    if (fits) recurrent = {state_->states.data(), call.slots, call.begins};
+    if (fits && !state_->states.empty()) recurrent = {state_->states.data(), call.slots, call.begins};
+    if (fits && explores) noise = state_->Explore(call, rows, rng);
   }
   EncodeFeatures(state_->observation, call.observations, rows, state_->features.data());
   const float* head = state_->Run(rows, recurrent);
-  state_->head.Select(head, state_->data.log_std.data(), call.masks, rows, mode, rng, state_->raw.data());
+  state_->head.Select(head, state_->data.log_std.data(), call.masks, rows, mode, rng, state_->raw.data(), nullptr,
+                      noise);
   state_->head.Write(state_->raw.data(), rows, actions);
 }
 
 void Policy::Visit(Archive& archive) {
   archive("slots", std::span<float>(state_->states));
+  if (state_->exploration.empty()) return;
+  archive("exploration", std::span<float>(state_->exploration));
+  archive("exploration_lasts", std::span<std::int64_t>(state_->exploration_lasts));
 }
 
 Status Policy::MakeRoom(std::int64_t max_rows) {
@@ -248,6 +275,9 @@ Status Policy::MakeRoom(std::int64_t max_rows) {
   Result<Policy> larger = Create(state_->data, max_rows);
   if (!larger.ok()) return larger.status();
   std::copy(state_->states.begin(), state_->states.end(), larger->state_->states.begin());
+  std::copy(state_->exploration.begin(), state_->exploration.end(), larger->state_->exploration.begin());
+  std::copy(state_->exploration_lasts.begin(), state_->exploration_lasts.end(),
+            larger->state_->exploration_lasts.begin());
   *this = std::move(*larger);
   return Status::Ok();
 }

@@ -50,10 +50,38 @@ SpecJson HeadsJson(const std::vector<HeadSpec>& specs) {
   SpecJson heads = SpecJson::array();
   for (const HeadSpec& spec : specs) {
     SpecJson head = {{"leaf", spec.leaf}, {"type", spec.type}};
-    if (FindDistribution(spec.type)->has_log_std) head["std"] = "pi/log_std";
+    const Distribution& distribution = *FindDistribution(spec.type);
+    if (distribution.log_std_size != nullptr) head["std"] = "pi/log_std";
+    if (distribution.follows_state) {
+      head["features"] = spec.noise.features;
+      head["full_std"] = spec.noise.full_std;
+      head["use_expln"] = spec.noise.use_expln;
+      head["clip_mean"] = spec.noise.clip_mean;
+      head["sample_freq"] = spec.noise.sample_freq;
+    }
     heads.push_back(std::move(head));
   }
   return heads;
+}
+
+/// How a head follows the state: a member that is not there is as StateNoise begins.
+Result<StateNoise> ReadStateNoise(const SpecJson& head) {
+  StateNoise noise;
+  const SpecJson &features = SpecField(head, "features"), &freq = SpecField(head, "sample_freq"),
+                 &clip = SpecField(head, "clip_mean");
+  const auto whole = [](const SpecJson& json) { return json.is_number_integer(); };
+  const auto truth = [](const SpecJson& json) { return json.is_boolean() || json.is_null(); };
+  const SpecJson &full = SpecField(head, "full_std"), &expln = SpecField(head, "use_expln");
+  if (!whole(features) || !(freq.is_null() || whole(freq)) || !(clip.is_null() || clip.is_number()) || !truth(full) ||
+      !truth(expln))
+    return BadSpec("has a head of the type " + Quote(TextOf(head, "type")) +
+                   " without usable features, full_std, use_expln, clip_mean and sample_freq");
+  noise.features = features.get<std::int64_t>();
+  if (!freq.is_null()) noise.sample_freq = freq.get<std::int64_t>();
+  if (!clip.is_null()) noise.clip_mean = clip.get<float>();
+  if (!full.is_null()) noise.full_std = full.get<bool>();
+  if (!expln.is_null()) noise.use_expln = expln.get<bool>();
+  return noise;
 }
 
 /// Files that name no heads have the default ones.
@@ -65,6 +93,11 @@ Result<std::vector<HeadSpec>> ReadHeads(const SpecJson& json) {
     if (!SpecField(head, "leaf").is_string() || !SpecField(head, "type").is_string())
       return BadSpec("has a head without leaf and type");
     heads.push_back({TextOf(head, "leaf"), TextOf(head, "type")});
+    const Distribution* distribution = FindDistribution(heads.back().type);
+    if (distribution == nullptr || !distribution->follows_state) continue;
+    const Result<StateNoise> noise = ReadStateNoise(head);
+    if (!noise.ok()) return noise.status();
+    heads.back().noise = *noise;
   }
   return heads;
 }

@@ -40,30 +40,17 @@ float SquashedLogProbability(const Leaf& leaf, const HeadRow& row, const float* 
   float log_p = 0.0f;
   for (std::int64_t i = 0; i < leaf.count; ++i) {
     const float log_std = LogStdOf(leaf, row, i);
-    const float before = std::atanh(std::clamp(raw[i], -kLargestSquashed, kLargestSquashed));
-    const float z = (before - row.head[i]) * std::exp(-log_std);
-    log_p -= 0.5f * z * z + log_std + 0.5f * kLogTwoPi + std::log(1.0f - raw[i] * raw[i] + kSquashEpsilon);
+    const float z = (Unsquashed(raw[i]) - row.head[i]) * std::exp(-log_std);
+    log_p -= 0.5f * z * z + log_std + 0.5f * kLogTwoPi + LogSquashSlope(raw[i]);
   }
   return log_p;
 }
 
-/// The normal entropy and the mean of log(1 - tanh^2), which has no closed form: by Simpson's rule over six deviations
-/// to either side. Not for hot paths.
 float SquashedEntropy(const Leaf& leaf, const HeadRow& row) {
-  constexpr int kIntervals = 96;
-  constexpr double kReach = 6.0, kStep = 2.0 * kReach / kIntervals;
   double entropy = 0.0;
-  for (std::int64_t i = 0; i < leaf.count; ++i) {
-    const double log_std = LogStdOf(leaf, row, i), deviation = std::exp(log_std);
-    entropy += log_std + 0.5 * (static_cast<double>(kLogTwoPi) + 1.0);
-    for (int k = 0; k <= kIntervals; ++k) {
-      const double z = -kReach + kStep * k;
-      const double weight = (k == 0 || k == kIntervals ? 1.0 : k % 2 == 1 ? 4.0 : 2.0) * kStep / 3.0;
-      const double density = std::exp(-0.5 * (z * z + static_cast<double>(kLogTwoPi)));
-      const double squashed = std::tanh(static_cast<double>(row.head[i]) + deviation * z);
-      entropy += weight * density * std::log(1.0 - squashed * squashed + static_cast<double>(kSquashEpsilon));
-    }
-  }
+  for (std::int64_t i = 0; i < leaf.count; ++i)
+    entropy +=
+        SquashedNormalEntropy(static_cast<double>(row.head[i]), std::exp(static_cast<double>(LogStdOf(leaf, row, i))));
   return static_cast<float>(entropy);
 }
 
@@ -101,6 +88,30 @@ float KlOfOne(const Leaf& leaf, const HeadRow& from, const HeadRow& to) {
 }
 
 }  // namespace
+
+float Unsquashed(float raw) {
+  return std::atanh(std::clamp(raw, -kLargestSquashed, kLargestSquashed));
+}
+
+float LogSquashSlope(float raw) {
+  return std::log(1.0f - raw * raw + kSquashEpsilon);
+}
+
+/// The normal entropy and the mean of log(1 - tanh^2), which has no closed form: by Simpson's rule over six deviations
+/// to either side.
+double SquashedNormalEntropy(double mean, double deviation) {
+  constexpr int kIntervals = 96;
+  constexpr double kReach = 6.0, kStep = 2.0 * kReach / kIntervals;
+  double entropy = std::log(deviation) + 0.5 * (static_cast<double>(kLogTwoPi) + 1.0);
+  for (int k = 0; k <= kIntervals; ++k) {
+    const double z = -kReach + kStep * k;
+    const double weight = (k == 0 || k == kIntervals ? 1.0 : k % 2 == 1 ? 4.0 : 2.0) * kStep / 3.0;
+    const double density = std::exp(-0.5 * (z * z + static_cast<double>(kLogTwoPi)));
+    const double squashed = std::tanh(mean + deviation * z);
+    entropy += weight * density * std::log(1.0 - squashed * squashed + static_cast<double>(kSquashEpsilon));
+  }
+  return entropy;
+}
 
 double StretchedToBounds(const Leaf& leaf, std::int64_t index, float raw) {
   const auto [low, high] = ElementBounds(leaf, index);

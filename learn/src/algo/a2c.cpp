@@ -56,7 +56,8 @@ constexpr ParameterRow<A> kA2cOwn[] = {
     {"log_keys", "log_keys", Into<A, &A::log_keys>, "sb2", "sb3", 0, 0, "sb2|sb3", "whose names the logs have",
      kConsac},
 };
-constexpr auto kA2cRows = std::tie(kA2cOnPolicy, kA2cOwn, on_policy_rows::kNetwork, on_policy_rows::kNormalise);
+constexpr auto kA2cRows = std::tie(kA2cOnPolicy, kA2cOwn, on_policy_rows::kNetwork, on_policy_rows::kSde,
+                                   on_policy_rows::kSquash, on_policy_rows::kNormalise);
 
 constexpr const char* kA2cTerms[] = {"policy", "value", "entropy"};
 enum A2cTerm { kA2cPolicy, kA2cValue, kA2cEntropy };

@@ -10,10 +10,8 @@ namespace {
 // Stable Baselines 2.10.2: convolutions that start orthogonal where the rest is Glorot's.
 constexpr float kOrthogonalGain = 1.41421356f;
 
-Result<ActionHead> HeadOf(const BehaviourSpec& behaviour, const ContinuousWants& wants) {
-  std::vector<HeadSpec> heads;
+Status CheckActions(const BehaviourSpec& behaviour, const ContinuousWants& wants) {
   for (const Leaf& leaf : behaviour.action_layout.leaves) {
-    heads.push_back({leaf.name, wants.head});
     if (FindDistribution(wants.head)->fits(leaf)) continue;
     return Status{
         StatusCode::kInvalidArgument,
@@ -22,6 +20,16 @@ Result<ActionHead> HeadOf(const BehaviourSpec& behaviour, const ContinuousWants&
             Quote(behaviour.name) + " are " + leaf.space.ToString() +
             (leaf.name.empty() ? "" : " at " + Quote(leaf.name)) + "; choose " +
             (leaf.space.kind() == SpaceKind::kBox ? "ppo, or give it float32 and bounds" : "dqn, ppo or a2c")};
+  }
+  return Status::Ok();
+}
+
+/// With `features` numbers of the actor's last hidden layer, where the distribution follows the state.
+Result<ActionHead> HeadOf(const BehaviourSpec& behaviour, const ContinuousWants& wants, std::int64_t features) {
+  std::vector<HeadSpec> heads;
+  for (const Leaf& leaf : behaviour.action_layout.leaves) {
+    heads.push_back({leaf.name, wants.head, wants.noise});
+    heads.back().noise.features = features;
   }
   return ActionHead::Create(behaviour.action_layout, heads);
 }
@@ -50,8 +58,13 @@ Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const
                                             const ContinuousWants& wants) {
   const BehaviourSpec& behaviour = options.behaviour;
   CONSAC_RETURN_IF_ERROR(CheckNoise(own.exploration.noise));
-  Result<ActionHead> head = HeadOf(behaviour, wants);
-  if (!head.ok()) return head.status();
+  CONSAC_RETURN_IF_ERROR(CheckActions(behaviour, wants));
+  const bool follows_state = FindDistribution(wants.head)->follows_state;
+  std::int64_t outputs = 0, elements = 0;
+  for (const Leaf& leaf : behaviour.action_layout.leaves) {
+    outputs += FindDistribution(wants.head)->head_size(leaf);
+    elements += leaf.count;
+  }
   const nn::NetArch arch = own.net_arch.value_or(nn::NetArch{{256, 256}, {}, {}});
   const bool towers = !arch.pi.empty() || !arch.vf.empty();
   if (towers && !arch.shared.empty()) {
@@ -68,13 +81,16 @@ Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const
   nn::TowerOptions tower = own.tower;
   tower.layer_norm = tower.layer_norm || own.policy == PolicyKind::kLnMlp || own.policy == PolicyKind::kLnCnn;
   tower.output_bound = wants.output_bound;
-  nn::ActorOptions actor{.tower = tower, .outputs = head->size()};
+  nn::ActorOptions actor{.tower = tower, .outputs = outputs};
   actor.tower.layers = towers ? arch.pi : arch.shared;
-  actor.groups = head->size() / head->raw_size();
+  actor.groups = outputs / elements;
+  actor.with_features = follows_state;
   if (std::string_view(wants.head) == "deterministic") actor.output = nn::Activation::kTanh;
   Result<nn::Network> acts = Checked(nn::Actor(behaviour.observation_layout, actor, entry->features));
   if (!acts.ok()) return acts.status();
-  nn::CriticsOptions critics{.tower = tower, .action_size = head->raw_size(), .count = own.n_critics};
+  Result<ActionHead> head = HeadOf(behaviour, wants, acts->output_size(0) - outputs);
+  if (!head.ok()) return head.status();
+  nn::CriticsOptions critics{.tower = tower, .action_size = elements, .count = own.n_critics};
   critics.tower.layers = towers ? arch.vf : arch.shared;
   critics.action_layer = wants.action_layer;
   critics.state_value = wants.state_value;
@@ -86,8 +102,10 @@ Result<ContinuousModel> MakeContinuousModel(const LearnerOptions& options, const
   const std::int64_t copies =
       14 + (wants.parameter_noise ? 4 : 0) + 2 * Backpropagation::GradientCopies(*values, own.batch_size);
   const std::int64_t parameters = acts->parameter_count() + values->parameter_count();
+  const std::int64_t exploration =
+      static_cast<std::int64_t>(SlotExploration::Floats(*head, behaviour.slots) * sizeof(float));
   const std::int64_t activations = Backpropagation::ActivationBytes(*acts, own.batch_size) +
-                                   2 * Backpropagation::ActivationBytes(*values, own.batch_size);
+                                   2 * Backpropagation::ActivationBytes(*values, own.batch_size) + exploration;
   CONSAC_RETURN_IF_ERROR(CheckOffPolicyMemory(options, own, {head->raw_size(), parameters, copies, activations}));
   return ContinuousModel{std::move(*head), std::move(*acts), std::move(*values)};
 }

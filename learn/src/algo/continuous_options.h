@@ -109,6 +109,7 @@ struct ContinuousWants {
   bool state_value = false;            ///< also a network of the state's value
   double output_bound = 0.0;           ///< of initial outputs; 0: as the rest
   bool parameter_noise = false;        ///< the actor has disturbed copies
+  StateNoise noise = {};               ///< where the distribution follows the state: how; features are found out
 };
 /// The model for what `own` asks for; the error says what of it, or of the actions, does not fit, or that there is not
 /// memory enough.

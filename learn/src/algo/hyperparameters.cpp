@@ -112,6 +112,8 @@ void HyperparameterSet::UseDefaultsOf(Generation generation) {
 Status HyperparameterSet::Set(std::string_view name, std::string_view text) {
   const std::size_t row = FindRow(table_, name);
   if (row == table_.size()) {
+    if (std::string answer = StableBaselinesAnswer(name); !answer.empty())
+      return {StatusCode::kInvalidArgument, std::move(answer)};
     std::vector<std::string_view> known;
     for (const Hyperparameter& entry : table_) {
       known.emplace_back(entry.name);

@@ -4,9 +4,43 @@
 #include <cmath>
 
 #include "algo/progress.h"
+#include "consac/base/text.h"
 #include "consac/learn/grad/backpropagation.h"
 
 namespace consac::learn {
+namespace {
+
+/// The heads where Box actions explore by their state; with `features` numbers of the policy's last hidden layer.
+std::vector<HeadSpec> HeadsOf(const Layout& action, const OnPolicyOptions& own, std::int64_t features) {
+  std::vector<HeadSpec> heads = DefaultHeads(action);
+  for (std::size_t i = 0; i < heads.size(); ++i) {
+    if (!own.sde.use_sde || action.leaves[i].space.kind() != SpaceKind::kBox) continue;
+    heads[i].type = own.squash_output ? "squashed_sde_gaussian" : "sde_gaussian";
+    heads[i].noise = own.sde.noise;
+    heads[i].noise.features = features;
+  }
+  return heads;
+}
+
+Status CheckSde(const BehaviourSpec& behaviour, const OnPolicyOptions& own) {
+  if (own.squash_output && !own.sde.use_sde)
+    return {StatusCode::kInvalidArgument, "squash_output goes with use_sde; set use_sde, or leave squash_output out"};
+  if (!own.sde.use_sde) return Status::Ok();
+  const std::vector<Leaf>& leaves = behaviour.action_layout.leaves;
+  const auto numbers = [](const Leaf& leaf) { return leaf.space.kind() == SpaceKind::kBox; };
+  if (std::none_of(leaves.begin(), leaves.end(), numbers))
+    return {StatusCode::kInvalidArgument, "use_sde is for Box actions, and those of " + Quote(behaviour.name) +
+                                              " are " + behaviour.action_space.ToString() + "; leave it out"};
+  for (const Leaf& leaf : leaves) {
+    if (!own.squash_output || !numbers(leaf) || FindDistribution("squashed_sde_gaussian")->fits(leaf)) continue;
+    return {StatusCode::kInvalidArgument, "squash_output brings actions between finite bounds, and those of " +
+                                              Quote(behaviour.name) + " are " + leaf.space.ToString() +
+                                              "; leave it out"};
+  }
+  return Status::Ok();
+}
+
+}  // namespace
 
 Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnPolicyOptions& own,
                                         std::int64_t minibatch_rows) {
@@ -33,8 +67,10 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
                       std::to_string(rows) + " steps (n_steps times agents), of which at most " +
                       std::to_string(options.max_state_bytes >> 20) + " are read again; lower n_steps or --envs"};
   }
+  CONSAC_RETURN_IF_ERROR(CheckSde(behaviour, own));
   nn::ActorCriticOptions layers = own.network;
   layers.action_size = head->size();
+  layers.with_features = own.sde.use_sde;
   Result<ObservationEntry> entry = EntryOf(own.policy, behaviour, own.rollout.normalise.norm_obs);
   if (!entry.ok()) return entry.status();
   layers.arch = own.net_arch.value_or(entry->hidden_layers ? nn::NetArch{} : nn::NetArch{{}, {}, {}});
@@ -48,16 +84,24 @@ Result<OnPolicyModel> MakeOnPolicyModel(const LearnerOptions& options, const OnP
   if (!network.ok()) return network.status();
   if (const Status acts = CheckActivations(*network); !acts.ok())  // or what was learned could not be loaded
     return Status{StatusCode::kInvalidArgument, acts.message()};
+  if (own.sde.use_sde) {
+    head = ActionHead::Create(behaviour.action_layout,
+                              HeadsOf(behaviour.action_layout, own, network->output_size(0) - head->size()));
+    if (!head.ok()) return head.status();
+  }
   // The parameters and packed forms of them to act and to learn, the optimiser's two columns, the initialisation in
   // double precision, the snapshot; and gradients.
   constexpr std::int64_t kBesides = 9;
   const std::int64_t copies = kBesides + Backpropagation::GradientCopies(*network, minibatch_rows);
-  const std::int64_t learning = network->parameter_count() * copies * static_cast<std::int64_t>(sizeof(float)) +
+  const std::int64_t exploration =
+      static_cast<std::int64_t>(SlotExploration::Floats(*head, behaviour.slots) * sizeof(float));
+  const std::int64_t parameters = network->parameter_count() + head->log_std_size();
+  const std::int64_t learning = exploration + parameters * copies * static_cast<std::int64_t>(sizeof(float)) +
                                 Backpropagation::ActivationBytes(*network, minibatch_rows) +
                                 HeadGradient::Bytes(*head) * Backpropagation::GradientCopies(*network, minibatch_rows);
   if (learning > options.max_bytes - bytes) {
     return Status{StatusCode::kResourceExhausted,
-                  "net_arch makes " + std::to_string(network->parameter_count()) +
+                  "net_arch makes " + std::to_string(parameters) +
                       " parameters, and learning them takes more memory than is allowed here; choose smaller layers"};
   }
   // Last: its work space is as wide as the head, which the engine chooses; what is too wide has been refused by now.

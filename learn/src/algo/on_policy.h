@@ -8,6 +8,7 @@
 #include "algo/normalise_rows.h"
 #include "algo/parameter_rows.h"
 #include "algo/policy_kind.h"
+#include "algo/sde_rows.h"
 #include "algo/training_json.h"
 #include "collect/rollout_collector.h"
 #include "consac/learn/algo/learner.h"
@@ -27,6 +28,8 @@ struct OnPolicyOptions {
   std::optional<nn::NetArch> net_arch;                    ///< layers; absent: as the policy has them
   nn::ActorCriticOptions network;                         ///< the rest; layers and sizes still unset
   float log_std_init = 0.0f;                              ///< starting log standard deviation of Box actions
+  SdeOptions sde;                                         ///< how those explore
+  bool squash_output = false;                             ///< with that: tanh brings them into their bounds
 };
 
 /// The rows of OnPolicyOptions. Defaults are PPO's unless an algorithm has others.
@@ -106,6 +109,10 @@ inline constexpr Row kNetwork[] = {
     {"log_std_init", "log_std_init", Into<O, &O::log_std_init>, "0", "0", -20, 20, "",
      "starting log standard deviation of Box actions", kSb3},
 };
+inline constexpr auto& kSde = kSdeRows<O, &O::sde>;
+inline constexpr Row kSquash[] = {{"squash_output", "squash_output", Into<O, &O::squash_output>, "false", "false", 0, 0,
+                                   "", "with gSDE: tanh brings actions into their bounds; false: they are clipped",
+                                   kSb3}};
 inline constexpr auto& kNormalise = kNormaliseRows<O, &O::rollout, &R::normalise>;
 }  // namespace on_policy_rows
 

@@ -58,7 +58,7 @@ constexpr ParameterRow<P> kPpoOwn[] = {
     {"adam_epsilon", "adam_epsilon", Into<P, &P::adam, &AdamOptions::epsilon>, "1e-5", "1e-5", 0, 1, "",
      "Adam's epsilon", kBoth},
 };
-constexpr auto kPpoRows = std::tie(kPpoOnPolicy, kPpoOwn, rows::kNetwork, rows::kNormalise);
+constexpr auto kPpoRows = std::tie(kPpoOnPolicy, kPpoOwn, rows::kNetwork, rows::kSde, rows::kSquash, rows::kNormalise);
 
 constexpr const char* kPpoTerms[] = {"policy", "value", "entropy", "kl", "clipped"};
 enum PpoTerm { kPolicy, kValue, kEntropy, kKl, kClipped };

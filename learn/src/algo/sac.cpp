@@ -8,6 +8,7 @@
 #include "algo/algorithms.h"
 #include "algo/continuous_options.h"
 #include "algo/entropy_coefficient.h"
+#include "algo/sde_rows.h"
 #include "collect/action_minibatch.h"
 #include "collect/sums.h"
 #include "grad/action_gradient.h"
@@ -20,6 +21,8 @@ struct SacOptions : ContinuousOptions {
   EntropyCoefficientOptions ent_coef;
   TargetEntropy target_entropy;
   bool value_network;  // 2.10.2's
+  SdeOptions sde;
+  float log_std_init;  // of gSDE
 };
 
 using S = SacOptions;
@@ -38,9 +41,18 @@ constexpr ParameterRow<S> kSacOwn[] = {
     {"value_network", "value_network", Into<S, &S::value_network>, "true", "false", 0, 0, "",
      "targets from a network of the state's value (SB2), or from target critics (SB3)", kConsac},
 };
-constexpr auto kSacRows = std::tie(kSacRounds, continuous_rows::kCollecting, kSacOwn, continuous_rows::kExploration,
-                                   continuous_rows::kOptimiser, continuous_rows::kNetwork, off_policy_rows::kHer,
-                                   off_policy_rows::kNormalise);
+constexpr ParameterRow<S> kSacSde[] = {
+    {"use_sde_at_warmup", "use_sde_at_warmup", Into<S, &S::exploration, &ContinuousExplorationOptions::policy_warms_up>,
+     "false", "false", 0, 0, "", "with gSDE: the policy acts before learning_starts, too, in place of uniform actions",
+     kSb3},
+    {"log_std_init", "log_std_init", Into<S, &S::log_std_init>, "-3", "-3", -20, 20, "",
+     "with gSDE: starting log standard deviation", kSb3},
+    {"clip_mean", "clip_mean", Into<S, &S::sde, &SdeOptions::noise, &StateNoise::clip_mean>, "2", "2", 0, 1e6, "",
+     "with gSDE: means are brought within plus and minus this, before tanh; 0: as they are", kSb3},
+};
+constexpr auto kSacRows = std::tie(kSacRounds, continuous_rows::kCollecting, kSacOwn, kSdeRows<S, &S::sde>, kSacSde,
+                                   continuous_rows::kExploration, continuous_rows::kOptimiser,
+                                   continuous_rows::kNetwork, off_policy_rows::kHer, off_policy_rows::kNormalise);
 
 constexpr const char* kSacOwnTerms[] = {"loss/policy_loss", "loss/qf1_loss",      "loss/qf2_loss", "loss/value_loss",
                                         "loss/entropy",     "loss/ent_coef_loss", "loss/ent_coef"};
@@ -68,14 +80,15 @@ class Sac final : public Learner {
         ent_coef_(sac.ent_coef, sac.adam, options.ranks),
         acting_rng_(options.seed, StreamId("action_sampling")),
         learning_rng_(options.seed, StreamId("sac_samples")),
-        actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")),
-               LearnedBy(options, sac, std::max<std::int64_t>(options.behaviour.slots, sac.batch_size)), options.ranks),
+        actor_(std::move(model.actor), Rng(options.seed, StreamId("actor")), ActorLearnedBy(options, sac, head()),
+               options.ranks),
         critics_(std::move(model.critics), Rng(options.seed, StreamId("critics")),
                  LearnedBy(options, sac, sac.batch_size), options.ranks),
         action_gradient_(critics_.network(), head().raw_size(), sac.batch_size, critics_.packed()),
         minibatch_(options.behaviour, {sac.batch_size, sac.n_steps, head().raw_size()}, options.ranks),
-        now_(head(), sac.batch_size),
-        next_(head(), sac.batch_size),
+        matrices_(head()),
+        now_(head(), sac.batch_size, &matrices_),
+        next_(head(), sac.batch_size, &matrices_),
         targets_(static_cast<std::size_t>(sac.batch_size)),
         value_targets_(targets_.size()),
         losses_(sac.batch_size, options.ranks, TermsInUse(kSacTermCount, sac.n_critics)) {
@@ -88,8 +101,9 @@ class Sac final : public Learner {
   // What the policy draws, with noise.
   void Act(Batch& batch) override {
     collector_.Act(batch, [&](const ReplayCollector::Acting& acting) {
-      head().Select(actor_.Output(acting.features, batch.rows()), nullptr, nullptr, batch.rows(), ActionMode::kSample,
-                    acting_rng_, acting.raw);
+      head().Select(actor_.Output(acting.features, batch.rows()), actor_.extra().data(), nullptr, batch.rows(),
+                    ActionMode::kSample, acting_rng_, acting.raw, nullptr,
+                    collector_.ExploreByState(batch.slots, actor_.extra().data()));
     });
   }
   void Record(const Batch& batch) override {
@@ -142,11 +156,22 @@ class Sac final : public Learner {
   std::size_t value_output() const { return static_cast<std::size_t>(sac_.n_critics); }
   static std::size_t QTerm(std::size_t k) { return CriticTerm(k, kSacQ1, kSacTermCount); }
 
-  // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy. 2.10.2 steps the actor by the critics of before.
+  static LearnedNetworkOptions ActorLearnedBy(const LearnerOptions& options, const SacOptions& sac,
+                                              const ActionHead& head) {
+    LearnedNetworkOptions learned =
+        LearnedBy(options, sac, std::max<std::int64_t>(options.behaviour.slots, sac.batch_size));
+    learned.extra = head.log_std_size();
+    learned.extra_initial = sac.log_std_init;
+    return learned;
+  }
+
+  // a~ ~ pi(. | s), and a' ~ pi(. | s_n) of the same policy, by the same matrix where it follows the state. 2.10.2
+  // steps the actor by the critics of before.
   bool GradientStepOnDraws() {
     if (!minibatch_.Draw(collector_)) return false;
     losses_.BeginMinibatch();
     learning_rate_ = sac_.LearningRateAt(steps(), total_steps_);
+    matrices_.Draw(actor_.extra().data(), learning_rng_);
     Sample(minibatch_.features(), now_);
     const float ent_coef = StepEntropyCoefficient();
     SetTargets(ent_coef);
@@ -242,7 +267,7 @@ class Sac final : public Learner {
                   for (std::int64_t r = 0; r < block.rows; ++r) {
                     const std::int64_t row = block.first_row + r;
                     now_.Backward(row, action_gradient_.row(row), ent_coef * inverse,
-                                  block.output_gradients[0] + r * head().size());
+                                  block.output_gradients[0] + r * head().size(), block.extra_gradient.data());
                   }
                 });
     actor_.Step(actor_.Gradient(minibatch_.size(), loss), learning_rate_);
@@ -266,6 +291,7 @@ class Sac final : public Learner {
     for (std::size_t k = 0; k < value_output(); ++k) critic_loss += means[QTerm(k)];
     put("train/critic_loss", critic_loss);
     put("train/ent_coef", means[kSacEntCoef]);
+    if (sac_.sde.use_sde) put("train/std", matrices_.MeanDeviation());
     if (ent_coef_.learned()) put("train/ent_coef_loss", means[kSacEntCoefLoss]);
   }
 
@@ -279,6 +305,7 @@ class Sac final : public Learner {
   LearnedNetwork actor_, critics_;
   ActionGradient action_gradient_;  // dL/da~
   ActionMinibatch minibatch_;
+  StateMatrices matrices_;                      // of the latest gradient step, where actions explore by their state
   SquashedSamples now_, next_;                  // a~ and a'
   std::vector<float> targets_, value_targets_;  // [B] of Q and of V
   LossLog<kSacTerms> losses_;                   // of the round under way, or the latest
@@ -298,8 +325,12 @@ std::span<const Hyperparameter> SacTable() {
 Result<std::unique_ptr<Learner>> CreateSac(const LearnerOptions& options, const HyperparameterSet& values) {
   SacOptions sac{};
   CONSAC_RETURN_IF_ERROR(ReadOffPolicyRows(kSacRows, values, options, &sac));
-  Result<ContinuousModel> model = MakeContinuousModel(
-      options, sac, {.algorithm = "sac", .head = "squashed_gaussian", .state_value = sac.value_network});
+  sac.exploration.policy_warms_up = sac.exploration.policy_warms_up && sac.sde.use_sde;
+  const ContinuousWants wants{.algorithm = "sac",
+                              .head = sac.sde.use_sde ? "squashed_sde_gaussian" : "squashed_gaussian",
+                              .state_value = sac.value_network,
+                              .noise = sac.sde.noise};
+  Result<ContinuousModel> model = MakeContinuousModel(options, sac, wants);
   if (!model.ok()) return model.status();
   return std::unique_ptr<Learner>(std::make_unique<Sac>(options, sac, std::move(*model), HyperparametersJson(values)));
 }

@@ -21,7 +21,8 @@ Status ActorCritic::StartFrom(const PolicyData& model) {
   if (!SameNetwork(model.network, network_.spec()) || model.parameters.size() != network_count() ||
       model.log_std.size() != log_std().size()) {
     return {StatusCode::kInvalidArgument,
-            "its network is another than this run's; give the policy, net_arch and act_fun that it was trained with"};
+            "its network is another than this run's; give the policy, net_arch, act_fun, use_sde and full_std that it "
+            "was trained with"};
   }
   std::copy(model.log_std.begin(), model.log_std.end(),
             std::copy(model.parameters.begin(), model.parameters.end(), parameters_.begin()));

@@ -6,6 +6,7 @@
 
 #include "collect/continuous_exploration.h"
 #include "collect/replay_collector.h"
+#include "collect/slot_exploration.h"
 
 namespace consac::learn {
 
@@ -16,7 +17,9 @@ class ContinuousCollector final : public ReplayCollector {
   ContinuousCollector(const BehaviourSpec& behaviour, ActionHead head, const ReplayCollectorOptions& options,
                       const ContinuousExplorationOptions& exploration, std::uint64_t seed, const Communicator& ranks)
       : ReplayCollector(behaviour, std::move(head), options, seed, ranks),
-        exploration_(exploration, behaviour.slots, action_head().raw_size(), seed) {}
+        exploration_(exploration, behaviour.slots, action_head().raw_size(), seed),
+        slot_exploration_(action_head(), behaviour.slots, seed),
+        policy_warms_up_(exploration.policy_warms_up) {}
 
   /// As Learner::Begin.
   void Begin(const Batch& batch) {
@@ -27,9 +30,16 @@ class ContinuousCollector final : public ReplayCollector {
   template <class Choose>
   void Act(Batch& batch, Choose&& choose) {
     const Acting acting = BeginAct(batch);
-    if (!warming_up()) choose(acting);
-    exploration_.Explore(batch.slots, warming_up(), acting.raw);
+    const bool random = warming_up() && !policy_warms_up_;
+    if (!random) choose(acting);
+    exploration_.Explore(batch.slots, random, acting.raw);
     FinishAct(batch);
+  }
+  /// What those slots explore by, for Act, where the head follows the state: drawn anew at the beginning of a round of
+  /// collecting, and as often as the head says.
+  SlotNoise ExploreByState(std::span<const std::int32_t> slots, const float* log_std) {
+    return slot_exploration_.Act(action_head(), slots, log_std,
+                                 [this](std::int32_t slot) { return round_steps(slot); });
   }
   /// As Learner::Record; true when a report is to be made.
   [[nodiscard]] bool Record(const Batch& batch) {
@@ -41,10 +51,13 @@ class ContinuousCollector final : public ReplayCollector {
   void Visit(Archive& archive) {
     ReplayCollector::Visit(archive);
     exploration_.Visit(archive);
+    slot_exploration_.Visit(archive);
   }
 
  private:
   ContinuousExploration exploration_;
+  SlotExploration slot_exploration_;
+  bool policy_warms_up_;
 };
 
 }  // namespace consac::learn

@@ -37,6 +37,7 @@ struct ActionNoiseOptions {
 struct ContinuousExplorationOptions {
   ActionNoiseOptions noise;         ///< added to what the policy says
   double random_exploration = 0.0;  ///< probability of a uniform action instead
+  bool policy_warms_up = false;     ///< the policy acts before learning_starts, too, in place of uniform actions
 };
 
 /// Draws for every slot. Never allocates after creation.

@@ -24,6 +24,8 @@ struct LearnedNetworkOptions {
   std::int64_t batch_rows = 1;  ///< most of a minibatch
   AdamOptions adam;             ///< its optimiser
   double max_grad_norm = 0.0;   ///< gradients are clipped to this norm; 0: never
+  std::int64_t extra = 0;       ///< parameters behind the network's: log standard deviations of actions
+  float extra_initial = 0.0f;   ///< where those start
   bool clip_each = false;       ///< each tensor's gradient by itself, as Stable Baselines 2 does, instead of the whole
   Executor executor = {};       ///< parallel work; none: the calling thread
 };
@@ -35,15 +37,16 @@ class LearnedNetwork {
   LearnedNetwork(nn::Network network, Rng rng, const LearnedNetworkOptions& options, const Communicator& ranks = {})
       : network_(std::move(network)),
         run_rows_(options.run_rows),
-        parameters_(static_cast<std::size_t>(network_.parameter_count())),
+        network_count_(static_cast<std::size_t>(network_.parameter_count())),
+        parameters_(network_count_ + static_cast<std::size_t>(options.extra), options.extra_initial),
         executor_(options.executor),
-        backpropagation_(network_, 0, options.batch_rows),
+        backpropagation_(network_, options.extra, options.batch_rows),
         evaluator_(network_, backpropagation_.packed(), options.run_rows, executor_),
         packed_target_(std::make_shared<nn::PackedNetwork>(network_)),
         target_evaluator_(network_, packed_target_, options.run_rows, executor_),
-        step_(Optimiser(Adam(network_.parameter_count(), options.adam)), options.max_grad_norm, ranks) {
+        step_(Optimiser(Adam(network_.parameter_count() + options.extra, options.adam)), options.max_grad_norm, ranks) {
     if (options.clip_each) step_.ClipEach(network_.parameters());
-    network_.Initialise(rng, parameters_);
+    network_.Initialise(rng, std::span(parameters_).first(network_count_));
     ranks.Broadcast(parameters_);
     target_ = parameters_;
   }
@@ -56,8 +59,12 @@ class LearnedNetwork {
   const Executor& executor() const { return executor_; }
   /// Most rows that are run at once.
   std::int64_t run_rows() const { return run_rows_; }
-  /// [parameters]
+  /// [parameters], the extra ones behind the network's.
   std::span<const float> parameters() const { return parameters_; }
+  /// [parameters of the network]
+  std::span<const float> network_parameters() const { return parameters().first(network_count_); }
+  /// [LearnedNetworkOptions::extra]
+  std::span<const float> extra() const { return parameters().subspan(network_count_); }
   /// Other parameters from now on, for the target too; as many.
   void StartFrom(std::span<const float> parameters) {
     parameters_.assign(parameters.begin(), parameters.end());
@@ -90,7 +97,8 @@ class LearnedNetwork {
   }
   /// Runs the target's.
   SlicedEvaluator& Target() {
-    if (!std::exchange(target_packed_, true)) packed_target_->Load(target_);
+    if (!std::exchange(target_packed_, true))
+      packed_target_->Load(std::span<const float>(target_).first(network_count_));
     return target_evaluator_;
   }
   /// The first output for features [rows, F]; until the same runs again.
@@ -136,6 +144,7 @@ class LearnedNetwork {
 
   nn::Network network_;
   std::int64_t run_rows_;
+  std::size_t network_count_;
   std::vector<float> parameters_, target_;  // [parameters]
   Executor executor_;
   Backpropagation backpropagation_;

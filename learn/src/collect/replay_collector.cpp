@@ -34,18 +34,22 @@ ReplayCollector::ReplayCollector(const BehaviourSpec& behaviour, ActionHead head
 
 Status ReplayCollector::StartFrom(const PolicyData& model, LearnedNetwork* acts) {
   CONSAC_RETURN_IF_ERROR(normalise_.StartFrom(model.normaliser));
-  if (!SameNetwork(model.network, acts->network().spec()) || model.parameters.size() != acts->parameters().size()) {
+  if (!SameNetwork(model.network, acts->network().spec()) ||
+      model.parameters.size() != acts->network_parameters().size() || model.log_std.size() != acts->extra().size()) {
     return {StatusCode::kInvalidArgument,
             "its network is another than this run's; give the policy, net_arch, activation_fn, layer_norm and, where "
-            "the algorithm has it, dueling that it was trained with"};
+            "the algorithm has them, dueling, use_sde and full_std that it was trained with"};
   }
-  acts->StartFrom(model.parameters);
+  std::vector<float> all = model.parameters;
+  all.insert(all.end(), model.log_std.begin(), model.log_std.end());
+  acts->StartFrom(all);
   return Status::Ok();
 }
 
 PolicyData ReplayCollector::Snapshot(const LearnedNetwork& acts, std::string training_json) const {
   PolicyData data = ActingModel(behaviour_, acts.network(), action_head_, normaliser(), std::move(training_json));
-  data.parameters.assign(acts.parameters().begin(), acts.parameters().end());
+  data.parameters.assign(acts.network_parameters().begin(), acts.network_parameters().end());
+  data.log_std.assign(acts.extra().begin(), acts.extra().end());
   return data;
 }
 

@@ -89,6 +89,8 @@ class ReplayCollector {
   }
   /// Agent steps recorded so far.
   std::int64_t steps() const { return steps_; }
+  /// Steps that a slot has taken since learning was due last.
+  std::int64_t round_steps(std::int32_t slot) const { return round_slot_steps_[static_cast<std::size_t>(slot)]; }
   /// Whether actions are still to be drawn at random.
   bool warming_up() const { return steps_ < options_.learning_starts; }
   /// Episodes and their returns.

@@ -32,7 +32,8 @@ RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const Rollout
       normalise_(behaviour, WithGamma(options.normalise, options.gamma), ranks),
       memory_(behaviour.slots, behaviour.observation_layout.feature_count, model.action_head().raw_size()),
       rollout_(behaviour, options.n_steps, model.action_head().raw_size()),
-      action_rng_(seed, StreamId("action_sampling")) {
+      action_rng_(seed, StreamId("action_sampling")),
+      exploration_(model.action_head(), behaviour.slots, seed) {
   const auto slots = static_cast<std::size_t>(behaviour_.slots);
   const std::size_t rows = slots * static_cast<std::size_t>(options_.n_steps);
   if (KeepsFeatures(behaviour, options)) slab_features_.resize(rows * feature_count_);
@@ -92,8 +93,11 @@ void RolloutCollector::Act(Batch& batch) {
   const StepRows step = memory_.Stage(batch.slots);
   normalise_.Encode(batch.observations, rows, step.features);
   model_.Forward(step.features, rows);
+  const SlotNoise noise =
+      exploration_.Act(model_.action_head(), batch.slots, model_.log_std().data(),
+                       [this](std::int32_t slot) { return static_cast<std::int64_t>(rollout_.length(slot)); });
   model_.action_head().Select(model_.head(), model_.log_std().data(), batch.action_masks, rows, ActionMode::kSample,
-                              action_rng_, step.raw, step.neglogp);
+                              action_rng_, step.raw, step.neglogp, noise);
   model_.action_head().Write(step.raw, rows, batch.actions);
   for (std::int64_t i = 0; i < rows; ++i) {
     step.values[i] = model_.values()[i];
@@ -155,6 +159,7 @@ double RolloutCollector::ExplainedVariance(std::span<const std::int32_t> rows) c
 void RolloutCollector::Visit(Archive& archive) {
   archive("rollout", rollout_);
   archive("action_rng", action_rng_);
+  exploration_.Visit(archive);
   normalise_.Visit(archive);
   archive("slab_features", std::span<float>(slab_features_));
   archive("steps", steps_);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collect/actor_critic.h"
+#include "collect/slot_exploration.h"
 #include "collect/step_memory.h"
 #include "collect/vec_normalise.h"
 #include "consac/learn/buffer/rollout.h"
@@ -89,6 +90,7 @@ class RolloutCollector {
   StepMemory memory_;
   Rollout rollout_;
   Rng action_rng_;
+  SlotExploration exploration_;  // where the head follows the state
   std::int64_t steps_ = 0;
   std::vector<float> slab_features_;  // [T * N, F] network inputs as they were acted upon; empty: of the observations
   std::vector<float> step_rewards_;   // [N] of the batch under way

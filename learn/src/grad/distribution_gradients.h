@@ -17,6 +17,8 @@ struct HeadSegment {
   std::int64_t n = 1;                                ///< numbers of the head
   std::int64_t head_offset = 0, raw_offset = 0;      ///< in a row of the head, of a raw action
   std::int64_t mask_offset = 0, log_std_offset = 0;  ///< in a row of masks, among the log standard deviations
+  StateNoise noise = {};                             ///< where it follows the state: how
+  std::int64_t element = 0, count = 1;  ///< which of the leaf's elements it is; log_std_offset is the leaf's
 };
 
 /// A block of actions; everything row-major.
@@ -27,6 +29,7 @@ struct HeadBlock {
   const std::uint8_t* masks = nullptr;  // [rows, mask_bytes] or null
   const float* raw = nullptr;           // [rows, raw_size]
   std::int64_t head_size = 0, mask_bytes = 0, raw_size = 0;
+  std::int64_t features_offset = 0;  ///< in a row of the head: what segments that follow the state read
 
   /// The head's numbers of one segment in row `r`.
   const float* HeadOf(const HeadSegment& segment, std::int64_t r) const {
@@ -68,5 +71,7 @@ const DistributionGradient* FindDistributionGradient(std::string_view name);
 DistributionGradient CategoricalGradient();
 DistributionGradient BernoulliGradient();
 DistributionGradient GaussianGradient();
+DistributionGradient SdeGaussianGradient();
+DistributionGradient SquashedSdeGaussianGradient();
 
 }  // namespace consac::learn

@@ -8,7 +8,8 @@
 namespace consac::learn {
 
 const DistributionGradient* FindDistributionGradient(std::string_view name) {
-  static const std::array kRows = {CategoricalGradient(), BernoulliGradient(), GaussianGradient()};
+  static const std::array kRows = {CategoricalGradient(), BernoulliGradient(), GaussianGradient(),
+                                   SdeGaussianGradient(), SquashedSdeGaussianGradient()};
   for (const DistributionGradient& row : kRows) {
     if (row.name == name) return &row;
   }
@@ -34,7 +35,10 @@ HeadGradient::HeadGradient(const ActionHead& head, std::int64_t mask_bytes) {
                         part.head_offset,
                         part.raw_offset,
                         part.leaf.mask_offset,
-                        part.log_std_offset};
+                        part.log_std_offset,
+                        part.noise,
+                        0,
+                        part.leaf.count};
     const std::vector<std::int64_t>* choices =
         part.leaf.space.kind() == SpaceKind::kMultiDiscrete ? &part.leaf.space.nvec() : nullptr;
     const std::int64_t masked = part.leaf.mask_count > 0 ? part.leaf.mask_count / part.leaf.count : 0;
@@ -44,10 +48,12 @@ HeadGradient::HeadGradient(const ActionHead& head, std::int64_t mask_bytes) {
       segment.head_offset += segment.n;
       segment.raw_offset += 1;
       segment.mask_offset += choices != nullptr ? segment.n : masked;
-      segment.log_std_offset += 1;
+      segment.log_std_offset += part.distribution->follows_state ? 0 : 1;
+      segment.element += 1;
     }
   }
   block_.head_size = head.size();
+  block_.features_offset = head.features_offset();
   block_.raw_size = head.raw_size();
   block_.mask_bytes = mask_bytes;
   neglogp_.resize(kBlockRows);
@@ -90,6 +96,9 @@ void HeadGradient::Backward(std::span<const float> d_neglogp, std::span<const fl
                             float* d_log_std) {
   for (const HeadSegment& segment : segments_)
     segment.row->backward(segment, block_, WorkOf(segment), d_neglogp, d_entropy, d_head, d_log_std);
+  // The last hidden layer learns by the means alone. Source: Stable Baselines3, learn_features.
+  for (std::int64_t r = 0; r < block_.rows; ++r)
+    std::fill(d_head + r * block_.head_size + block_.features_offset, d_head + (r + 1) * block_.head_size, 0.0f);
 }
 
 }  // namespace consac::learn

@@ -116,6 +116,9 @@ TEST(A2c, LearnsTheIdentityOfEveryKindOfAction) {
   EXPECT_GE(TrainedReward(*Space::MultiDiscrete({3, 2}), 4, {"a2c", values, 24000}), 0.9);
   EXPECT_GE(TrainedReward(*Space::MultiBinary(3), 4, {"a2c", values, 24000}), 0.9);
   EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"a2c", values, 60000}), 0.8);
+  Settings by_state = values;
+  for (const auto& setting : Settings{{"use_sde", "true"}, {"log_std_init", "-1"}}) by_state.push_back(setting);
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"a2c", by_state, 60000}), 0.8);
 }
 
 /// The learning rate of an update after `steps` of 1000 steps.

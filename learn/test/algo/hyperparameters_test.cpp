@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
+#include <sstream>
+#include <string>
 
 #include "consac/learn/algo/learner.h"
 
@@ -45,6 +48,62 @@ TEST(Tables, PpoHasStableBaselines3NamesAndDefaults) {
   for (const auto& [name, value] : defaults) EXPECT_DOUBLE_EQ(values.Real(name), value) << name;
   EXPECT_TRUE(values.Absent("clip_range_vf") && values.Absent("target_kl"));
   EXPECT_TRUE(values.Boolean("normalize_advantage"));
+}
+
+// What people paste: every argument of the constructors of Stable Baselines 2.10.2 and 3, of their policies and of
+// learn.
+TEST(Tables, EveryNameOfStableBaselinesIsTakenOrAnswered) {
+  const std::string common =
+      "policy env verbose tensorboard_log _init_setup_model policy_kwargs full_tensorboard_log seed n_cpu_tf_sess "
+      "total_timesteps callback log_interval tb_log_name reset_num_timesteps progress_bar gamma learning_rate device "
+      "stats_window_size net_arch layers act_fun activation_fn features_extractor_class features_extractor_kwargs "
+      "share_features_extractor normalize_images optimizer_class optimizer_kwargs cnn_extractor feature_extraction "
+      "monitor_wrapper ";
+  const std::string on_policy = common +
+                                "n_steps ent_coef vf_coef max_grad_norm lam gae_lambda use_sde sde_sample_freq "
+                                "rollout_buffer_class rollout_buffer_kwargs normalize_advantage ortho_init "
+                                "log_std_init full_std use_expln squash_output ";
+  const std::string ppo = on_policy +
+                          "nminibatches noptepochs cliprange cliprange_vf batch_size n_epochs clip_range "
+                          "clip_range_vf target_kl ";
+  const std::string replay = common +
+                             "buffer_size learning_starts batch_size tau train_freq gradient_steps n_steps "
+                             "replay_buffer_class replay_buffer_kwargs optimize_memory_usage layer_norm "
+                             "n_sampled_goal goal_selection_strategy model_class copy_info_dict online_sampling "
+                             "max_episode_length handle_timeout_termination ";
+  const std::string continuous = replay + "action_noise random_exploration n_critics reg_weight ";
+  const std::pair<const char*, std::string> constructors[] = {
+      {"ppo2", ppo},
+      {"ppo", ppo},
+      {"a2c", on_policy + "alpha momentum epsilon lr_schedule rms_prop_eps use_rms_prop "},
+      {"dqn", replay + "exploration_fraction exploration_final_eps exploration_initial_eps double_q "
+                       "target_network_update_freq target_update_interval prioritized_replay "
+                       "prioritized_replay_alpha prioritized_replay_beta0 prioritized_replay_beta_iters "
+                       "prioritized_replay_eps param_noise max_grad_norm dueling "},
+      {"sac", continuous + "ent_coef target_update_interval target_entropy use_sde sde_sample_freq use_sde_at_warmup "
+                           "log_std_init use_expln clip_mean "},
+      {"td3", continuous + "policy_delay target_policy_noise target_noise_clip "},
+      {"ddpg", continuous + "memory_policy eval_env nb_train_steps nb_rollout_steps nb_eval_steps param_noise "
+                            "normalize_observations param_noise_adaption_interval normalize_returns enable_popart "
+                            "observation_range critic_l2_reg return_range actor_lr critic_lr clip_norm reward_scale "
+                            "render render_eval memory_limit "}};
+  // The run's own (consac/run/config.h), which has no hyperparameter of that name.
+  const std::set<std::string> of_the_run = {"log_interval"};
+  for (const auto& [algorithm, names] : constructors) {
+    const std::span<const Hyperparameter> table = (*FindAlgorithm(algorithm))->hyperparameters;
+    std::istringstream words(names);
+    for (std::string name; words >> name;) {
+      const bool taken = std::any_of(table.begin(), table.end(),
+                                     [&](const Hyperparameter& row) { return row.name == name || row.alias == name; });
+      EXPECT_TRUE(taken || of_the_run.count(name) > 0 || !StableBaselinesAnswer(name).empty())
+          << algorithm << " " << name;
+    }
+  }
+  HyperparameterSet td3((*FindAlgorithm("td3"))->hyperparameters);
+  EXPECT_EQ(td3.Set("use_sde", "true").message(),
+            "'use_sde' of Stable Baselines is no hyperparameter here: noise that follows the state is of sac, ppo, "
+            "ppo2 and a2c; leave it out");
+  EXPECT_EQ(StableBaselinesAnswer("gama"), "");
 }
 
 TEST(Values, FormsThatPeopleWrite) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "learn/test/algo/training_harness.h"
+#include "learn/test/algo/off_policy_harness.h"
 
 namespace consac::learn {
 namespace {
@@ -26,6 +26,35 @@ TEST(Ppo, LearnsTheIdentityOfEveryKindOfAction) {
   EXPECT_GE(TrainedReward(*Space::Dict({{"a", *Space::Discrete(2)}, {"b", *Space::Discrete(3, 5)}}), 4,
                           {"ppo", values, 12000}),
             0.9);
+}
+
+TEST(Ppo, LearnsTheIdentityByExploringByTheState) {
+  Settings values = {{"n_steps", "64"},   {"gamma", "0.4"},         {"learning_rate", "2e-3"}, {"n_epochs", "4"},
+                     {"use_sde", "true"}, {"sde_sample_freq", "4"}, {"log_std_init", "-1"}};
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"ppo", values, 20000}), 0.8);
+  values.push_back({"squash_output", "true"});
+  values.push_back({"ent_coef", "0.001"});
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 4, {"ppo", values, 20000}), 0.8);
+  EXPECT_GE(TrainedReward(*Space::Dict({{"a", *Space::Discrete(2)}, {"b", *Space::Box(-1, 1, {1})}}), 4,
+                          {"ppo", values, 20000}),
+            0.7)
+      << "choices beside numbers";
+}
+
+TEST(Ppo, WhatCannotBeExploredByTheStateIsOneLine) {
+  const auto error = [](const Space& actions, const Settings& settings) {
+    return ErrorOf("ppo", BehaviourSpec::Of("arm", *Space::Box(-1, 1, {2}), actions, 1), settings, 1 << 30);
+  };
+  EXPECT_EQ(error(*Space::Box(-1, 1, {2}), {{"use_sde", "true"}, {"squash_output", "true"}}), "");
+  EXPECT_NE(error(*Space::Discrete(3), {{"use_sde", "true"}}).find("use_sde is for Box actions, and those of 'arm'"),
+            std::string::npos);
+  EXPECT_NE(error(*Space::Box(-1, 1, {2}), {{"squash_output", "true"}}).find("squash_output goes with use_sde"),
+            std::string::npos);
+  EXPECT_NE(error(*Space::Box(-INFINITY, 1, {2}), {{"use_sde", "true"}, {"squash_output", "true"}})
+                .find("between finite bounds"),
+            std::string::npos);
+  EXPECT_NE(error(*Space::Box(-1, 1, {1025}), {{"use_sde", "true"}, {"net_arch", "[1024]"}}).find("matrices"),
+            std::string::npos);
 }
 
 TEST(Ppo, ABudgetBoundsTheWorkOfOneCall) {

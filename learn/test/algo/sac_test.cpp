@@ -2,6 +2,7 @@
 // is every_learner_test.cpp's.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "algo/entropy_coefficient.h"
@@ -52,7 +53,7 @@ TEST(SquashedSamples, GradientsMatchDifferencesAndClippedDeviationsHaveNone) {
   SquashedSamples samples(actions, 1), moved(actions, 1);
   loss(at, samples);
   float gradient[4];
-  samples.Backward(0, weights, 0.6f, gradient);
+  samples.Backward(0, weights, 0.6f, gradient, nullptr);
   for (std::size_t i = 0; i < 4; ++i) {
     std::vector<float> above = at, below = at;
     above[i] += 1e-2f;
@@ -62,18 +63,71 @@ TEST(SquashedSamples, GradientsMatchDifferencesAndClippedDeviationsHaveNone) {
   EXPECT_EQ(gradient[3], 0.0f) << "its log deviation is above 2";
 }
 
+// d/d(means, phi, log sigmas) of a loss of two rows' actions and log-probabilities, the matrix's own numbers held fast.
+TEST(SquashedSamples, OfTheStateGradientsMatchDifferences) {
+  for (const StateNoise& noise : {StateNoise{.features = 3, .clip_mean = 0.5f},
+                                  StateNoise{.features = 3, .full_std = false, .use_expln = true}}) {
+    const HeadSpec spec{"", "squashed_sde_gaussian", noise};
+    const ActionHead head = *ActionHead::Create(Layout::Of(*Space::Box(-1, 1, {2})), {&spec, 1});
+    const float weights[] = {0.7f, -1.3f, 0.4f, 0.9f}, log_p_weights[] = {0.6f, -0.3f};
+    const std::vector<float> at = {0.3f, -0.8f, 0.7f, -1.1f, 0.4f, -0.2f, 0.1f, 0.5f, 0.3f, -0.9f};  // [2, 2 + 3]
+    std::vector<float> log_std = {-0.5f, 0.3f, -1.0f, 0.8f, 0.1f, -0.2f};
+    log_std.resize(static_cast<std::size_t>(head.log_std_size()));
+    const auto loss = [&](const std::vector<float>& said, const std::vector<float>& own, StateMatrices& matrices,
+                          SquashedSamples& samples) {
+      Rng rng(8, 8), unused(1, 1);
+      matrices.Draw(own.data(), rng);
+      samples.Draw(said.data(), 2, unused);
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 4; ++i) sum += static_cast<double>(weights[i] * samples.actions()[i]);
+      for (std::size_t r = 0; r < 2; ++r) sum += static_cast<double>(log_p_weights[r] * samples.log_probabilities()[r]);
+      return sum;
+    };
+    StateMatrices matrices(head);
+    SquashedSamples samples(head, 2, &matrices);
+    loss(at, log_std, matrices, samples);
+    std::vector<float> d_head(at.size()), d_log_std(log_std.size());
+    for (std::int64_t r = 0; r < 2; ++r)
+      samples.Backward(r, weights + 2 * r, log_p_weights[r], d_head.data() + 5 * r, d_log_std.data());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      std::vector<float> said = at;
+      double sides[2];
+      for (const int side : {0, 1}) {
+        said[i] = at[i] + (side == 0 ? -5e-3f : 5e-3f);
+        sides[side] = loss(said, log_std, matrices, samples);
+      }
+      EXPECT_NEAR(d_head[i], (sides[1] - sides[0]) / 1e-2, 3e-3 * (1 + std::fabs(d_head[i]))) << "head " << i;
+    }
+    for (std::size_t i = 0; i < log_std.size(); ++i) {
+      std::vector<float> own = log_std;
+      double sides[2];
+      for (const int side : {0, 1}) {
+        own[i] = log_std[i] + (side == 0 ? -5e-3f : 5e-3f);
+        sides[side] = loss(at, own, matrices, samples);
+      }
+      EXPECT_NEAR(d_log_std[i], (sides[1] - sides[0]) / 1e-2, 3e-3 * (1 + std::fabs(d_log_std[i]))) << "sigma " << i;
+    }
+    if (noise.clip_mean > 0.0f) {
+      EXPECT_EQ(d_head[1], 0.0f) << "its mean is beyond the clip";
+    }
+  }
+}
+
 /// One step of SAC in float64 beside the learner's.
 class ReferenceSac {
  public:
-  ReferenceSac(Learner& learner, bool tensorflow, bool value_network, std::size_t n_critics)
+  ReferenceSac(Learner& learner, bool tensorflow, bool value_network, std::size_t n_critics, bool sde)
       : value_network_(value_network),
         n_critics_(n_critics),
+        sde_(sde),
         actor_(*nn::Network::Create(learner.Snapshot().network), StateOf(learner, "actor/parameters"), tensorflow),
         critics_(CriticsNetwork(value_network, n_critics), StateOf(learner, "critics/parameters"), tensorflow),
         log_coefficient_(CoefficientNetwork(), {0.0f, 0.0f}, tensorflow),
         rng_(3, StreamId("sac_samples")) {}
 
   void Step(const KnownTransition& t) {
+    matrix_.clear();
+    while (sde_ && matrix_.size() < 2 * kFeatures) matrix_.push_back(static_cast<double>(rng_.Normal()));
     const std::vector<Numbers> now = Noise();
     const double coefficient = std::exp(log_coefficient_.now[0]);
     double surplus = 0.0;
@@ -129,7 +183,8 @@ class ReferenceSac {
     Numbers action;
     double log_p;
   };
-  static constexpr double kRows = static_cast<double>(kReferenceRows);
+  static constexpr double kRows = static_cast<double>(kReferenceRows), kClipMean = 0.4;
+  static constexpr std::size_t kFeatures = 4;  // of the actor's last hidden layer
 
   static nn::Network CriticsNetwork(bool value_network, std::size_t n_critics) {
     nn::CriticsOptions options{.tower = KnownTower({4, 3}), .action_size = 2};
@@ -146,6 +201,7 @@ class ReferenceSac {
 
   std::vector<Numbers> Noise() {
     std::vector<Numbers> rows;
+    if (sde_) return std::vector<Numbers>(kReferenceRows, matrix_);
     for (std::size_t r = 0; r < kReferenceRows; ++r) {
       const double first = static_cast<double>(rng_.Normal());
       rows.push_back({first, static_cast<double>(rng_.Normal())});
@@ -155,7 +211,18 @@ class ReferenceSac {
   Sample Draw(const Numbers& observation, const Numbers& noise) const {
     const Numbers head = actor_.Run({observation})[0];
     Sample sample{{}, 0.0};
-    for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t i = 0; sde_ && i < 2; ++i) {
+      double drawn = 0.0, variance = 1e-6;
+      for (std::size_t l = 0; l < kFeatures; ++l) {
+        const double sigma = std::exp(actor_.now[actor_.now.size() - 2 * kFeatures + 2 * l + i]), phi = head[2 + l];
+        drawn += phi * sigma * noise[2 * l + i];
+        variance += phi * phi * sigma * sigma;
+      }
+      sample.action.push_back(std::tanh(std::clamp(head[i], -kClipMean, kClipMean) + drawn));
+      sample.log_p -= 0.5 * drawn * drawn / variance + 0.5 * std::log(2.0 * std::acos(-1.0) * variance) +
+                      std::log(1.0 - sample.action[i] * sample.action[i] + 1e-6);
+    }
+    for (std::size_t i = 0; !sde_ && i < 2; ++i) {
       const double log_std = std::clamp(head[2 + i], -20.0, 2.0);
       sample.action.push_back(std::tanh(head[i] + std::exp(log_std) * noise[i]));
       sample.log_p -= 0.5 * noise[i] * noise[i] + log_std + 0.5 * std::log(2.0 * std::acos(-1.0)) +
@@ -179,17 +246,23 @@ class ReferenceSac {
 
   bool value_network_;
   std::size_t n_critics_;
+  bool sde_;
+  Numbers matrix_;  // the normal numbers of this step's, [features, 2]
   ReferenceLearned actor_, critics_, log_coefficient_;
   Rng rng_;
 };
 
-void ExpectTheReferenceSac(bool tensorflow, bool value_network, std::size_t n_critics = 2) {
+void ExpectTheReferenceSac(bool tensorflow, bool value_network, std::size_t n_critics = 2, bool sde = false) {
   Settings settings = KnownSettings(tensorflow);
   settings.push_back({"learning_rate", "0.01"});
   settings.push_back({"value_network", value_network ? "true" : "false"});
   settings.push_back({"n_critics", CountText(n_critics)});
+  if (sde) {
+    for (const auto& setting : Settings{{"use_sde", "true"}, {"log_std_init", "-0.7"}, {"clip_mean", "0.4"}})
+      settings.push_back(setting);
+  }
   const std::unique_ptr<Learner> learner = MakeKnown("sac", settings);
-  ReferenceSac reference(*learner, tensorflow, value_network, n_critics);
+  ReferenceSac reference(*learner, tensorflow, value_network, n_critics, sde);
   int step = 0;
   std::int64_t reports = 0;
   DriveKnown(
@@ -215,6 +288,8 @@ TEST(Sac, UpdatesAreTheEquationsInFloat64) {
   ExpectTheReferenceSac(true, true);
   for (const std::size_t n_critics : {std::size_t{1}, std::size_t{4}}) ExpectTheReferenceSac(false, false, n_critics);
   ExpectTheReferenceSac(true, true, 3);
+  ExpectTheReferenceSac(false, false, 2, true);
+  ExpectTheReferenceSac(true, true, 1, true);
 }
 
 // Stable Baselines3's learning test and its settings: two numbers, 400 steps, 0.9 of the reward.
@@ -232,6 +307,53 @@ TEST(Sac, LearnsTheIdentity) {
   EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 2,
                           {"sac", with({{"norm_obs", "true"}, {"norm_reward", "true"}, {"ent_coef", "0.05"}}), 2000}),
             0.9);
+  EXPECT_GE(TrainedReward(*Space::Box(-1, 1, {1}), 2, {"sac", with({{"use_sde", "true"}}), 2000}), 0.9);
+}
+
+// Stable Baselines3: uniform before learning_starts unless use_sde_at_warmup; a matrix lasts as sde_sample_freq says.
+TEST(Sac, ExploresByTheState) {
+  const auto actions = [](const Settings& more) {
+    Settings settings = KnownSettings(false);
+    for (const auto& setting : more) settings.push_back(setting);
+    const std::unique_ptr<Learner> learner = MakeKnown("sac", settings);
+    BatchBuffer own(KnownWorld().behaviour);
+    const float seen[] = {0.5f, -1.0f};
+    std::vector<float> first_numbers;
+    std::memcpy(own.batch().next_observations, seen, sizeof(seen));
+    learner->Begin(own.batch());
+    for (int i = 0; i < 6; ++i) {
+      own.Advance();
+      learner->Act(own.batch());
+      float action[2];
+      std::memcpy(action, own.batch().actions, sizeof(action));
+      first_numbers.push_back(action[0]);
+      own.batch().rewards[0] = 0.0f;
+      own.batch().terminated[0] = own.batch().truncated[0] = 0;
+      std::memcpy(own.batch().next_observations, seen, sizeof(seen));
+      learner->Record(own.batch());
+    }
+    return first_numbers;
+  };
+  const Settings lasting = {{"use_sde", "true"}, {"train_freq", "100"}, {"log_std_init", "0"}};
+  const auto same = [](const std::vector<float>& drawn, std::size_t from, std::size_t to) {
+    return std::all_of(drawn.begin() + static_cast<std::ptrdiff_t>(from),
+                       drawn.begin() + static_cast<std::ptrdiff_t>(to),
+                       [&](float number) { return number == drawn[from]; });
+  };
+  EXPECT_TRUE(same(actions(lasting), 0, 6)) << "one state, one action";
+  Settings often = lasting;
+  often.push_back({"sde_sample_freq", "3"});
+  const std::vector<float> twice = actions(often);
+  EXPECT_TRUE(same(twice, 0, 3) && same(twice, 3, 6) && twice[0] != twice[3]);
+  Settings each_round = lasting;
+  each_round.push_back({"train_freq", "2"});
+  const std::vector<float> rounds = actions(each_round);
+  EXPECT_TRUE(same(rounds, 0, 2) && same(rounds, 2, 4) && rounds[1] != rounds[2]) << "drawn anew as collecting begins";
+  Settings warming = lasting;
+  warming.push_back({"learning_starts", "50"});
+  EXPECT_FALSE(same(actions(warming), 0, 6)) << "uniform";
+  warming.push_back({"use_sde_at_warmup", "true"});
+  EXPECT_TRUE(same(actions(warming), 0, 6));
 }
 
 TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
@@ -243,6 +365,10 @@ TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
       {"sac", {{"log_keys", "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"value_network", "false"}}, 10000},
       {"time/episodes", "train/learning_rate", "train/n_updates", "train/actor_loss", "train/critic_loss",
        "train/ent_coef", "train/ent_coef_loss"});
+  ExpectReportsEveryFourthEpisode(
+      {"sac", {{"log_keys", "sb3"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"use_sde", "true"}}, 10000},
+      {"time/episodes", "train/learning_rate", "train/n_updates", "train/actor_loss", "train/critic_loss",
+       "train/ent_coef", "train/std", "train/ent_coef_loss"});
   ExpectReportsEveryFourthEpisode(
       {"sac", {{"log_keys", "sb2"}, {"net_arch", "[8]"}, {"batch_size", "8"}, {"n_critics", "1"}}, 10000},
       {"episodes", "mean 100 episode reward", "current_lr", "policy_loss", "qf1_loss", "entropy", "ent_coef_loss",
@@ -297,7 +423,15 @@ TEST(Tables, SacHasBothGenerationsNamesAndDefaults) {
                   {"target_update_interval", "1"},
                   {"action_noise", "none"},
                   {"net_arch", "[256, 256]"},
-                  {"value_network", "false"}},
+                  {"value_network", "false"},
+                  {"n_critics", "2"},
+                  {"use_sde", "false"},
+                  {"sde_sample_freq", "-1"},
+                  {"use_sde_at_warmup", "false"},
+                  {"log_std_init", "-3"},
+                  {"full_std", "true"},
+                  {"use_expln", "false"},
+                  {"clip_mean", "2"}},
                  {{"gamma", "0.99"},
                   {"learning_rate", "3e-4"},
                   {"buffer_size", "50000"},

@@ -198,6 +198,8 @@ TEST(Ranks, EveryRankEndsWithTheSameModel) {
       {"a2c", {{"n_steps", "5"}, {"norm_obs", "true"}, {"normalize_advantage", "true"}}},
       {"dqn", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"grad_clip", "variable"}}},
       {"sac", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
+      {"sac", {{"learning_starts", "8"}, {"use_sde", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
+      {"ppo", {{"n_steps", "16"}, {"use_sde", "true"}, {"batch_size", "32"}}},
       {"td3", {{"learning_starts", "8"}, {"norm_obs", "true"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
       {"td3", {{"learning_starts", "8"}, {"n_critics", "3"}, {"net_arch", "[8]"}, {"batch_size", "16"}}},
       {"ddpg",

@@ -26,8 +26,10 @@ struct ActorOptions {
   std::int64_t outputs = 1;                 ///< numbers that the action's head needs
   std::int64_t groups = 1;                  ///< the outputs start as if they were so many layers side by side
   Activation output = Activation::kLinear;  ///< of the outputs
+  bool with_features = false;               ///< the output has the last hidden layer's numbers behind the outputs
 };
-/// One input "obs", one output "pi"; blocks "pi/i" and "pi/head" behind AddFeatures, whose errors it returns.
+/// One input "obs", one output "pi"; blocks "pi/i" and "pi/head" (and with_features the concatenation "pi") behind
+/// AddFeatures, whose errors it returns.
 Result<NetworkSpec> Actor(const Layout& observation, const ActorOptions& options, const FeatureOptions& features);
 
 /// What critics are built from.
@@ -42,6 +44,10 @@ struct CriticsOptions {
 /// so on behind one AddFeatures that all read, whose errors it returns. Parameters of fewer critics are the first of
 /// those of more.
 Result<NetworkSpec> Critics(const Layout& observation, const CriticsOptions& options, const FeatureOptions& features);
+
+/// The value that the last block writes, which is also an output, has those of the value `features` behind its numbers
+/// from now on: for heads that follow the state (consac/policy/state_noise.h).
+void AppendFeatures(NetworkSpec& spec, const std::string& features);
 
 /// The part of a network that its first output needs. Its parameters are the first of the whole's where its blocks are,
 /// as those of the first critic.

@@ -37,6 +37,7 @@ struct ActorCriticOptions {
   float hidden_gain = 1.41421356f;            ///< sqrt(2), Stable Baselines
   float policy_gain = 0.01f;                  ///< of the action head
   float value_gain = 1.0f;                    ///< of the value head
+  bool with_features = false;  ///< "pi" has the numbers of the policy's last hidden layer behind the head's
 };
 
 /// One input "obs", outputs "pi" [action_size] and "vf" [1]; blocks "shared/i", "pi/i", "vf/i", "pi/head", "vf/head".

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "consac/base/rng.h"
+#include "consac/policy/state_noise.h"
 #include "consac/space/layout.h"
 
 namespace consac {
@@ -22,6 +23,10 @@ inline constexpr float kLogTwoPi = 1.8378770664093453f;
 inline constexpr float kSquashEpsilon = 1e-6f, kLeastLogStd = -20.0f, kMostLogStd = 2.0f;
 /// log(1 + exp(x)) without overflow.
 float Softplus(float x);
+/// The number before tanh, of a squashed one; finite.
+float Unsquashed(float raw);
+/// log(1 - raw^2 + kSquashEpsilon): what the density of a squashed number is less than that of the one before.
+float LogSquashSlope(float raw);
 /// The logit of a bit given its two mask bytes (0 legal, 1 legal) or null.
 float MaskedBitLogit(float logit, const std::uint8_t* mask);
 
@@ -33,6 +38,9 @@ struct HeadRow {
   const float* head = nullptr;         ///< [head_size] from the network
   const float* log_std = nullptr;      ///< [log_std_size] free parameters
   const std::uint8_t* mask = nullptr;  ///< [leaf.mask_count] or null: everything is legal
+  const StateNoise* noise = nullptr;   ///< where the distribution follows the state: how
+  const float* features = nullptr;     ///< [noise->features] phi(s)
+  const float* exploration = nullptr;  ///< [noise->features, leaf.count] the slot's matrix, or null: any, drawn anew
 };
 
 /// One kind of distribution. `raw` is a leaf's action as the learner keeps it: [leaf.count] indices from 0 of discrete
@@ -40,7 +48,9 @@ struct HeadRow {
 struct Distribution {
   std::string_view name;           ///< as the model file says it: "categorical"
   bool (*fits)(const Leaf& leaf);  ///< whether it can be the leaf's
-  bool has_log_std = false;        ///< a free log standard deviation per element goes with it
+  bool follows_state = false;      ///< HeadRow's noise and features are there: exploration by a matrix of each slot
+  /// Free log standard deviations that go with it; null: none.
+  std::int64_t (*log_std_size)(const Leaf& leaf, const StateNoise& noise) = nullptr;
   /// Numbers that the network puts out for the leaf.
   std::int64_t (*head_size)(const Leaf& leaf);
   /// Draws an action or takes the mode; `rng` only for kSample.

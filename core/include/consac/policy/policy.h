@@ -72,7 +72,8 @@ class Policy {
   /// actions [rows, row_bytes] out. `rng` is drawn from only in kSample.
   void Act(const std::byte* observations, const std::uint8_t* masks, std::int64_t rows, ActionMode mode, Rng& rng,
            std::byte* actions);
-  /// The same for agents that stay: whoever acts with a recurrent policy says which row is whose.
+  /// The same for agents that stay: whoever acts with a recurrent policy, or in kSample with a head that follows the
+  /// state, says which row is whose.
   void Act(const ActRows& rows, ActionMode mode, Rng& rng, std::byte* actions);
   /// What its slots remember.
   void Visit(Archive& archive);

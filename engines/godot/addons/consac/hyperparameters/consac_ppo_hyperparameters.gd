@@ -97,6 +97,25 @@ extends ConsacHyperparameters
 ## Starting log standard deviation of Box actions. (Stable Baselines3, PPO)
 @export_range(-20.0, 20.0, 1e-8) var log_std_init: float = 0.0
 
+## Box actions explore by noise that is a function of the state (gSDE). (Stable Baselines3, PPO)
+@export var use_sde: bool = false
+
+## With gSDE: steps after which that function is drawn anew; -1: as each rollout begins alone.
+## (Stable Baselines3, PPO)
+@export_range(-1, 1000000000, 1) var sde_sample_freq: int = -1
+
+## With gSDE: a deviation for each feature and element of the action; false: for each feature.
+## (Stable Baselines3, PPO)
+@export var full_std: bool = true
+
+## With gSDE: deviations grow as log(1 + x) + 1 above x = 0 instead of exp(x). (Stable Baselines3,
+## PPO)
+@export var use_expln: bool = false
+
+## With gSDE: tanh brings actions into their bounds; false: they are clipped. (Stable Baselines3,
+## PPO)
+@export var squash_output: bool = false
+
 ## Normalise observations by their running moments. (Stable Baselines, VecNormalize)
 @export var norm_obs: bool = false
 
@@ -143,6 +162,11 @@ func collect() -> Dictionary:
 		"activation_fn": activation_fn,
 		"ortho_init": "true" if ortho_init else "false",
 		"log_std_init": var_to_str(log_std_init),
+		"use_sde": "true" if use_sde else "false",
+		"sde_sample_freq": str(sde_sample_freq),
+		"full_std": "true" if full_std else "false",
+		"use_expln": "true" if use_expln else "false",
+		"squash_output": "true" if squash_output else "false",
 		"norm_obs": "true" if norm_obs else "false",
 		"norm_reward": "true" if norm_reward else "false",
 		"clip_obs": var_to_str(clip_obs),

@@ -57,6 +57,32 @@ extends ConsacHyperparameters
 ## two generations differ here)
 @export var value_network: bool = false
 
+## Box actions explore by noise that is a function of the state (gSDE). (Stable Baselines3, SAC)
+@export var use_sde: bool = false
+
+## With gSDE: steps after which that function is drawn anew; -1: as each rollout begins alone.
+## (Stable Baselines3, SAC)
+@export_range(-1, 1000000000, 1) var sde_sample_freq: int = -1
+
+## With gSDE: a deviation for each feature and element of the action; false: for each feature.
+## (Stable Baselines3, SAC)
+@export var full_std: bool = true
+
+## With gSDE: deviations grow as log(1 + x) + 1 above x = 0 instead of exp(x). (Stable Baselines3,
+## SAC)
+@export var use_expln: bool = false
+
+## With gSDE: the policy acts before learning_starts, too, in place of uniform actions. (Stable
+## Baselines3, SAC)
+@export var use_sde_at_warmup: bool = false
+
+## With gSDE: starting log standard deviation. (Stable Baselines3, SAC)
+@export_range(-20.0, 20.0, 1e-8) var log_std_init: float = -3.0
+
+## With gSDE: means are brought within plus and minus this, before tanh; 0: as they are. (Stable
+## Baselines3, SAC)
+@export_range(0.0, 1000000.0, 1e-8) var clip_mean: float = 2.0
+
 ## Noise that is added to actions while learning. (Stable Baselines3, SAC)
 @export_enum("none", "normal", "ornstein_uhlenbeck") var action_noise: String = "none"
 
@@ -154,6 +180,13 @@ func collect() -> Dictionary:
 		"target_entropy": target_entropy,
 		"target_update_interval": str(target_update_interval),
 		"value_network": "true" if value_network else "false",
+		"use_sde": "true" if use_sde else "false",
+		"sde_sample_freq": str(sde_sample_freq),
+		"full_std": "true" if full_std else "false",
+		"use_expln": "true" if use_expln else "false",
+		"use_sde_at_warmup": "true" if use_sde_at_warmup else "false",
+		"log_std_init": var_to_str(log_std_init),
+		"clip_mean": var_to_str(clip_mean),
 		"action_noise": action_noise,
 		"noise_std": var_to_str(noise_std),
 		"noise_mean": var_to_str(noise_mean),

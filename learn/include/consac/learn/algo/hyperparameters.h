@@ -44,6 +44,11 @@ struct Hyperparameter {
   const char* source;         ///< where name and default come from
 };
 
+/// What to do about a name of Stable Baselines' that an algorithm's table lacks (`device`, `policy_kwargs`): one
+/// sentence;
+/// "" where it is none of theirs.
+std::string StableBaselinesAnswer(std::string_view name);
+
 /// A constant or linear schedule of progress remaining.
 struct Schedule {
   double value = 0.0;   ///< the constant, or the value at the start
@@ -60,7 +65,7 @@ class HyperparameterSet {
   explicit HyperparameterSet(std::span<const Hyperparameter> table);
   /// Every value becomes that generation's default.
   void UseDefaultsOf(Generation generation);
-  /// Sets by name or alias from text; an unknown name is an error that names the nearest.
+  /// Sets by name or alias from text; an unknown name is an error that names the nearest, or what takes its place.
   Status Set(std::string_view name, std::string_view text);
 
   /// The table.

@@ -305,6 +305,32 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
 	double LogStdInit = 0.0;
 
+	/** Box actions explore by noise that is a function of the state (gSDE). (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseSde = false;
+
+	/**
+	 * With gSDE: steps after which that function is drawn anew; -1: as each rollout begins alone. (Stable Baselines3,
+	 * PPO)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 SdeSampleFreq = 0;
+
+	/**
+	 * With gSDE: a deviation for each feature and element of the action; false: for each feature. (Stable Baselines3,
+	 * PPO)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bFullStd = true;
+
+	/** With gSDE: deviations grow as log(1 + x) + 1 above x = 0 instead of exp(x). (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseExpln = false;
+
+	/** With gSDE: tanh brings actions into their bounds; false: they are clipped. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bSquashOutput = false;
+
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bNormObs = false;
@@ -462,6 +488,32 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
 	double LogStdInit = 0.0;
 
+	/** Box actions explore by noise that is a function of the state (gSDE). (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseSde = false;
+
+	/**
+	 * With gSDE: steps after which that function is drawn anew; -1: as each rollout begins alone. (Stable Baselines3,
+	 * PPO)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 SdeSampleFreq = 0;
+
+	/**
+	 * With gSDE: a deviation for each feature and element of the action; false: for each feature. (Stable Baselines3,
+	 * PPO)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bFullStd = true;
+
+	/** With gSDE: deviations grow as log(1 + x) + 1 above x = 0 instead of exp(x). (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseExpln = false;
+
+	/** With gSDE: tanh brings actions into their bounds; false: they are clipped. (Stable Baselines3, PPO) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bSquashOutput = false;
+
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bNormObs = false;
@@ -593,6 +645,32 @@ public:
 	/** Starting log standard deviation of Box actions. (Stable Baselines3, A2C) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
 	double LogStdInit = 0.0;
+
+	/** Box actions explore by noise that is a function of the state (gSDE). (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseSde = false;
+
+	/**
+	 * With gSDE: steps after which that function is drawn anew; -1: as each rollout begins alone. (Stable Baselines3,
+	 * A2C)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 SdeSampleFreq = 0;
+
+	/**
+	 * With gSDE: a deviation for each feature and element of the action; false: for each feature. (Stable Baselines3,
+	 * A2C)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bFullStd = true;
+
+	/** With gSDE: deviations grow as log(1 + x) + 1 above x = 0 instead of exp(x). (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseExpln = false;
+
+	/** With gSDE: tanh brings actions into their bounds; false: they are clipped. (Stable Baselines3, A2C) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bSquashOutput = false;
 
 	/** Normalise observations by their running moments. (Stable Baselines, VecNormalize) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
@@ -900,6 +978,44 @@ public:
 	 */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
 	bool bValueNetwork = false;
+
+	/** Box actions explore by noise that is a function of the state (gSDE). (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseSde = false;
+
+	/**
+	 * With gSDE: steps after which that function is drawn anew; -1: as each rollout begins alone. (Stable Baselines3,
+	 * SAC)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-1", ClampMax="1000000000"))
+	int32 SdeSampleFreq = 0;
+
+	/**
+	 * With gSDE: a deviation for each feature and element of the action; false: for each feature. (Stable Baselines3,
+	 * SAC)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bFullStd = true;
+
+	/** With gSDE: deviations grow as log(1 + x) + 1 above x = 0 instead of exp(x). (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseExpln = false;
+
+	/**
+	 * With gSDE: the policy acts before learning_starts, too, in place of uniform actions. (Stable Baselines3, SAC)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
+	bool bUseSdeAtWarmup = false;
+
+	/** With gSDE: starting log standard deviation. (Stable Baselines3, SAC) */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="-20", ClampMax="20"))
+	double LogStdInit = -3.0;
+
+	/**
+	 * With gSDE: means are brought within plus and minus this, before tanh; 0: as they are. (Stable Baselines3, SAC)
+	 */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters", meta=(ClampMin="0", ClampMax="1000000"))
+	double ClipMean = 2.0;
 
 	/** Noise that is added to actions while learning. (Stable Baselines3, SAC) */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Hyperparameters")
