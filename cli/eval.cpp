@@ -1,4 +1,5 @@
 // consac eval: mean reward of a model over episodes.
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/flags.h"
@@ -17,9 +18,11 @@ struct EvalFlags {
 };
 
 nlohmann::json VerdictJson(const run::EvaluateSummary& verdict) {
-  return {{"episodes", verdict.episodes},     {"mean_reward", verdict.mean_reward},
-          {"std_reward", verdict.std_reward}, {"min_reward", verdict.min_reward},
-          {"max_reward", verdict.max_reward}, {"mean_length", verdict.mean_length}};
+  nlohmann::json json = {{"episodes", verdict.episodes},     {"mean_reward", verdict.mean_reward},
+                         {"std_reward", verdict.std_reward}, {"min_reward", verdict.min_reward},
+                         {"max_reward", verdict.max_reward}, {"mean_length", verdict.mean_length}};
+  if (!std::isnan(verdict.success_rate)) json["success_rate"] = verdict.success_rate;
+  return json;
 }
 
 void PrintJson(const std::vector<run::EvaluateSummary>& verdicts) {
@@ -35,9 +38,11 @@ void PrintText(const std::vector<run::EvaluateSummary>& verdicts) {
       Print("{}no episode ended\n", whose);
       continue;
     }
-    Print("{}{} episodes: mean reward {:.4g} +- {:.3g} (from {:.4g} to {:.4g}), mean length {:.1f}\n", whose,
+    Print("{}{} episodes: mean reward {:.4g} +- {:.3g} (from {:.4g} to {:.4g}), mean length {:.1f}", whose,
           verdict.episodes, verdict.mean_reward, verdict.std_reward, verdict.min_reward, verdict.max_reward,
           verdict.mean_length);
+    if (!std::isnan(verdict.success_rate)) Print(", {:.4g} % succeed", 100.0 * verdict.success_rate);
+    Print("\n");
   }
 }
 

@@ -9,6 +9,7 @@
 #   tools/setup.sh windows also what its tests need (Wine, GoogleTest, the Python environment in .venv)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
 #   tools/setup.sh cad     also what consac-cad reads STEP and IGES with (OpenCASCADE); nothing else needs it
+#   tools/setup.sh mujoco  also what moves twin-reach-mujoco-v0 (MuJoCo); nothing else needs it
 #   tools/setup.sh bench   also what the comparisons need (LibTorch, Stable Baselines3)
 #   tools/setup.sh judges  also cad, and other people's readers of what a twin is written as (in .venv-judges, .venv-converter, build/judges)
 #   tools/setup.sh robots  also judges, and the robots inside other people's packages, 800 MB to fetch (in build/robots)
@@ -24,6 +25,7 @@ build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasi
 test_packages=(clang clang-format libclang-rt-14-dev llvm libgtest-dev libgmock-dev libbenchmark-dev ccache
   python3 python3-venv git locales nodejs mono-mcs mono-runtime libmono-system-core4.0-cil)
 cad_packages=(libocct-data-exchange-dev libtbb-dev)  # the first names the second's library, but does not ask for it
+mujoco_packages=(libmujoco-dev)
 bench_packages=(libtorch-dev)
 unreal_compiler_packages=(clang-16 libc++-16-dev libc++abi-16-dev python3 python3-venv ccache)
 windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev make xz-utils)
@@ -146,6 +148,7 @@ case $stage in
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
          python_environment tools/requirements-test.txt; tools/godot.sh ;;
   cad)   install_packages "${build_packages[@]}" "${cad_packages[@]}" ;;
+  mujoco) install_packages "${build_packages[@]}" "${mujoco_packages[@]}" ;;
   bench) install_packages "${build_packages[@]}" "${test_packages[@]}" "${bench_packages[@]}"
          python_environment tools/requirements-test.txt; python_environment tools/requirements-bench.txt ;;
   judges) judges ;;
@@ -154,6 +157,6 @@ case $stage in
          node_packages tools/site-package.json build/site-tools ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, judges, robots, bench, site or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, mujoco, judges, robots, bench, site or slow"; exit 2 ;;
 esac
 say "ready for $stage"

@@ -9,9 +9,11 @@
 //   void Reset(Rng& rng, Observation* observation);  starts an episode
 //   StepResult Step(const Action* action, Rng& rng, Observation* observation);
 //   void Visit(Archive& archive);                    its exact state
-//   float Price(const Observation*) const;           what a step to it pays; with it the world prices goals; may be
-//   static static constexpr std::size_t kTogether;          with it, so many copies are stepped by one call of static
-//   void StepTogether(const Together<W>&);    with the bits that Step gives each
+// and may have:
+//   float Price(const Observation*) const;           what a step to it pays, static or not: it prices goals
+//   bool Succeeds(const Observation*) const;         whether it is where it should be: it has the info is_success
+//   static constexpr std::size_t kTogether;          how many copies are stepped by one call of
+//   static void StepTogether(const Together<W>&);    with the bits that Step gives each
 
 #include <array>
 #include <cstring>
@@ -20,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "consac/env/success.h"
 #include "consac/env/vector_env.h"
 
 namespace consac::worlds {
@@ -57,10 +60,14 @@ template <class W>
 class Batched final : public VectorEnv {
  public:
   /// `copies` >= 1.
-  explicit Batched(std::int32_t copies) : spec_(W::Spec(copies)), worlds_(static_cast<std::size_t>(copies)) {}
+  explicit Batched(std::int32_t copies) : spec_(W::Spec(copies)), worlds_(static_cast<std::size_t>(copies)) {
+    TellSuccess();
+  }
   /// Copies of `world`, which offers `spec`.
   Batched(EnvSpec spec, const W& world, std::int32_t copies)
-      : spec_(std::move(spec)), worlds_(static_cast<std::size_t>(copies), Copy{world, Rng(), 0}) {}
+      : spec_(std::move(spec)), worlds_(static_cast<std::size_t>(copies), Copy{world, Rng(), 0}) {
+    TellSuccess();
+  }
 
   const EnvSpec& spec() const override { return spec_; }
 
@@ -105,6 +112,8 @@ class Batched final : public VectorEnv {
     }
   }
 
+  std::span<const InfoColumn> infos() const override { return infos_; }
+
   bool prices_goals() const override { return kPrices; }
 
   void PriceGoals(std::size_t, const std::byte* observations, std::int64_t rows, float* rewards) const override {
@@ -135,6 +144,7 @@ class Batched final : public VectorEnv {
   using Observation = typename ObservationElement<W>::Type;
   static constexpr bool kStepsTogether = requires { W::kTogether; };
   static constexpr bool kPrices = requires(const W& world, const Observation* seen) { world.Price(seen); };
+  static constexpr bool kSucceeds = requires(const W& world, const Observation* seen) { world.Succeeds(seen); };
   struct Copy {
     W world;
     Rng rng;
@@ -148,10 +158,20 @@ class Batched final : public VectorEnv {
 
   Copy& CopyOf(const Batch& batch, std::size_t i) { return worlds_[static_cast<std::size_t>(batch.slots[i])]; }
 
+  /// The column of infos that a world has which says where it succeeds.
+  void TellSuccess() {
+    if constexpr (kSucceeds) {
+      succeeds_.assign(worlds_.size(), 0.0f);
+      infos_.push_back({kSuccessInfo, succeeds_});
+    }
+  }
+
   /// Writes what row `i` came to, and begins anew where its episode ended.
   void Finish(Batch& batch, std::size_t i, StepResult result, Observation* observation, std::size_t row_bytes) {
     Copy& copy = CopyOf(batch, i);
     ++copy.steps;
+    if constexpr (kSucceeds)
+      succeeds_[static_cast<std::size_t>(batch.slots[i])] = copy.world.Succeeds(observation) ? 1.0f : 0.0f;
     const bool cut = !result.terminated && spec_.max_episode_steps > 0 && copy.steps >= spec_.max_episode_steps;
     batch.rewards[i] = result.reward;
     batch.terminated[i] = result.terminated ? 1 : 0;
@@ -168,6 +188,8 @@ class Batched final : public VectorEnv {
 
   EnvSpec spec_;
   std::vector<Copy> worlds_;
+  std::vector<float> succeeds_;    // [copies] of the latest step
+  std::vector<InfoColumn> infos_;  // of them
 };
 
 /// Makes N copies of W: a row's `create` in the table of worlds.

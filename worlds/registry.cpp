@@ -85,7 +85,9 @@ constexpr World kWorlds[] = {
     {"yumi-reach-dual-v0", "both arms at once, which must not touch", "as yumi-reach-v0",
      MakeYumiReach<YumiReach::kDual>, nullptr, kReachSac, RobotReach::FirstOf},
     {"twin-reach-v0", "bring the tool of any robot that `consac twin import` made to a point", "as yumi-reach-v0",
-     nullptr, nullptr, kReachSac, RobotReach::FirstOf, "TWIN", MakeTwinReach},
+     nullptr, nullptr, kReachSac, RobotReach::FirstOf, "TWIN", MakeTwinReach<TwinReachPhysics::kKinematic>},
+    {"twin-reach-mujoco-v0", "the same with masses, motors and contacts, by MuJoCo", "as yumi-reach-v0", nullptr,
+     nullptr, kReachSac, RobotReach::FirstOf, "TWIN", MakeTwinReach<TwinReachPhysics::kMujoco>},
 };
 
 }  // namespace

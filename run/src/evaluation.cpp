@@ -5,6 +5,7 @@
 
 #include "consac/base/json.h"
 #include "consac/base/text.h"
+#include "consac/env/success.h"
 #include "data_watch.h"
 #include "judgement.h"
 
@@ -24,7 +25,9 @@ class Returns {
   }
 
   /// Adds one step of the slots `acting` in a batch of all slots; an episode also ends after `limit` steps (0: never).
-  void Add(const Batch& batch, std::span<const std::int32_t> acting, std::int64_t limit) {
+  /// `success` [slots] is 1 where it was to where it should be; empty: nobody says.
+  void Add(const Batch& batch, std::span<const std::int32_t> acting, std::int64_t limit,
+           std::span<const float> success) {
     for (const std::int32_t slot : acting) {
       const auto i = static_cast<std::size_t>(slot);
       sums_[i] += batch.rewards[i];
@@ -35,6 +38,7 @@ class Returns {
         --left_[i];
         returns_.push_back(sums_[i]);
         steps_ += static_cast<double>(lengths_[i]);
+        if (!success.empty()) told_ = true, successes_ += success[i] > 0.5f ? 1 : 0;
       }
       Forget(i);
     }
@@ -67,6 +71,7 @@ class Returns {
     summary.min_reward = *std::min_element(returns_.begin(), returns_.end());
     summary.max_reward = *std::max_element(returns_.begin(), returns_.end());
     summary.mean_length = steps_ / n;
+    if (told_) summary.success_rate = static_cast<double>(successes_) / n;
     return summary;
   }
 
@@ -92,6 +97,8 @@ class Returns {
   std::vector<std::int64_t> left_;     // [slots] episodes still wanted
   std::vector<double> returns_;
   double steps_ = 0.0;
+  std::int64_t successes_ = 0;
+  bool told_ = false;  // whether anybody says which succeed
 };
 
 /// The world that is named, or the one that the models were trained on.
@@ -130,7 +137,7 @@ class Judgement {
   Status Add(Actors& actors, const WorldLink& link) {
     for (std::size_t b = 0; b < returns_.size(); ++b) {
       CONSAC_RETURN_IF_ERROR(CheckRewards(spec_.behaviours[b].name, actors.batches()[b], actors.acting(b)));
-      returns_[b].Add(actors.batches()[b], actors.acting(b), limit_);
+      returns_[b].Add(actors.batches()[b], actors.acting(b), limit_, SuccessOf(b, link));
       returns_[b].Present(link.present(b));
       if (!actors.acting(b).empty() || returns_[b].complete()) somebody_[b] = Now();
       if (Now() - somebody_[b] < kPatience) continue;
@@ -148,6 +155,18 @@ class Judgement {
 
  private:
   static constexpr double kPatience = 5.0;  // s
+
+  // Of the slots of behaviour `b`, which stand after those of the behaviours before it.
+  std::span<const float> SuccessOf(std::size_t b, const WorldLink& link) const {
+    std::size_t first = 0;
+    for (std::size_t before = 0; before < b; ++before)
+      first += static_cast<std::size_t>(spec_.behaviours[before].slots);
+    for (const InfoColumn& column : link.infos()) {
+      if (column.name == kSuccessInfo)
+        return column.values.subspan(first, static_cast<std::size_t>(spec_.behaviours[b].slots));
+    }
+    return {};
+  }
 
   const EvaluateOptions& options_;
   const EnvSpec& spec_;

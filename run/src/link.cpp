@@ -31,6 +31,7 @@ class LocalLink final : public WorldLink {
     return Status::Ok();
   }
   std::span<const std::uint8_t> present(std::size_t b) const override { return env_->present(b); }
+  std::span<const InfoColumn> infos() const override { return env_->infos(); }
   double world_share() const override { return 1.0; }
   bool prices_goals() const override { return env_->prices_goals(); }
   Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {

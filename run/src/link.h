@@ -42,6 +42,8 @@ class WorldLink {
   virtual SessionRequest request() const { return {}; }
   /// For people: "road-v0 in this process, 8 copies".
   virtual std::string description() const = 0;
+  /// See VectorEnv; none of an engine's.
+  virtual std::span<const InfoColumn> infos() const { return {}; }
 };
 
 /// `copies` of a built-in world.

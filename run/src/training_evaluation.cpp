@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -24,6 +25,7 @@ std::string Words(std::span<const EvaluateSummary> summaries) {
     words += words.empty() ? "" : ", ";
     if (summaries.size() > 1) words += summary.behaviour + " ";
     words += fmt::format("{:.4g} +- {:.4g}", summary.mean_reward, summary.std_reward);
+    if (!std::isnan(summary.success_rate)) words += fmt::format(" ({:.4g} % succeed)", 100.0 * summary.success_rate);
   }
   return words;
 }

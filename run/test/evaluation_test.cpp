@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "consac/env/success.h"
+#include "judgement.h"
 #include "session.h"
 #include "small_run.h"
 #include "tests/swarm_world.h"
@@ -55,6 +57,42 @@ TEST(Evaluate, OneSeedGivesOneVerdict) {
   EXPECT_EQ(Evaluate(options, kNeverStop)->front().mean_reward, first);
   options.seed = 5;
   EXPECT_NE(Evaluate(options, kNeverStop)->front().mean_reward, first);
+}
+
+// Poles that say of themselves whether they succeed: all copies but the first.
+class TellingPoles final : public VectorEnv {
+ public:
+  explicit TellingPoles(std::int32_t copies)
+      : poles_((*worlds::FindWorld("cartpole-v1"))->create(copies)), height_(static_cast<std::size_t>(copies), 0.5f) {
+    succeeds_.assign(static_cast<std::size_t>(copies), 1.0f);
+    succeeds_[0] = 0.0f;
+    columns_ = {{"height", height_}, {kSuccessInfo, succeeds_}};
+  }
+  const EnvSpec& spec() const override { return poles_->spec(); }
+  void Reset(std::uint64_t seed, std::span<Batch> batches) override { poles_->Reset(seed, batches); }
+  void Step(std::span<Batch> batches) override { poles_->Step(batches); }
+  std::span<const InfoColumn> infos() const override { return columns_; }
+  void Visit(Archive& archive) override { poles_->Visit(archive); }
+
+ private:
+  std::unique_ptr<VectorEnv> poles_;
+  std::vector<float> height_, succeeds_;
+  std::vector<InfoColumn> columns_;
+};
+
+TEST(Evaluate, TellsWhichPartOfTheEpisodesSucceeds) {
+  consac::testing::ScratchFolder scratch("success");
+  TrainPole(scratch.path());
+  EvaluateOptions options = Options(scratch.path());
+  EXPECT_TRUE(std::isnan(Evaluate(options, kNeverStop)->front().success_rate)) << "poles do not say";
+  options.episodes = 8;
+  const std::unique_ptr<WorldLink> link = MakeLocalLink(std::make_unique<TellingPoles>(4));
+  Result<Actors> actors = Actors::Load(*FindModels(options.model, options.directory), link->spec());
+  ASSERT_TRUE(actors.ok()) << actors.status().message();
+  const Verdicts told = Judge(options, *link, *actors, kNeverStop, [] {});
+  ASSERT_TRUE(told.ok()) << told.status().message();
+  EXPECT_EQ(told->front().episodes, 8);
+  EXPECT_EQ(told->front().success_rate, 0.75);
 }
 
 TEST(Evaluate, AnEngineIsJudgedAsTheWorldInProcess) {

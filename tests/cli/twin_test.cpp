@@ -40,6 +40,18 @@ TEST_F(TwinProgram, ImportsAndAnswers) {
   EXPECT_NE(check.out.find("turn"), std::string::npos);
 }
 
+// With the library of MuJoCo elsewhere than the environment says, or a build without, the program is what it is else.
+TEST_F(TwinProgram, WithoutMuJoCoOneWorldIsRefusedInOneLine) {
+  ASSERT_EQ(Twin({"import", "arm.urdf", "-o", "out"}).code, 0);
+  ASSERT_EQ(setenv("CONSAC_MUJOCO_LIBRARY", "/nowhere/libmujoco.so", 1), 0);
+  const auto train = [&](const char* world) {
+    return RunProgram(folder(), {"train", world, "--steps", "200", "--name", "m", "--no-table", "--no-progress"});
+  };
+  ExpectRefusal(train("twin-reach-mujoco-v0:out"), 2, "without it twin-reach-v0 is the same task, kinematic");
+  EXPECT_EQ(RunProgram(folder(), {"list", "worlds"}).code, 0);
+  unsetenv("CONSAC_MUJOCO_LIBRARY");
+}
+
 TEST_F(TwinProgram, SaysInOneLineWhatIsWrong) {
   ExpectRefusal(Twin({"import", "none.urdf"}), 2, "none.urdf");
   ExpectRefusal(Twin({"import", "arm.urdf", "--package", "arm"}), 2, "NAME=FOLDER is expected");

@@ -53,7 +53,7 @@ TEST(ProofsPage, ARowWhoseSettingsHaveChangedIsNotMeasuredYet) {
        {changed([](Proof& p) { p.world = "cart-v2"; }), changed([](Proof& p) { p.algorithm = "b"; }),
         changed([](Proof& p) { p.steps = 101; }), changed([](Proof& p) { p.envs = 4; }),
         changed([](Proof& p) { p.over_tcp = true; }), changed([](Proof& p) { p.preset = "sb2"; }),
-        changed([](Proof& p) { p.settings[0].second = "0.99"; })}) {
+        changed([](Proof& p) { p.settings[0].second = "0.99"; }), changed([](Proof& p) { p.success = true; })}) {
     const std::string page = Written({other}, ReadBack(text));
     EXPECT_EQ(page.find("| cart by a"), std::string::npos) << page;
     EXPECT_TRUE(page.ends_with("\nNot measured yet: `cart by a`.\n")) << page;

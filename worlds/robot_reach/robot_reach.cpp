@@ -12,6 +12,7 @@ using robot::Vector3;
 
 constexpr int kParts = 2;             // of a step: a straight line is followed this finely
 constexpr double kJointReach = 0.05;  // rad a step
+constexpr double kLeash = 0.2;        // rad or m that what motors are told is ahead of where joints are, at most
 constexpr std::size_t kAxes = 3;
 constexpr robot::InverseOptions kFreeOrientation = {.task = robot::Task::kPosition};
 
@@ -65,9 +66,12 @@ const RobotReach& RobotReach::FirstOf(const VectorEnv& env) {
 }
 
 RobotReach::RobotReach(std::shared_ptr<const ReachTask> task)
-    : task_(std::move(task)), limits_(LimitsOf(task_->robot)), moving_(MovingOf(*task_)) {
+    : task_(std::move(task)),
+      dynamics_(task_->dynamics.get()),
+      limits_(LimitsOf(task_->robot)),
+      moving_(MovingOf(*task_)) {
   const std::size_t positions = task_->ready.size(), goals = kAxes * task_->tools.size();
-  for (std::vector<double>* row : {&joints_, &speeds_, &moves_, &before_, &from_}) row->resize(positions);
+  for (std::vector<double>* row : {&joints_, &speeds_, &moves_, &before_, &from_, &command_}) row->resize(positions);
   for (std::vector<double>* row : {&tools_, &tool_speeds_, &goals_, &targets_}) row->resize(goals);
   for (const ReachTool& tool : task_->tools) {
     Arm arm{robot::InverseKinematics(task_->robot, tool.frame, kFreeOrientation), limits_.velocity};
@@ -75,8 +79,9 @@ RobotReach::RobotReach(std::shared_ptr<const ReachTask> task)
     arms_.push_back(std::move(arm));
   }
   Body body{robot::Kinematics(task_->robot), robot::SelfCollision(task_->robot)};
-  if (!body.collision.pairs().empty()) body_ = std::move(body);
-  joints_ = task_->ready;
+  if (!body.collision.pairs().empty() && dynamics_.own == nullptr) body_ = std::move(body);
+  joints_ = command_ = task_->ready;
+  if (dynamics_.own != nullptr) dynamics_.own->Place(joints_);
   Stand();
   goals_ = tools_;
 }
@@ -86,6 +91,7 @@ void RobotReach::Stand() {
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     arms_[i].inverse.Forward(joints_);
     PutPoint(arms_[i].inverse.tool().position, i, tools_);
+    if (dynamics_.own != nullptr) arms_[i].inverse.Forward(command_);
   }
   distance_ = std::numeric_limits<double>::infinity();
   if (!body_.has_value()) return;
@@ -96,28 +102,39 @@ void RobotReach::Stand() {
 // Whether capsules overlap, and more than they did: a pose that already touches can be left.
 bool RobotReach::Collides() {
   if (!body_.has_value()) return false;
-  body_->kinematics.Forward(joints_);
+  body_->kinematics.Forward(command_);
   const double distance = body_->collision.Find(body_->kinematics.links()).distance;
   if (distance < 0.0 && distance < distance_) return true;
   distance_ = distance;
   return false;
 }
 
-// Turns the joints by moves_, within their limits; not at all where the robot would touch itself.
-void RobotReach::Turn() {
-  before_ = joints_;
-  for (std::size_t j = 0; j < joints_.size(); ++j) joints_[j] += moves_[j];
-  ClampToLimits(limits_, joints_);
-  if (Collides()) joints_ = before_;
+// Turns what motors are told by moves_, within the joints' limits, and the joints with it while `seconds` pass. Without
+// motors not at all where the robot would touch itself; with them what is told does not run away from what is stopped.
+void RobotReach::Turn(double seconds) {
+  before_ = command_;
+  for (std::size_t j = 0; j < command_.size(); ++j) command_[j] += moves_[j];
+  ClampToLimits(limits_, command_);
+  if (dynamics_.own == nullptr) {
+    if (Collides()) command_ = before_;
+    joints_ = command_;
+    return;
+  }
+  for (std::size_t j = 0; j < command_.size(); ++j)
+    command_[j] = std::clamp(command_[j], joints_[j] - kLeash, joints_[j] + kLeash);
+  dynamics_.own->Follow(command_, seconds, joints_);
 }
 
 // Speeds and the tools after joints have moved from from_ within a step.
 void RobotReach::Arrive() {
   for (std::size_t j = 0; j < joints_.size(); ++j) speeds_[j] = (joints_[j] - from_[j]) / kStep;
   for (std::size_t i = 0; i < arms_.size(); ++i) {
-    const Vector3 at = arms_[i].inverse.tool().position, way = at - PointOf(tools_, i);
+    robot::InverseKinematics& inverse = arms_[i].inverse;
+    if (dynamics_.own != nullptr) inverse.Forward(joints_);
+    const Vector3 at = inverse.tool().position, way = at - PointOf(tools_, i);
     PutPoint({way.x / kStep, way.y / kStep, way.z / kStep}, i, tool_speeds_);
     PutPoint(at, i, tools_);
+    if (dynamics_.own != nullptr) inverse.Forward(command_);
   }
 }
 
@@ -125,14 +142,15 @@ void RobotReach::MoveTools(const Action* action) {
   const auto way = [&](std::size_t i) {
     return task_->tool_reach * std::clamp(static_cast<double>(action[i]), -1.0, 1.0);
   };
-  for (std::size_t i = 0; i < targets_.size(); ++i) targets_[i] = tools_[i] + way(i);
+  for (std::size_t i = 0; i < arms_.size(); ++i) PutPoint(arms_[i].inverse.tool().position, i, targets_);
+  for (std::size_t i = 0; i < targets_.size(); ++i) targets_[i] += way(i);
   for (int part = 0; part < kParts; ++part) {
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       Arm& arm = arms_[i];
       const Vector3 left = PointOf(targets_, i) - arm.inverse.tool().position;
       arm.inverse.Step((1.0 / (kParts - part)) * left, {}, arm.furthest, moves_);
-      Turn();
-      arm.inverse.Forward(joints_);
+      Turn(i + 1 == arms_.size() ? kStep / kParts : 0.0);
+      arm.inverse.Forward(command_);
     }
   }
 }
@@ -141,12 +159,13 @@ void RobotReach::MoveJoints(const Action* action) {
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     moves_[static_cast<std::size_t>(moving_[i])] = kJointReach * std::clamp(static_cast<double>(action[i]), -1.0, 1.0);
   }
-  Turn();
-  for (Arm& arm : arms_) arm.inverse.Forward(joints_);
+  Turn(kStep);
+  for (Arm& arm : arms_) arm.inverse.Forward(command_);
 }
 
 void RobotReach::Begin(std::span<const double> goals) {
-  joints_ = task_->ready;
+  joints_ = command_ = task_->ready;
+  if (dynamics_.own != nullptr) dynamics_.own->Place(joints_);
   Stand();
   std::fill(speeds_.begin(), speeds_.end(), 0.0);
   std::fill(tool_speeds_.begin(), tool_speeds_.end(), 0.0);
@@ -173,7 +192,8 @@ StepResult RobotReach::Step(const Action* action, Rng&, float* observation) {
   return {Price(observation), false};
 }
 
-float RobotReach::Price(const float* observation) const {
+// How far the tool that is farthest from its goal is from it, m.
+double RobotReach::Furthest(const float* observation) const {
   double furthest = 0.0;
   for (std::size_t tool = 0; tool < task_->tools.size(); ++tool) {
     double squared = 0.0;
@@ -183,8 +203,17 @@ float RobotReach::Price(const float* observation) const {
     }
     furthest = std::max(furthest, std::sqrt(squared));
   }
+  return furthest;
+}
+
+float RobotReach::Price(const float* observation) const {
+  const double furthest = Furthest(observation);
   if (task_->reward == ReachReward::kDense) return static_cast<float>(-furthest);
   return furthest > task_->threshold ? -1.0f : 0.0f;
+}
+
+bool RobotReach::Succeeds(const float* observation) const {
+  return Furthest(observation) <= task_->threshold;
 }
 
 void RobotReach::Observe(float* row) const {
@@ -203,6 +232,12 @@ void RobotReach::Visit(Archive& archive) {
   archive("tool", std::span<double>(tools_));
   archive("tool_speed", std::span<double>(tool_speeds_));
   archive("goal", std::span<double>(goals_));
+  if (dynamics_.own != nullptr) {
+    archive("command", std::span<double>(command_));
+    dynamics_.own->Visit(archive);
+  } else if (archive.loading()) {
+    command_ = joints_;
+  }
   if (archive.loading()) Stand();
 }
 

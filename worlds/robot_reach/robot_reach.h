@@ -1,7 +1,8 @@
 #pragma once
 // A robot brings its tools to points: the state, actions, observations and rewards of every world of that kind,
 // whatever the robot. yumi_reach and twin_reach say which robot, which tools and where goals are. Kinematic: joints
-// move within their limits and speeds, nothing has mass; what its capsules touch stops it.
+// move within their limits and speeds, nothing has mass; what its capsules touch stops it. With ReachDynamics the same
+// motion is what motors are told, and where the joints are is what physics makes of it.
 
 #include <array>
 #include <cstdint>
@@ -27,6 +28,23 @@ enum class ReachReward : std::uint8_t {
   kDense,   ///< minus the largest distance, m
 };
 
+/// A robot of mass and motors whose joints follow what they are told: the part of a world that is not kinematic. It is
+/// one robot; a copy of a world has a clone.
+class ReachDynamics {
+ public:
+  virtual ~ReachDynamics() = default;
+  /// Another robot, in the same state.
+  virtual std::unique_ptr<ReachDynamics> Clone() const = 0;
+  /// Stands still there, [positions]; motors are told to hold it.
+  virtual void Place(std::span<const double> joints) = 0;
+  /// Motors are told to go to `command` while `seconds` pass; `joints` becomes where they are then. Both [positions].
+  virtual void Follow(std::span<const double> command, double seconds, std::span<double> joints) = 0;
+  /// Exact state.
+  virtual void Visit(Archive& archive) = 0;
+  /// Where a link of the joint table is, in the base's frame; none where physics has no body for it.
+  virtual std::optional<robot::Transform> LinkPose(std::int32_t link) const = 0;
+};
+
 /// A tool, and the box in which its goals are.
 struct ReachTool {
   robot::Frame frame;
@@ -41,8 +59,9 @@ struct ReachTask {
   std::vector<double> ready;     ///< [positions] the pose that it begins in, rad or m
   ReachControl control = ReachControl::kTools;
   ReachReward reward = ReachReward::kSparse;
-  double threshold = 0.05;   ///< m from a goal within which a tool is there
-  double tool_reach = 0.05;  ///< m a step
+  double threshold = 0.05;                        ///< m from a goal within which a tool is there
+  double tool_reach = 0.05;                       ///< m a step
+  std::shared_ptr<const ReachDynamics> dynamics;  ///< null: kinematic. Else its contacts stop moves, no capsules
 };
 
 /// Which of the robot's positions carry the frame, from the base on.
@@ -73,6 +92,8 @@ class RobotReach {
   StepResult Step(const Action* action, Rng&, float* observation);
   /// What a step to `observation` pays.
   float Price(const float* observation) const;
+  /// Whether every tool is within the threshold of its goal there, whatever is paid.
+  bool Succeeds(const float* observation) const;
   /// Exact state.
   void Visit(Archive& archive);
   /// Writes a row.
@@ -90,28 +111,42 @@ class RobotReach {
 
  private:
   struct Arm {
-    robot::InverseKinematics inverse;  // stands at joints_
+    robot::InverseKinematics inverse;  // stands at command_
     std::vector<double> furthest;      // [positions] of a part of a step
   };
   struct Body {
     robot::Kinematics kinematics;
     robot::SelfCollision collision;
   };
+  struct Dynamics {  // a copy has a robot of its own
+    std::unique_ptr<ReachDynamics> own;
 
+    explicit Dynamics(const ReachDynamics* like) : own(like != nullptr ? like->Clone() : nullptr) {}
+    Dynamics(const Dynamics& other) : Dynamics(other.own.get()) {}
+    Dynamics(Dynamics&&) = default;
+    Dynamics& operator=(Dynamics other) {
+      own = std::move(other.own);
+      return *this;
+    }
+  };
+
+  double Furthest(const float* observation) const;
   void MoveTools(const Action* action);
   void MoveJoints(const Action* action);
   void Stand();
-  void Turn();
+  void Turn(double seconds);
   bool Collides();
   void Arrive();
 
   std::shared_ptr<const ReachTask> task_;
+  Dynamics dynamics_;                                            // none: what is told is where the joints are
   std::vector<Arm> arms_;                                        // one for each tool
   std::optional<Body> body_;                                     // where it has capsules that could meet
   robot::PositionLimits limits_;                                 // [positions]
   std::vector<std::int32_t> moving_;                             // positions that carry a tool
   double distance_ = 0.0;                                        // m between the nearest capsules
   std::vector<double> joints_, speeds_, moves_, before_, from_;  // [positions] rad, rad/s
+  std::vector<double> command_;                                  // [positions] what motors are told
   std::vector<double> tools_, tool_speeds_, goals_, targets_;    // [tools, 3] m, m/s
 };
 

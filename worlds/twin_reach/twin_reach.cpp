@@ -354,10 +354,4 @@ Result<std::shared_ptr<const ReachTask>> TwinReachTask(robot::Robot robot, const
   return std::shared_ptr<const ReachTask>(std::move(task));
 }
 
-Result<std::unique_ptr<VectorEnv>> MakeTwinReach(std::string_view argument, std::int32_t copies) {
-  Result<std::shared_ptr<const ReachTask>> task = ReadTwinReach(argument);
-  if (!task.ok()) return task.status();
-  return RobotReach::Make(std::move(*task), copies);
-}
-
 }  // namespace consac::worlds

@@ -9,12 +9,13 @@
 #include "consac/base/path.h"
 #include "consac/base/text.h"
 #include "consac/robot/table.h"
+#include "worlds/mujoco/mujoco.h"
 #include "worlds/twin_reach/twin_reach.h"
 
 namespace consac::worlds {
 namespace {
 
-constexpr const char* kId = "twin-reach-v0:";
+constexpr const char *kId = "twin-reach-v0:", *kMujocoId = "twin-reach-mujoco-v0:";
 constexpr std::size_t kMostTableBytes = std::size_t{64} << 20;
 constexpr JsonLimits kFileLimits{std::size_t{1} << 20, 4096, 4};
 constexpr std::string_view kMembers[] = {"twin", "tool", "tool_point", "ready", "goals", "near"};
@@ -30,8 +31,14 @@ bool IsFolder(const std::string& path) {
   return std::filesystem::is_directory(ToPath(path), error);
 }
 
+// A robot, and where its table lies.
+struct Twin {
+  robot::Robot robot;
+  std::string table;
+};
+
 // A twin's folder, or its table.
-Result<robot::Robot> ReadTwin(const std::string& path) {
+Result<Twin> ReadTwin(const std::string& path) {
   const std::string file = IsFolder(path) ? path + "/twin.json" : path;
   const Result<std::string> text = ReadText(file);
   if (!text.ok()) {
@@ -40,7 +47,7 @@ Result<robot::Robot> ReadTwin(const std::string& path) {
                       "); make it with `consac twin import`, or name the world where it is: twin-reach-v0:FOLDER"};
   }
   Result<robot::Robot> robot = robot::ReadTable(*text);
-  if (robot.ok()) return robot;
+  if (robot.ok()) return Twin{std::move(*robot), file};
   return Status{robot.status().code(), Quote(file) + ": " + robot.status().message()};
 }
 
@@ -106,7 +113,7 @@ Status ReadChoice(const nlohmann::json& json, TwinReachChoice* choice) {
 }
 
 // The twin that a file names, beside which it lies, and what the file says of the task.
-Result<robot::Robot> ReadTaskFile(const std::string& path, const std::string& text, TwinReachChoice* choice) {
+Result<Twin> ReadTaskFile(const std::string& path, const std::string& text, TwinReachChoice* choice) {
   const auto in_file = [&](const Status& status) {
     return Status{status.code(), Quote(path) + ": " + status.message()};
   };
@@ -121,16 +128,28 @@ Result<robot::Robot> ReadTaskFile(const std::string& path, const std::string& te
 
 }  // namespace
 
-Result<std::shared_ptr<const ReachTask>> ReadTwinReach(std::string_view argument) {
+Result<std::shared_ptr<const ReachTask>> ReadTwinReach(std::string_view argument, TwinReachPhysics physics) {
   const std::string path(argument);
   TwinReachChoice choice;
   const Result<std::string> text = IsFolder(path) ? Result<std::string>(std::string()) : ReadText(path);
   const bool is_task = text.ok() && !text->empty() && text->find("\"consac-twin\"") == std::string::npos;
-  Result<robot::Robot> robot = is_task ? ReadTaskFile(path, *text, &choice) : ReadTwin(path);
-  if (!robot.ok()) return robot.status();
-  Result<std::shared_ptr<const ReachTask>> task = TwinReachTask(std::move(*robot), choice, kId + path);
+  Result<Twin> twin = is_task ? ReadTaskFile(path, *text, &choice) : ReadTwin(path);
+  if (!twin.ok()) return twin.status();
+  std::shared_ptr<const ReachDynamics> dynamics;
+  const bool moved = physics == TwinReachPhysics::kMujoco;
+  if (moved) {
+    Result<std::shared_ptr<const ReachDynamics>> loaded =
+        LoadMujoco(FromPath(ToPath(twin->table).parent_path() / "twin.xml"), twin->robot);
+    if (!loaded.ok()) return loaded.status();
+    dynamics = std::move(*loaded);
+  }
+  Result<std::shared_ptr<const ReachTask>> task =
+      TwinReachTask(std::move(twin->robot), choice, (moved ? kMujocoId : kId) + path);
   if (!task.ok()) return Status{task.status().code(), Quote(path) + ": " + task.status().message()};
-  return task;
+  if (!moved) return task;
+  auto with_dynamics = std::make_shared<ReachTask>(**task);
+  with_dynamics->dynamics = std::move(dynamics);
+  return std::shared_ptr<const ReachTask>(std::move(with_dynamics));
 }
 
 std::string TwinReachText(const ReachTask& task, std::string_view twin) {

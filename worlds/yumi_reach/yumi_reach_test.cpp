@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "consac/env/buffer.h"
 #include "worlds/put.h"
+#include "worlds/registry.h"
 
 namespace consac::worlds {
 namespace {
@@ -130,6 +134,35 @@ TEST(YumiReach, PaysByTheDistanceToItsGoal) {
   EXPECT_EQ(RobotReach(YumiReachTask(YumiReach::kPrecise)).Price(row), -1.0f);
   row[5] = 0.041f;
   EXPECT_EQ(plain.Price(row), -1.0f);
+}
+
+// To the goal, and on to another place: what the info says is where the tool is, though the reward is its distance.
+TEST(YumiReach, TellsWhetherItSucceedsWhateverItPays) {
+  const auto env = MakeWorld("yumi-reach-dense-v0", 2);
+  ASSERT_TRUE(env.ok());
+  ASSERT_EQ((*env)->infos().size(), 1u);
+  const InfoColumn& told = (*env)->infos()[0];
+  EXPECT_EQ(told.name, "is_success");
+  ASSERT_EQ(told.values.size(), 2u);
+  BatchBuffer buffer((*env)->spec().behaviours[0]);
+  (*env)->Reset(1, {&buffer.batch(), 1});
+  bool near_once = false, far_once = false;
+  for (int step = 0; step < 20; ++step) {
+    buffer.Advance();
+    const auto* rows = reinterpret_cast<const float*>(buffer.batch().observations);
+    auto* actions = reinterpret_cast<float*>(buffer.batch().actions);
+    for (std::size_t i = 0; i < 3; ++i) {
+      actions[i] = (rows[3 + i] - rows[i]) / 0.05f;
+      actions[3 + i] = -1.0f;
+    }
+    (*env)->Step({&buffer.batch(), 1});
+    for (std::size_t copy = 0; copy < 2; ++copy) {
+      const bool near = buffer.batch().rewards[copy] >= -0.05f;
+      EXPECT_EQ(told.values[copy], near ? 1.0f : 0.0f) << step;
+      (near ? near_once : far_once) = true;
+    }
+  }
+  EXPECT_TRUE(near_once && far_once);
 }
 
 TEST(YumiReach, BothArmsMustArrive) {

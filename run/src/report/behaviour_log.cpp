@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 
 #include "consac/base/names.h"
 #include "consac/run/training.h"
@@ -49,15 +51,19 @@ void BehaviourLog::OnEpisode(const EpisodeEnd& episode, double seconds, EventWri
   if (events != nullptr && IsSb2()) events->Scalar(wall_time, episode.at_step, Key("episode_reward"), episode.reward);
 }
 
-// Keys: Stable Baselines3, EvalCallback; the deviation and the count are ours.
+// Keys: Stable Baselines3, EvalCallback; the deviation and the count are ours. Success is told where the world tells
+// it.
 void BehaviourLog::OnEvaluation(const EvaluateSummary& verdict, std::int64_t steps, double wall_time,
                                 EventWriter* events, Row* row) {
   const Cell cells[] = {{Key("eval/mean_reward"), verdict.mean_reward, CellKind::kDouble},
                         {Key("eval/std_reward"), verdict.std_reward, CellKind::kDouble},
                         {Key("eval/mean_ep_length"), verdict.mean_length, CellKind::kDouble},
-                        {Key("eval/episodes"), static_cast<double>(verdict.episodes), CellKind::kInteger}};
-  row->insert(row->end(), std::begin(cells), std::end(cells));
-  for (const Cell& cell : cells) {
+                        {Key("eval/episodes"), static_cast<double>(verdict.episodes), CellKind::kInteger},
+                        {Key("eval/success_rate"), verdict.success_rate, CellKind::kDouble}};
+  std::span<const Cell> told = cells;
+  if (std::isnan(verdict.success_rate)) told = told.first(told.size() - 1);
+  row->insert(row->end(), told.begin(), told.end());
+  for (const Cell& cell : told) {
     if (events != nullptr && cell.kind == CellKind::kDouble) events->Scalar(wall_time, steps, cell.key, cell.value);
   }
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -80,6 +81,9 @@ struct EvaluateSummary {
   double min_reward = 0.0;    ///< worst
   double max_reward = 0.0;    ///< best
   double mean_length = 0.0;   ///< steps
+  /// Part of the episodes whose last step was where it should be, 0 to 1; NaN where the world does not say: built-in
+  /// worlds that have the info is_success do.
+  double success_rate = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Mean return over episodes for each behaviour of the world, in its order; of fewer than asked for once `stop` is set.
