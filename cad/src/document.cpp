@@ -18,6 +18,7 @@
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 #include <XSControl_WorkSession.hxx>
+#include <algorithm>
 #include <cmath>
 #include <gp_Quaternion.hxx>
 #include <gp_Trsf.hxx>
@@ -27,6 +28,7 @@
 #include "consac/base/file.h"
 #include "consac/base/path.h"
 #include "consac/base/text.h"
+#include "kinematics.h"
 
 namespace consac::cad {
 namespace {
@@ -76,7 +78,24 @@ class Walk {
     return {};
   }
 
+  // After Run.
+  void AddOwnJoints(STEPCAFControl_Reader& reader) {
+    const auto node_of = [&](const TDF_Label& label) {
+      const auto known = nodes_of_.find(EntryOf(label));
+      return known == nodes_of_.end() ? -1 : known->second;
+    };
+    const OwnJoints own = ReadOwnJoints(reader, shapes_, metres_, node_of);
+    for (std::size_t i = 0; i < std::min(own.joints.size(), twin::kMostCadJoints); ++i) out_.AddJoint(own.joints[i]);
+    for (const std::string& warning : own.warnings) out_.AddWarning(warning);
+  }
+
  private:
+  static std::string EntryOf(const TDF_Label& label) {
+    TCollection_AsciiString entry;
+    TDF_Tool::Entry(label, entry);
+    return entry.ToCString();
+  }
+
   // What stands at `place`, which refers to `product`.
   Status Add(const TDF_Label& place, const TDF_Label& product, std::int32_t parent, const std::string& above,
              int level) {
@@ -104,6 +123,8 @@ class Walk {
       node.colour = ColourOf(product);
     }
     out_.AddNode(node);
+    const auto [known, is_new] = nodes_of_.emplace(EntryOf(place), static_cast<std::int32_t>(nodes_) - 1);
+    if (!is_new) known->second = -1;  // it stands in several places
     if (!assembly) return {};
     const auto number = static_cast<std::int32_t>(nodes_) - 1;
     TDF_LabelSequence components;
@@ -150,9 +171,7 @@ class Walk {
 
   // Its triangles are written where it is met first.
   Result<std::int32_t> PartOf(const TDF_Label& product) {
-    TCollection_AsciiString entry;
-    TDF_Tool::Entry(product, entry);
-    const auto [known, is_new] = parts_.emplace(entry.ToCString(), static_cast<std::int32_t>(parts_.size()));
+    const auto [known, is_new] = parts_.emplace(EntryOf(product), static_cast<std::int32_t>(parts_.size()));
     if (!is_new) return known->second;
     progress_(parts_.size() - 1, most_parts_);
     twin::CadPart part;
@@ -181,6 +200,7 @@ class Walk {
   const Progress& progress_;
   double metres_ = 0.001;  // of the document's unit
   std::map<std::string, std::int32_t> parts_;
+  std::map<std::string, std::int32_t> nodes_of_;  // by the place's label; -1 several
   std::size_t nodes_ = 0, shown_ = 0, left_out_ = 0, most_parts_ = 0;
 };
 
@@ -255,21 +275,23 @@ Status Convert(const std::string& path, const Fineness& fineness, const twin::Ca
   Handle(TDocStd_Document) document;
   XCAFApp_Application::GetApplication()->NewDocument("BinXCAF", document);
   std::string unit = "millimetre";
+  STEPCAFControl_Reader reader;  // its own joints are read in the end
   if (step) {
-    STEPCAFControl_Reader reader;
     CONSAC_RETURN_IF_ERROR(Transfer(&reader, path, document));
     TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles);
     if (!lengths.IsEmpty()) unit = lengths.First().ToCString();
   } else {
-    IGESCAFControl_Reader reader;
-    CONSAC_RETURN_IF_ERROR(Transfer(&reader, path, document));
+    IGESCAFControl_Reader iges;
+    CONSAC_RETURN_IF_ERROR(Transfer(&iges, path, document));
   }
   twin::CadWriter out(sink, step ? "step" : "iges", unit);
   if (!step)
     out.AddWarning(
         "IGES holds geometry only: no assembly, no names, no joints; export STEP where the robot is to move");
-  CONSAC_RETURN_IF_ERROR(Walk(document, fineness, &out, progress).Run());
+  Walk walk(document, fineness, &out, progress);
+  CONSAC_RETURN_IF_ERROR(walk.Run());
+  if (step) walk.AddOwnJoints(reader);
   if (!out.End()) return {StatusCode::kResourceExhausted, "what is read cannot be written; is the disk full?"};
   return {};
 }

@@ -15,7 +15,8 @@ using robot::Vector3;
 
 constexpr char kCadMagic[8] = {'c', 'o', 'n', 's', 'a', 'c', 'A', 'D'};
 constexpr std::uint32_t kCadVersion = 1;
-constexpr std::uint32_t kFileRecord = 1, kPartRecord = 2, kNodeRecord = 3, kWarningRecord = 4, kEndRecord = 5;
+constexpr std::uint32_t kFileRecord = 1, kPartRecord = 2, kNodeRecord = 3, kWarningRecord = 4, kEndRecord = 5,
+                        kJointRecord = 6;
 constexpr std::size_t kMostCadText = 1000;  // bytes of a name or a warning
 constexpr std::size_t kMostWarnings = 1000;
 constexpr std::size_t kMostPathBytes = std::size_t{256} << 20;  // a path names all that holds a node
@@ -138,6 +139,28 @@ CadNode ReadNode(CadCut* in, const CadAssembly& assembly) {
   return node;
 }
 
+CadJoint ReadJoint(CadCut* in, const CadAssembly& assembly) {
+  CadJoint joint;
+  joint.name = in->Text();
+  const std::uint32_t type = in->U32();
+  if (type > 2) in->Fail();
+  joint.type = type == 0   ? robot::JointType::kFixed
+               : type == 1 ? robot::JointType::kRevolute
+                           : robot::JointType::kPrismatic;
+  joint.first = static_cast<std::int32_t>(in->U32()), joint.second = static_cast<std::int32_t>(in->U32());
+  joint.origin = in->Point(), joint.direction = in->Point();
+  joint.drawn_at = in->F64();
+  const std::uint32_t limits = in->U32();
+  if ((limits & 1) != 0) joint.lower = in->F64();
+  if ((limits & 2) != 0) joint.upper = in->F64();
+  const auto there = [&](std::int32_t node) {
+    return node >= 0 && node < static_cast<std::int32_t>(assembly.nodes.size());
+  };
+  if (limits > 3 || joint.lower > joint.upper || !IsUnit(joint.direction)) in->Fail();
+  if (!there(joint.first) || !there(joint.second)) in->Fail();
+  return joint;
+}
+
 Status Damaged(const std::string& what) {
   return {StatusCode::kDataLoss, "what consac-cad wrote " + what + "; is it of this version?"};
 }
@@ -193,6 +216,8 @@ Result<CadAssembly> ReadCad(std::span<const std::byte> bytes) {
       if (path_bytes > kMostPathBytes)
         return Status{StatusCode::kResourceExhausted,
                       "its assemblies are nested too deep: the paths of its parts have more than 256 MiB; simplify it"};
+    } else if (kind == kJointRecord && assembly.joints.size() < kMostCadJoints) {
+      assembly.joints.push_back(ReadJoint(&record, assembly));
     } else if (kind == kWarningRecord && assembly.warnings.size() < kMostWarnings) {
       assembly.warnings.push_back(record.Text());
     } else {
@@ -280,6 +305,20 @@ void CadWriter::AddNode(const CadNode& node) {
     if (node.colour.has_value()) out.F64(value);
   }
   Put(kNodeRecord, out.bytes);
+}
+
+void CadWriter::AddJoint(const CadJoint& joint) {
+  CadBytes out;
+  out.Text(joint.name);
+  out.U32(joint.type == robot::JointType::kFixed ? 0 : joint.type == robot::JointType::kRevolute ? 1 : 2);
+  out.U32(static_cast<std::uint32_t>(joint.first)), out.U32(static_cast<std::uint32_t>(joint.second));
+  out.Point(joint.origin), out.Point(joint.direction);
+  out.F64(joint.drawn_at);
+  const bool below = std::isfinite(joint.lower), above = std::isfinite(joint.upper);
+  out.U32((below ? 1u : 0u) | (above ? 2u : 0u));
+  if (below) out.F64(joint.lower);
+  if (above) out.F64(joint.upper);
+  Put(kJointRecord, out.bytes);
 }
 
 void CadWriter::AddWarning(const std::string& line) {

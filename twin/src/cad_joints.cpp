@@ -9,6 +9,7 @@
 #include "cad_axes.h"
 #include "cad_candidates.h"
 #include "cad_groups.h"
+#include "cad_own_joints.h"
 #include "consac/base/names.h"
 #include "consac/base/text.h"
 #include "files.h"
@@ -88,28 +89,32 @@ class Finder {
 
   // Which groups each hinted joint is between; several that one pattern means are fixed to each other.
   Status ReadPairs() {
-    for (const JointHint& hint : hints_.joints) {
-      std::vector<std::int32_t> sides[2];
-      if (hint.groups.has_value())
-        sides[0] = {hint.groups->first}, sides[1] = {hint.groups->second};
-      else
-        sides[0] = Meant(hint.parent), sides[1] = Meant(hint.child);
-      for (int side = 0; side < 2; ++side) {
-        const std::string& word = side == 0 ? hint.parent : hint.child;
-        if (sides[side].empty())
-          return Wrong(hint, "no link or component is " + Quote(word) + "; consac twin candidates lists them");
-        for (const std::int32_t each : sides[side]) (void)rigid_.Join(sides[side].front(), each);
-      }
-      pairs_.emplace_back(sides[0].front(), sides[1].front());
-      if (hint.type == JointType::kFixed) (void)rigid_.Join(sides[0].front(), sides[1].front());
+    for (const JointHint& hint : hints_.joints) CONSAC_RETURN_IF_ERROR(ReadPair(hint));
+    said_ = WithOwnJoints(assembly_, groups_, hints_, pairs_, &out_.warnings);
+    for (std::size_t i = hints_.joints.size(); i < said_.size(); ++i) CONSAC_RETURN_IF_ERROR(ReadPair(said_[i]));
+    return {};
+  }
+
+  Status ReadPair(const JointHint& hint) {
+    std::vector<std::int32_t> sides[2];
+    if (hint.groups.has_value())
+      sides[0] = {hint.groups->first}, sides[1] = {hint.groups->second};
+    else
+      sides[0] = Meant(hint.parent), sides[1] = Meant(hint.child);
+    for (int side = 0; side < 2; ++side) {
+      const std::string& word = side == 0 ? hint.parent : hint.child;
+      if (sides[side].empty())
+        return Wrong(hint, "no link or component is " + Quote(word) + "; consac twin candidates lists them");
+      for (const std::int32_t each : sides[side]) (void)rigid_.Join(sides[side].front(), each);
     }
+    pairs_.emplace_back(sides[0].front(), sides[1].front());
+    if (hint.type == JointType::kFixed) (void)rigid_.Join(sides[0].front(), sides[1].front());
     return {};
   }
 
   bool HintedToMove(std::int32_t a, std::int32_t b) const {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      if (hints_.joints[i].type != JointType::kFixed &&
-          std::minmax(pairs_[i].first, pairs_[i].second) == std::minmax(a, b))
+      if (said_[i].type != JointType::kFixed && std::minmax(pairs_[i].first, pairs_[i].second) == std::minmax(a, b))
         return true;
     }
     return false;
@@ -119,13 +124,13 @@ class Finder {
     for (JointCandidate& each : out_.candidates) {
       if (each.turns || each.score < kTakenFrom) continue;
       const bool overruled = HintedToMove(each.first, each.second);
-      each.verdict = overruled ? "a hint says otherwise" : "fixed";
+      each.verdict = overruled ? "a hint, or the file's own joint, says otherwise" : "fixed";
       if (!overruled) (void)rigid_.Join(each.first, each.second);
     }
   }
 
   Status AxisOf(std::size_t number, Edge* edge) {
-    const JointHint& hint = hints_.joints[number];
+    const JointHint& hint = said_[number];
     constexpr std::string_view kCandidate = "candidate:", kComponent = "component:";
     const std::string_view axis = hint.axis;
     if (axis.empty()) {
@@ -175,15 +180,21 @@ class Finder {
   }
 
   Status TakeHints() {
-    for (std::size_t i = 0; i < hints_.joints.size(); ++i) {
-      const JointHint& hint = hints_.joints[i];
+    for (std::size_t i = 0; i < said_.size(); ++i) {
+      const JointHint& hint = said_[i];
       if (hint.type == JointType::kFixed) continue;
       Edge edge{pairs_[i].first, pairs_[i].second, {}, {}, &hint, -1};
       const std::string sides = Quote(GroupOf(edge.first).name) + " and " + Quote(GroupOf(edge.second).name);
+      if (hint.of_file && (rigid_.Of(edge.first) == rigid_.Of(edge.second) ||
+                           !tree_.Join(rigid_.Of(edge.first), rigid_.Of(edge.second)))) {
+        out_.warnings.push_back("its own joint " + Quote(hint.name) + " is not taken: " + sides +
+                                " are connected already");
+        continue;
+      }
       if (rigid_.Of(edge.first) == rigid_.Of(edge.second))
         return Wrong(hint, sides + " are fixed to each other through others; part them by \"links\"");
       CONSAC_RETURN_IF_ERROR(AxisOf(i, &edge));
-      if (!tree_.Join(rigid_.Of(edge.first), rigid_.Of(edge.second)))
+      if (!hint.of_file && !tree_.Join(rigid_.Of(edge.first), rigid_.Of(edge.second)))
         return Wrong(hint, sides + " are connected by other joints already: a loop; leave one of them out");
       if (edge.candidate >= 0) out_.candidates[static_cast<std::size_t>(edge.candidate)].verdict = hint.name;
       edges_.push_back(edge);
@@ -282,7 +293,7 @@ class Finder {
   void MakeTree() {
     speakers_ = SpeakersOf();
     out_.robot.name = AsLinkName(assembly_.nodes.front().name);
-    for (const JointHint& hint : hints_.joints) joint_names_.insert(hint.name);
+    for (const JointHint& hint : said_) joint_names_.insert(hint.name);
     AddLink(base_, {});
     Grow(base_);
     // What hangs on nothing: with joints of its own it is fixed to the base, without it is part of it.
@@ -335,6 +346,8 @@ class Finder {
 
   // From the parent to the child, else along the larger component; a hint's axis is left as it is said.
   Vector3 Signed(const Edge& edge, std::int32_t parent, std::int32_t child) {
+    if (edge.hint != nullptr && edge.hint->of_file)  // what moves by +q is its second side
+      return parent == rigid_.Of(edge.first) ? edge.direction : -1.0 * edge.direction;
     if (edge.hint != nullptr && edge.hint->axis != "auto" && edge.candidate < 0) return edge.direction;
     const Vector3 way = Centre(GroupOf(speakers_[child])) - Centre(GroupOf(speakers_[parent]));
     const double along = Dot(way, edge.direction);
@@ -365,7 +378,7 @@ class Finder {
       if (joint.type != JointType::kPrismatic) back.rotation = robot::RotationAbout(joint.axis, -edge.hint->drawn_at);
     }
     joint.origin = Inverse(out_.link_place[parent_link]) * out_.link_place.back() * back;
-    joint.source = edge.hint != nullptr && edge.candidate < 0 ? "hint" : "geometry";
+    joint.source = edge.hint != nullptr && edge.candidate < 0 ? edge.hint->of_file ? "step" : "hint" : "geometry";
     const bool unlimited_by_choice = edge.hint != nullptr && edge.hint->type == JointType::kContinuous;
     if (!limited && !unlimited_by_choice)
       out_.asked.push_back("joint " + Quote(joint.name) +
@@ -378,8 +391,9 @@ class Finder {
   const CadAssembly& assembly_;
   const JointHints& hints_;
   Groups groups_;
-  Sets rigid_, tree_;  // groups that are fixed together; those that joints connect, by who stands for them
-  std::vector<std::pair<std::int32_t, std::int32_t>> pairs_;  // [hinted joints]
+  Sets rigid_, tree_;            // groups that are fixed together; those that joints connect, by who stands for them
+  std::vector<JointHint> said_;  // joints by hints, then the file's own
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs_;  // [said_]
   std::vector<Edge> edges_;
   std::map<std::int32_t, std::int32_t> speakers_, link_of_;
   std::set<std::string> link_names_, joint_names_;

@@ -8,6 +8,7 @@
 #include "consac/base/version.h"
 #include "consac/robot/conventions.h"
 #include "consac/robot/table.h"
+#include "glb_format.h"
 #include "looks.h"
 #include "scene.h"
 
@@ -17,8 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using robot::Convention;
 
-constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
-constexpr int kFloat = 5126, kUnsigned = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
+constexpr int kUnsigned = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
 
 void PutWord(std::uint32_t value, std::vector<std::byte>* out) {
   for (int i = 0; i < 4; ++i) out->push_back(static_cast<std::byte>(value >> (8 * i)));
@@ -192,7 +192,7 @@ Status WriteGlb(const Scene& scene, const LoadGeometry& load, const std::string&
     return {StatusCode::kResourceExhausted,
             "the meshes are " + std::to_string(total >> 20) + " MiB as glTF, which ends at 4096; simplify them"};
   std::vector<std::byte> head;
-  PutWord(kMagic, &head), PutWord(2, &head), PutWord(static_cast<std::uint32_t>(total), &head);
+  PutWord(kGlbMagic, &head), PutWord(2, &head), PutWord(static_cast<std::uint32_t>(total), &head);
   PutWord(static_cast<std::uint32_t>(text.size()), &head), PutWord(kJsonChunk, &head);
   AtomicFile file;
   CONSAC_RETURN_IF_ERROR(file.Open(path));

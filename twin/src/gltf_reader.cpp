@@ -11,21 +11,21 @@
 #include "consac/base/text.h"
 #include "consac/robot/transform.h"
 #include "consac/twin/mesh.h"
+#include "glb_format.h"
 #include "matrix.h"
 #include "triangles.h"
 
 namespace consac::twin {
 namespace {
 
-using Json = nlohmann::json;
+using GltfJson = nlohmann::json;
 
-constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr std::size_t kHeader = 12, kChunkHeader = 8;
-constexpr std::size_t kMostLooks = 1'000'000;                   // at primitives, each time a node shows them
-constexpr int kMostNesting = 64;                                // of nodes
-constexpr Matrix kZUp = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};  // (x, y, z) is (x, -z, y)
-constexpr std::size_t kTriangles = 4, kStrip = 5, kFan = 6;     // modes of a primitive
-constexpr std::size_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;  // types of numbers
+constexpr std::size_t kMostLooks = 1'000'000;                    // at primitives, each time a node shows them
+constexpr int kMostNesting = 64;                                 // of nodes
+constexpr Matrix kZUp = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};   // (x, y, z) is (x, -z, y)
+constexpr std::size_t kTriangles = 4, kStrip = 5, kFan = 6;      // modes of a primitive
+constexpr std::size_t kByte = 5121, kShort = 5123, kInt = 5125;  // types of numbers, as kFloat
 
 std::uint32_t WordAt(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -49,14 +49,14 @@ class GltfReader {
 
   Result<Triangles> Read(std::span<const std::byte> bytes) {
     std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    if (bytes.size() >= kHeader && WordAt(bytes, 0) == kMagic) CONSAC_RETURN_IF_ERROR(OpenContainer(bytes, &text));
-    Result<Json> json = ReadJson<Json>(text);
+    if (bytes.size() >= kHeader && WordAt(bytes, 0) == kGlbMagic) CONSAC_RETURN_IF_ERROR(OpenContainer(bytes, &text));
+    Result<GltfJson> json = ReadJson<GltfJson>(text);
     if (!json.ok()) return Status(json.status().code(), "its JSON is " + json.status().message());
     json_ = std::move(*json);
     CONSAC_RETURN_IF_ERROR(CheckWhatItNeeds());
     CONSAC_RETURN_IF_ERROR(OpenBuffers());
     seen_.assign(List(json_, "nodes").size(), false);
-    const Json& scenes = List(json_, "scenes");
+    const GltfJson& scenes = List(json_, "scenes");
     const std::size_t scene = Whole(json_, "scene", 0);
     if (scene >= scenes.size()) Refuse("it has no scene " + std::to_string(scene));
     if (status_.ok()) ReadNodes(List(scenes[scene], "nodes"), kZUp, 0);
@@ -70,26 +70,26 @@ class GltfReader {
   }
 
   // Members of what may be anything; nothing where there is none.
-  static const Json& Member(const Json& json, const char* name) {
-    static const Json kNothing;
+  static const GltfJson& Member(const GltfJson& json, const char* name) {
+    static const GltfJson kNothing;
     const auto found = json.is_object() ? json.find(name) : json.end();
     return json.is_object() && found != json.end() ? *found : kNothing;
   }
   // The same of a list.
-  static const Json& List(const Json& json, const char* name) {
-    static const Json kEmpty = Json::array();
-    const Json& list = Member(json, name);
+  static const GltfJson& List(const GltfJson& json, const char* name) {
+    static const GltfJson kEmpty = GltfJson::array();
+    const GltfJson& list = Member(json, name);
     return list.is_array() ? list : kEmpty;
   }
-  const Json& At(const char* list, std::size_t number) {
-    const Json& all = List(json_, list);
+  const GltfJson& At(const char* list, std::size_t number) {
+    const GltfJson& all = List(json_, list);
     if (number < all.size() && all[number].is_object()) return all[number];
     Refuse("it names number " + std::to_string(number) + " of its " + list + ", which is not there");
     return Member(json_, "");
   }
   // A whole number from 0 on that stands for a count or a place.
-  std::size_t Whole(const Json& json, const char* name, std::size_t otherwise) {
-    const Json& value = Member(json, name);
+  std::size_t Whole(const GltfJson& json, const char* name, std::size_t otherwise) {
+    const GltfJson& value = Member(json, name);
     if (value.is_null()) return otherwise;
     if (value.is_number_unsigned() && value.get<std::uint64_t>() <= kMostMeshBytes)
       return static_cast<std::size_t>(value.get<std::uint64_t>());
@@ -97,8 +97,8 @@ class GltfReader {
     return otherwise;
   }
   // `count` numbers; false where there is no such member.
-  bool Floats(const Json& json, const char* name, std::size_t count, double* out) {
-    const Json& list = Member(json, name);
+  bool Floats(const GltfJson& json, const char* name, std::size_t count, double* out) {
+    const GltfJson& list = Member(json, name);
     if (list.is_null()) return false;
     bool fits = list.is_array() && list.size() == count;
     for (std::size_t i = 0; fits && i < count; ++i) {
@@ -131,7 +131,7 @@ class GltfReader {
   Status CheckWhatItNeeds() {
     if (Member(Member(json_, "asset"), "version") != "2.0")
       return {StatusCode::kDataLoss, "it is no glTF of version 2.0"};
-    for (const Json& each : List(json_, "extensionsRequired")) {
+    for (const GltfJson& each : List(json_, "extensionsRequired")) {
       const std::string name = each.is_string() ? each.get<std::string>() : "";
       if (name.starts_with("KHR_materials_") || name.starts_with("KHR_texture_") || name.starts_with("EXT_texture_"))
         continue;  // looks alone
@@ -143,9 +143,9 @@ class GltfReader {
 
   Status OpenBuffers() {
     std::size_t sum = 0;
-    for (const Json& each : List(json_, "buffers")) {
+    for (const GltfJson& each : List(json_, "buffers")) {
       const std::size_t length = Whole(each, "byteLength", 0);
-      const Json& uri = Member(each, "uri");
+      const GltfJson& uri = Member(each, "uri");
       std::span<const std::byte> bytes = buffers_.empty() ? binary_ : std::span<const std::byte>();
       if (!uri.is_null()) {
         Result<std::vector<std::byte>> loaded =
@@ -163,23 +163,23 @@ class GltfReader {
     return status_;
   }
 
-  void ReadNodes(const Json& numbers, const Matrix& at, int nesting) {
+  void ReadNodes(const GltfJson& numbers, const Matrix& at, int nesting) {
     if (nesting > kMostNesting) return Refuse("its nodes hang more than " + std::to_string(kMostNesting) + " deep");
-    for (const Json& each : numbers) {
+    for (const GltfJson& each : numbers) {
       if (!status_.ok()) return;
       if (!each.is_number_unsigned() || each.get<std::uint64_t>() >= seen_.size())
         return Refuse("a node names a child that is not there");
       const auto number = static_cast<std::size_t>(each.get<std::uint64_t>());
       if (seen_[number]) return Refuse("its node " + std::to_string(number) + " hangs on two others");
       seen_[number] = true;
-      const Json& node = At("nodes", number);
+      const GltfJson& node = At("nodes", number);
       const Matrix here = at * PlaceOf(node);
       if (!Member(node, "mesh").is_null()) ReadMesh(At("meshes", Whole(node, "mesh", 0)), here);
       ReadNodes(List(node, "children"), here, nesting + 1);
     }
   }
 
-  Matrix PlaceOf(const Json& node) {
+  Matrix PlaceOf(const GltfJson& node) {
     double m[16], t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
     if (Floats(node, "matrix", 16, m))
       return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
@@ -191,7 +191,7 @@ class GltfReader {
             r[5] * s[2], t[1],        r[6] * s[0], r[7] * s[1], r[8] * s[2], t[2]};
   }
 
-  std::optional<Colour> ColourOf(const Json& primitive) {
+  std::optional<Colour> ColourOf(const GltfJson& primitive) {
     if (Member(primitive, "material").is_null()) return std::nullopt;
     double factor[4] = {1, 1, 1, 1};
     (void)Floats(Member(At("materials", Whole(primitive, "material", 0)), "pbrMetallicRoughness"), "baseColorFactor", 4,
@@ -205,8 +205,8 @@ class GltfReader {
   }
 
   // The numbers of an accessor, `width` of them at a time.
-  Numbers NumbersOf(const Json& primitive, const char* name, const char* type, std::size_t width) {
-    const Json& accessor = At("accessors", Whole(primitive, name, 0));
+  Numbers NumbersOf(const GltfJson& primitive, const char* name, const char* type, std::size_t width) {
+    const GltfJson& accessor = At("accessors", Whole(primitive, name, 0));
     Numbers out{nullptr, Whole(accessor, "count", 0), 0, Whole(accessor, "componentType", 0)};
     const std::size_t bytes = out.type == kByte ? 1 : out.type == kShort ? 2 : 4;
     const bool known = width == 3 ? out.type == kFloat : out.type == kByte || out.type == kShort || out.type == kInt;
@@ -215,7 +215,7 @@ class GltfReader {
       Refuse("its '" + std::string(name) + "' are no plain " + (width == 3 ? "floats" : "whole numbers"));
       return {};
     }
-    const Json& view = At("bufferViews", Whole(accessor, "bufferView", 0));
+    const GltfJson& view = At("bufferViews", Whole(accessor, "bufferView", 0));
     const std::size_t buffer = Whole(view, "buffer", 0), from = Whole(view, "byteOffset", 0),
                       length = Whole(view, "byteLength", 0), first = Whole(accessor, "byteOffset", 0);
     out.stride = Whole(view, "byteStride", width * bytes);
@@ -231,8 +231,8 @@ class GltfReader {
     return out;
   }
 
-  void ReadMesh(const Json& mesh, const Matrix& at) {
-    for (const Json& primitive : List(mesh, "primitives")) {
+  void ReadMesh(const GltfJson& mesh, const Matrix& at) {
+    for (const GltfJson& primitive : List(mesh, "primitives")) {
       const std::size_t mode = Whole(primitive, "mode", kTriangles);
       if (++looks_ > kMostLooks) Refuse("its nodes show more than " + std::to_string(kMostLooks) + " primitives");
       if (!status_.ok()) return;
@@ -283,7 +283,7 @@ class GltfReader {
   }
 
   const GltfBuffer& load_;
-  Json json_;
+  GltfJson json_;
   Status status_;
   std::span<const std::byte> binary_;
   std::list<std::vector<std::byte>> owned_;  // buffers that are not in the container

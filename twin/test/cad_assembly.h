@@ -54,6 +54,7 @@ class HandMade {
         assembly.format, assembly.unit);
     for (const CadPart& part : assembly.parts) writer.AddPart(part, TrianglesOf(ShapeKind::kBox, part.high - part.low));
     for (const CadNode& node : assembly.nodes) writer.AddNode(node);
+    for (const CadJoint& joint : assembly.joints) writer.AddJoint(joint);
     for (const std::string& line : assembly.warnings) writer.AddWarning(line);
     (void)writer.End();
     return out;

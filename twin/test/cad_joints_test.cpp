@@ -232,6 +232,48 @@ TEST(CadJoints, HintsSayWhatGeometryCannot) {
   EXPECT_EQ(Found(made, R"({"automatic": false})").robot.joints.size(), 0u);
 }
 
+// Three plates that share no axis, with joints of the file's own.
+TEST(CadJoints, TheFilesOwnJointsComeBeforeGeometryAndAfterHints) {
+  HandMade made;
+  made.Add("base", {}), made.Add("arm", {}, 100.0, {{}, {0.2, 0, 0}});
+  made.Add("slide", {}, 100.0, {robot::RotationAboutX(robot::kPiRadians / 2), {0.4, 0, 0}});
+  CadJoint turn{"turn", robot::JointType::kRevolute, 1, 2, {0.1, 0, 0}, {0, 0, 1}, -1.0, 2.0, 0.5};
+  CadJoint lift{"lift", robot::JointType::kPrismatic, 3, 2, {0, 0, 0.01}, {0, 0, 1}, 0.0, 0.05, 0.0};
+  CadJoint again = turn, inside = turn;
+  again.name = "again", inside.second = 1, inside.name = "inside";
+  made.assembly.joints = {turn, lift, again, inside};
+  const Result<CadRobot> found = FindJoints(made.assembly, {});
+  ASSERT_TRUE(found.ok()) << found.status().message();
+  ASSERT_EQ(found->robot.joints.size(), 2u);
+  const robot::JointDescription &first = found->robot.joints[0], &second = found->robot.joints[1];
+  EXPECT_EQ(first.name, "turn");
+  EXPECT_EQ(first.type, robot::JointType::kRevolute);
+  EXPECT_EQ(first.source, "step");
+  EXPECT_EQ(first.drive.lower, -1.0);
+  EXPECT_EQ(first.drive.upper, 2.0);
+  EXPECT_NEAR(Norm(first.origin.position - robot::Vector3{0.1, 0, 0}), 0.0, 1e-12);
+  EXPECT_NEAR(Norm(Rotate(first.origin.rotation, {1, 0, 0}) - robot::Vector3{std::cos(0.5), -std::sin(0.5), 0}), 0.0,
+              1e-12)
+      << "drawn at 0.5 rad";
+  EXPECT_EQ(second.type, robot::JointType::kPrismatic);
+  EXPECT_EQ(second.child, "slide");
+  // The slide's frame is turned, and it is the first side: it moves the other way, along +y of the world.
+  EXPECT_NEAR(Norm(Rotate(found->link_place[2].rotation, second.axis) - robot::Vector3{0, 1, 0}), 0.0, 1e-12);
+  ASSERT_EQ(found->warnings.size(), 1u);
+  EXPECT_NE(found->warnings[0].find("'inside' is within the component 'base'"), std::string::npos)
+      << found->warnings[0];
+  JointHints hints;
+  JointHint& mine = hints.joints.emplace_back();
+  mine.name = "mine", mine.type = robot::JointType::kContinuous, mine.parent = "base", mine.child = "arm";
+  mine.axis.clear(), mine.direction = {1, 0, 0};
+  const Result<CadRobot> overruled = FindJoints(made.assembly, hints);
+  ASSERT_TRUE(overruled.ok()) << overruled.status().message();
+  ASSERT_EQ(overruled->robot.joints.size(), 2u);
+  EXPECT_EQ(overruled->robot.joints[0].name, "mine");
+  EXPECT_EQ(overruled->robot.joints[0].source, "hint");
+  EXPECT_EQ(overruled->robot.joints[1].name, "lift");
+}
+
 TEST(CadJoints, WhatHintsGetWrongIsNamed) {
   HandMade made = Hinge();
   made.Add("tool", {}, 20);

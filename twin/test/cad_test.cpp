@@ -50,8 +50,35 @@ TEST(CadStream, ComesBack) {
   EXPECT_EQ(triangles->count(), 12u);
 }
 
+TEST(CadStream, TheFilesOwnJointsComeBack) {
+  HandMade made = Small();
+  CadJoint joint{"lift", robot::JointType::kPrismatic, 1, 2, {0.01, 0.02, 0.03}, {0, 0.6, 0.8}};
+  joint.upper = 0.25, joint.drawn_at = 0.125;
+  made.assembly.joints = {joint};
+  const Result<CadAssembly> read = ReadCad(made.Stream());
+  ASSERT_TRUE(read.ok()) << read.status().message();
+  ASSERT_EQ(read->joints.size(), 1u);
+  const CadJoint& back = read->joints[0];
+  EXPECT_EQ(back.name, "lift");
+  EXPECT_EQ(back.type, robot::JointType::kPrismatic);
+  EXPECT_EQ(std::pair(back.first, back.second), std::pair(1, 2));
+  EXPECT_TRUE(back.origin == joint.origin && back.direction == joint.direction);
+  EXPECT_EQ(back.lower, -robot::kNoLimit);
+  EXPECT_EQ(back.upper, 0.25);
+  EXPECT_EQ(back.drawn_at, 0.125);
+  for (const auto& [first, second] : {std::pair(-1, 2), std::pair(1, 4)}) {
+    made.assembly.joints[0].first = first, made.assembly.joints[0].second = second;
+    EXPECT_FALSE(ReadCad(made.Stream()).ok()) << "no such node";
+  }
+  made.assembly.joints[0] = joint;
+  made.assembly.joints[0].direction = {0, 0, 2};
+  EXPECT_FALSE(ReadCad(made.Stream()).ok());
+}
+
 TEST(CadStream, CutOrChangedAnywhereIsRefusedOrRead) {
-  const std::vector<std::byte> whole = Small().Stream();
+  HandMade made = Small();
+  made.assembly.joints = {{"turn", robot::JointType::kRevolute, 1, 2, {}, {0, 0, 1}, -1.0, 1.0}};
+  const std::vector<std::byte> whole = made.Stream();
   for (std::size_t length = 0; length < whole.size(); ++length)
     EXPECT_FALSE(ReadCad(std::span(whole).first(length)).ok()) << length;
   for (std::size_t at = 0; at < whole.size(); ++at) {

@@ -4,8 +4,9 @@
 // other to be built. Not STEP itself: nothing here knows its syntax.
 //
 // The stream, little-endian: the 8 bytes "consacAD", the version (u32), then records of a kind (u32), a length (u64)
-// and that many bytes: file, parts before the nodes that show them, nodes after their parents, warnings, and the end,
-// which counts the records before it. Lengths are metres, texts UTF-8 with their length (u32) before them.
+// and that many bytes: file, parts before the nodes that show them, nodes after their parents, joints after theirs,
+// warnings, and the end, which counts the records before it. Lengths are metres, texts UTF-8 with their length (u32)
+// before them.
 
 #include <cstdint>
 #include <functional>
@@ -22,6 +23,7 @@ namespace consac::twin {
 
 inline constexpr std::size_t kMostCadParts = 100'000;      ///< that differ
 inline constexpr std::size_t kMostCadNodes = 100'000;      ///< parts and assemblies, each as often as it stands there
+inline constexpr std::size_t kMostCadJoints = 10'000;      ///< that the file itself has
 inline constexpr std::size_t kMostCylinders = 20'000'000;  ///< of all parts
 
 /// A cylindrical face: a pin, or a bore.
@@ -50,12 +52,23 @@ struct CadNode {
   std::optional<Colour> colour;  ///< of everything here, where the file says one
 };
 
+/// A joint that the file itself has, between two nodes.
+struct CadJoint {
+  std::string name;
+  robot::JointType type = robot::JointType::kFixed;          ///< fixed, revolute or prismatic
+  std::int32_t first = 0, second = 0;                        ///< nodes; the second moves by +q
+  robot::Vector3 origin, direction{1, 0, 0};                 ///< of its axis, in the first node's frame, m; of length 1
+  double lower = -robot::kNoLimit, upper = robot::kNoLimit;  ///< rad or m
+  double drawn_at = 0.0;                                     ///< its position in the pose of the file, rad or m
+};
+
 /// An assembly.
 struct CadAssembly {
   std::string format;  ///< "step" or "iges"
   std::string unit;    ///< of the file, as it names it: "millimetre", "INCH"
   std::vector<CadPart> parts;
   std::vector<CadNode> nodes;         ///< parents first
+  std::vector<CadJoint> joints;       ///< few files have any
   std::vector<std::string> warnings;  ///< a line each
   /// [parts] the triangles' bytes in the stream; they live as long as that.
   std::vector<std::span<const std::byte>> meshes;
@@ -77,6 +90,7 @@ class CadWriter {
   /// Parts and nodes have numbers from 0 in the order in which they are added.
   void AddPart(const CadPart& part, const Triangles& triangles);
   void AddNode(const CadNode& node);
+  void AddJoint(const CadJoint& joint);
   void AddWarning(const std::string& line);
   /// Ends it: whether all of it was written.
   bool End();

@@ -7,6 +7,8 @@
 // the other: they turn about it. Several parallel axes: screws, they are fixed to each other; but where these stand in
 // a circle around a shared axis, and a pin turns in a bore inside one of the two pieces on it (the output of a servo),
 // that piece turns the other. A lone axis with a screw on it is no joint.
+//
+// Joints that the file has itself (STEP's kinematics, which few programs write) come before geometry and after hints.
 
 #include <optional>
 #include <string>
@@ -57,6 +59,7 @@ struct JointHint {
   robot::JointDrive drive;
   bool limited = false;   ///< whether limits are said
   double drawn_at = 0.0;  ///< its position in the pose of the file, rad or m
+  bool of_file = false;   ///< nobody's hint: a joint of the CAD file's own
 };
 /// A file of hints.
 struct JointHints {
