@@ -27,6 +27,7 @@ test-slow: build
 	.venv/bin/python tests/hostile/hostile.py --seconds 600 --seed $$(date +%j)
 	build/release/tests/learning_proofs bench/results/learning.md bench/results/sb3_curves.json
 	python3 tests/slow/viewer_page.py build/viewer
+	python3 tests/slow/twin_story.py build/viewer
 	$(MAKE) twin-judges robots
 	tools/setup.sh slow
 	.venv-slow/bin/python tests/slow/ecosystem_proofs.py bench/results/ecosystem.md

@@ -101,6 +101,27 @@ Figure CartPoleAlone(const BenchContext&) {
           fmt::format("{:.1f} ns a step, random actions", seconds / kWorlds * 1e9)};
 }
 
+/// An arm of seven joints whose tool is moved by inverse kinematics, and one moved joint by joint.
+template <const char* kWorld>
+Figure RobotAlone(const BenchContext&) {
+  constexpr std::size_t kRounds = 4096;
+  const std::unique_ptr<VectorEnv> env = (*worlds::FindWorld(kWorld))->create(1);
+  BatchBuffer buffer(env->spec().behaviours[0]);
+  env->Reset(1, {&buffer.batch(), 1});
+  const std::size_t bytes = env->spec().behaviours[0].action_layout.row_bytes, width = bytes / sizeof(float);
+  Rng rng(1, StreamId("bench"));
+  std::vector<float> actions(kRounds * width);
+  for (float& action : actions) action = static_cast<float>(rng.Between(-1, 1));
+  std::size_t round = 0;
+  const double seconds = bench::BestSeconds([&] {
+    buffer.Advance();
+    std::memcpy(buffer.batch().actions, actions.data() + round++ % kRounds * width, bytes);
+    env->Step({&buffer.batch(), 1});
+  });
+  return {1e-3 / seconds, "k steps/s", fmt::format("{:.2f} us a step, random actions", seconds * 1e6)};
+}
+constexpr char kByTool[] = "yumi-reach-v0", kByJoints[] = "yumi-reach-joints-v0";
+
 // ---- over a connection
 
 /// An engine that serves the road on a thread of its own, one session.
@@ -220,6 +241,8 @@ constexpr BenchRow kKernelRows[] = {
     {"cores", "two cores against one, large batch", TwoCores},
     {"action", "one action", OneAction},
     {"worlds", "CartPole alone, 64 worlds, one core", CartPoleAlone},
+    {"robot", "YuMi's arm alone, by its tool, one core", RobotAlone<kByTool>},
+    {"joints", "YuMi's arm alone, by its joints, one core", RobotAlone<kByJoints>},
 };
 
 constexpr BenchRow kConnectionRows[] = {

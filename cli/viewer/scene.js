@@ -91,7 +91,7 @@ export class Scene {
     this.makeBall();
     this.makePicker();
     this.camera = { turn: 0.7, tilt: 0.35, distance: 2, at: [0, 0, 0] };
-    this.show = { grid: true, axes: [], lines: [], targets: [], hovered: null, chosen: null };
+    this.show = { grid: true, axes: [], lines: [], still: true, targets: [], hovered: null, chosen: null };
     this.place();
     this.fit();
   }
@@ -272,10 +272,15 @@ export class Scene {
       const model = this.world[node].map((value, i) => (i < 12 ? 0.12 * this.size * value : value));
       this.drawFlat(gl.LINES, { array: this.line, count: 2 }, model, [0.85, 0.1, 0.1, 1]);
     }
-    for (const line of show.lines) {
+    for (const line of this.lines()) {
       const [from, to] = this.ends(line);
       this.drawFlat(gl.LINES, { array: this.line, count: 2 }, [...matrix.minus(to, from), 0, 0, 0, 0, 0, 0, 0, 0, 0, ...from, 1], line.colour);
     }
+  }
+
+  /** Lines are of the robot as it was drawn: once a joint has moved they are nowhere. */
+  lines() {
+    return this.show.still ? this.show.lines : [];
   }
 
   /** Where a line {at, along, long} begins and ends. */
@@ -292,7 +297,7 @@ export class Scene {
       return [box.left + box.width * (0.5 + cx / w / 2), box.top + box.height * (0.5 - cy / w / 2)];
     };
     let best = -1, least = 8;
-    this.show.lines.forEach((line, number) => {
+    this.lines().forEach((line, number) => {
       const [a, b] = this.ends(line).map(seen), d = matrix.minus(b, a);
       const t = Math.min(1, Math.max(0, ((x - a[0]) * d[0] + (y - a[1]) * d[1]) / Math.max(1e-9, d[0] ** 2 + d[1] ** 2)));
       const off = Math.hypot(a[0] + t * d[0] - x, a[1] + t * d[1] - y);

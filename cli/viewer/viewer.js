@@ -110,6 +110,7 @@ class Page {
       if (slider && joint !== by) slider.value = position * scale;
       this.scene.move(joint.node_index, position, joint.type === "prismatic");
     }
+    this.scene.show.still = this.leaders.every((joint) => this.positions.get(joint.name) === this.zero(joint));
     this.scene.place();
     this.draw();
     this.askPose();
