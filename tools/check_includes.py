@@ -15,6 +15,7 @@ ARROWS = {
     "twin": {"twin", "core"},
     "cad": {"cad", "twin", "core"},
     "engines/host": {"engines/host", "learn", "core"},
+    "engines/c": {"engines/c", "engines/host", "learn", "core"},
     "run": {"run", "learn", "worlds", "core"},
     "cli": {"cli", "run", "learn", "worlds", "interop", "twin", "core"},
 }
@@ -58,7 +59,7 @@ def module_of_file(file: pathlib.PurePath):
     """(part, module) of a source file."""
     steps = file.parts
     part = "/".join(steps[:2]) if steps[0] == "engines" else steps[0]
-    if "include" in steps:
+    if "include" in steps and "consac" in steps:
         rest = steps[steps.index("consac") + 1:]
         rest = rest[1:] if part != "core" else rest
         return part, rest[0] if len(rest) > 1 else None

@@ -8,7 +8,7 @@ import sys
 
 from check_includes import sources
 
-PARTS = ("core", "learn", "worlds", "interop", "twin", "cad/src", "run", "cli", "engines/host", "engines/godot/extension/src",
+PARTS = ("core", "learn", "worlds", "interop", "twin", "cad/src", "run", "cli", "engines/host", "engines/c", "engines/godot/extension/src",
          "engines/unreal/Consac/Source")
 NAMED = r"(?:\bname\b|\bName\b|\bbehaviour\b|\bmodel_name\b|\bclient\b|\bid\b)(?:\(\))?"
 
