@@ -17,6 +17,7 @@ PLACES = {
     "python/consac/__init__.py": r'(__version__ = ")([^"]+)',
     "engines/unreal/Consac/Consac.uplugin": r'("VersionName": ")([^"]+)',
     "engines/godot/addons/consac/plugin.cfg": r'(^version=")([^"]+)',
+    "ports/consac/vcpkg.json": r'("version": ")([^"]+)',
     "spec/model_file.md": r'("producer": \{"name": "consac", "version": ")([^"]+)',
     "CHANGELOG.md": r"(^## )(\S+)",
 }

@@ -12,7 +12,7 @@ _MODULES = ("env", "vector", "pettingzoo", "sb3", "rllib", "client", "policy", "
 __all__ = ["__version__", "ConnectionLost", "ConsacError", "DeadlineExceeded", "EngineBusy", "EngineError", "ProgramError", "ProtocolError", "Refused", "SpecMismatch", *_LAZY, "serve"]
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> object:
     if name not in _LAZY and name not in _MODULES:
         raise AttributeError(f"module 'consac' has no attribute {name!r}")
     import importlib

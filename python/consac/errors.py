@@ -1,6 +1,8 @@
 """What can go wrong between a trainer and its engine, one class each; all are ConsacError."""
 from __future__ import annotations
 
+from typing import Any
+
 from .names import LONGEST_LINE, printable_line, quote
 from .wire import WireError, member
 
@@ -13,7 +15,7 @@ def said(error: BaseException) -> str:
 class ConsacError(Exception):
     """Anything that CONSAC raises on purpose. Says it in one line, whoever the words are from."""
 
-    def __init__(self, message=""):
+    def __init__(self, message: object = "") -> None:
         super().__init__(printable_line(message, 4 * LONGEST_LINE))
 
 
@@ -28,7 +30,7 @@ class DeadlineExceeded(ConsacError, TimeoutError):
 class ProtocolError(ConsacError):
     """The peer sent bytes that its protocol does not allow; the connection is closed."""
 
-    def __init__(self, code: str, message: str):
+    def __init__(self, code: str, message: str) -> None:
         message = printable_line(message)
         super().__init__(f"{code}: {message}")
         self.code, self.message = code, message
@@ -37,14 +39,14 @@ class ProtocolError(ConsacError):
 class EngineError(ConsacError):
     """An ERROR that the engine sent. `fatal` says that it closed the connection."""
 
-    def __init__(self, code: str, message: str, env: int | None = None, path: str | None = None, retry_after_s: float | None = None, fatal: bool = False):
+    def __init__(self, code: str, message: str, env: int | None = None, path: str | None = None, retry_after_s: float | None = None, fatal: bool = False) -> None:
         code, message = printable_line(code, 80), printable_line(message)
         place = "".join([f" (environment {env})" if env is not None else "", f" (at {path})" if path else ""])
         super().__init__(f"{code}: {message}{place[:400]}")
         self.code, self.message, self.env, self.path, self.retry_after_s, self.fatal = code, message, env, path, retry_after_s, fatal
 
     @classmethod
-    def from_json(cls, value: dict) -> "EngineError":
+    def from_json(cls, value: dict[str, Any]) -> "EngineError":
         try:
             code, severity, message = (member(value, name, str) for name in ("code", "severity", "message"))
             env, path, later = member(value, "env", int, None), member(value, "path", str, None), member(value, "retry_after_s", float, None)
@@ -73,6 +75,6 @@ KINDS = {"AUTH_FAILED": Refused, "UNSUPPORTED_VERSION": Refused, "CAPACITY": Eng
 class ProgramError(ConsacError):
     """The program `consac` is not there, or ended with a failure; `exit_code` is its own (docs/program.md), None where it did not run."""
 
-    def __init__(self, message: str, exit_code: int | None = None):
+    def __init__(self, message: str, exit_code: int | None = None) -> None:
         super().__init__(message)
         self.exit_code = exit_code

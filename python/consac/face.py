@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from .client import Connection, open_engine
 from .errors import ConsacError
@@ -20,7 +21,7 @@ class Face:
     agents: str | None = "use consac.ConsacParallelEnv"
     protocol: str | int = 2
 
-    def open(self, url: str, render_mode: str | None, options: dict) -> tuple[Connection | TextConnection, list[str]]:
+    def open(self, url: str, render_mode: str | None, options: dict[str, Any]) -> tuple[Connection | TextConnection, list[str]]:
         """A connection with `options` as options.Options has them, and `protocol`, and the render modes that there are; ConsacError where it does not fit."""
         connection = open_engine(url, self.autoreset, {"protocol": self.protocol, **options})
         try:

@@ -8,13 +8,16 @@ import hashlib
 import math
 import struct
 from dataclasses import dataclass, field
+from typing import Any, TypeGuard
 
 import numpy as np
+import numpy.typing as npt
 
 from consac import wire
 from consac.errors import ConsacError
 from consac.names import quote
 
+Array = npt.NDArray[Any]
 VERSION = 1
 LARGEST_HEADER = 1 << 24
 MOST_HEADER_VALUES = 1_048_576  # in it, lists and objects counted
@@ -45,8 +48,8 @@ class ModelMisfit(ModelError):
 class ModelFile:
     """A `.consac` container: its specification and its tensors."""
 
-    spec: dict
-    tensors: dict[str, np.ndarray] = field(repr=False)
+    spec: dict[str, Any]
+    tensors: dict[str, Array] = field(repr=False)
 
 
 def read_model(data: bytes) -> ModelFile:
@@ -86,14 +89,14 @@ def read_model(data: bytes) -> ModelFile:
     return ModelFile(_json(text, "specification"), tensors)
 
 
-def _tensors_digest(header: dict) -> str:
+def _tensors_digest(header: dict[str, Any]) -> str:
     digest = hashlib.sha256()
     for name, entry in sorted((name.encode(), entry) for name, entry in header.items()):
         digest.update(b"%s\t%s\t%s\n" % (name, entry["dtype"].encode(), b"".join(b"%d " % size for size in entry["shape"])))
     return digest.hexdigest()
 
 
-def _header(text: bytes) -> dict:
+def _header(text: bytes) -> dict[str, Any]:
     if not text.startswith(b"{"):
         raise ModelDamaged("not a usable model file: its header is no JSON object")
     header = _json(text, "header")
@@ -102,24 +105,24 @@ def _header(text: bytes) -> dict:
     return header
 
 
-def _json(text: bytes, what: str) -> dict:
+def _json(text: bytes, what: str) -> dict[str, Any]:
     try:
         return wire.load_json(text, LARGEST_HEADER, MOST_HEADER_VALUES)
     except wire.WireError as error:
         raise ModelDamaged(f"not a usable model file: its {what} cannot be read: {error.message}") from None
 
 
-def _shallow(value, levels: int) -> bool:
+def _shallow(value: object, levels: int) -> bool:
     below = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return levels >= 0 and all(_shallow(item, levels - 1) for item in below)
 
 
-def whole(value) -> bool:
+def whole(value: object) -> TypeGuard[int]:
     """Whether `value` is a size."""
     return type(value) is int and 0 <= value < 1 << 62
 
 
-def _tensors(header: dict, body) -> dict[str, np.ndarray]:
+def _tensors(header: dict[str, Any], body: memoryview) -> dict[str, Array]:
     places = []
     for name, entry in header.items():
         dtype, shape, offsets = (entry.get(key) for key in ("dtype", "shape", "data_offsets")) if isinstance(entry, dict) else (None, None, None)

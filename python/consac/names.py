@@ -4,6 +4,7 @@ No file is ever named by such text here. The same rules as consac/base/names.h."
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 LONGEST_NAME = 255
 LONGEST_LINE = 2000
@@ -18,17 +19,17 @@ _DEVICE = re.compile(r"(?:con|nul|aux|prn|(?:com|lpt)[0-9]) *(?:\.|$)", re.IGNOR
 _CAPITALS = {ord(letter): letter.lower() for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZ"}
 
 
-def printable_line(text, limit: int = LONGEST_LINE) -> str:
+def printable_line(text: object, limit: int = LONGEST_LINE) -> str:
     """`text` as one line of at most `limit` characters; what does not show becomes \\xNN, byte by byte."""
     shown = _HIDDEN.sub(lambda found: "".join(f"\\x{byte:02x}" for byte in found[0].encode("utf-8", "surrogatepass")), str(text)[:limit])
     return shown if len(shown) <= limit else shown[:limit - 3] + "..."
 
 
-def quote(text, limit: int = 80) -> str:
+def quote(text: object, limit: int = 80) -> str:
     return f"'{printable_line(text, limit)}'"
 
 
-def check_name(what: str, name) -> str:
+def check_name(what: str, name: object) -> str:
     """`name` if it is 1 to 255 bytes that show; ValueError begins with `what`."""
     if not isinstance(name, str) or not name:
         raise ValueError(f"a {what}'s name is {quote(name)}; give it one")
@@ -39,21 +40,22 @@ def check_name(what: str, name) -> str:
     return name
 
 
-def check_optional_name(what: str, name) -> str:
+def check_optional_name(what: str, name: object) -> str:
     """The same for a name that may be missing ("")."""
     return name if isinstance(name, str) and not name else check_name(what, name)
 
 
-def check_names_apart(what: str, names) -> None:
+def check_names_apart(what: str, names: Iterable[object]) -> None:
     """ValueError unless all are names and no two are the same."""
-    seen: set = set()
+    seen: set[str] = set()
     for name in names:
-        if check_name(what, name) in seen:
+        checked = check_name(what, name)
+        if checked in seen:
             raise ValueError(f"the {what} name {quote(name)} is there twice")
-        seen.add(name)
+        seen.add(checked)
 
 
-def check_expected_names(value) -> None:
+def check_expected_names(value: object) -> None:
     """Every name in what a client expects, written as in SPEC: they are only compared, and end up in errors. ValueError."""
     if isinstance(value, list):
         for entry in value:
@@ -75,14 +77,14 @@ def _file_bytes(name: str) -> int:
     return inner + 2 * sum(name[at] in ". " for at in {0, len(name) - 1}) + 2 * bool(_DEVICE.match(name))
 
 
-def check_names_together(what: str, names) -> None:
+def check_names_together(what: str, names: Iterable[str]) -> None:
     """The same of names that are not told apart by capitals alone either: a trainer makes files of them."""
     names = list(names)
     check_names_apart(what, names)
     for name in names if len(names) > 1 else ():
         if _file_bytes(name) > LONGEST_FILE:
             raise ValueError(f"the {what} name {quote(name)} makes a file name of more than {LONGEST_FILE} bytes; shorten it")
-    seen: dict = {}
+    seen: dict[str, str] = {}
     for name in names:
         other = seen.setdefault(name.translate(_CAPITALS), name)
         if other != name:

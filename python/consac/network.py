@@ -5,20 +5,25 @@ spec/model_file.md is the law. policy.py is what users want; this is what runs i
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from consac.model_file import ModelDamaged, whole
+from consac.model_file import Array, ModelDamaged, whole
 
+Shape = tuple[int, ...]
+Floats = Callable[[str, Shape], Array]  # a tensor by its name
 LARGEST_LAYER = 1 << 20  # features of a value, as in the C++ reader
 
 
-def sigmoid(x):
+def sigmoid(x: Array) -> Array:
     small = np.exp(-np.abs(x))
-    return np.where(x >= 0, 1, small) / (1 + small)
+    likely: Array = np.where(x >= 0, 1, small) / (1 + small)
+    return likely
 
 
-ACTIVATIONS = {
+ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
     "linear": lambda x: x,
     "tanh": np.tanh,
     "relu": lambda x: np.maximum(x, 0),
@@ -35,13 +40,14 @@ class Dense:
 
     inputs = 1
 
-    def __init__(self, entry, shapes, floats):
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
         self.shape = (whole_size(entry, "out_size"),)
         self.weights = floats("w", (*self.shape, math.prod(shapes[0])))
         self.bias = floats("b", self.shape)
 
-    def __call__(self, x):
-        return x @ self.weights.T + self.bias
+    def __call__(self, x: Array) -> Array:
+        out: Array = x @ self.weights.T + self.bias
+        return out
 
 
 class Duelling:
@@ -49,13 +55,14 @@ class Duelling:
 
     inputs = 2
 
-    def __init__(self, entry, shapes, floats):
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
         if math.prod(shapes[0]) != 1:
             raise ModelDamaged(f"the model's block {entry['name']!r} duels with {math.prod(shapes[0])} values of a state; there is 1")
         self.shape = (math.prod(shapes[1]),)
 
-    def __call__(self, value, advantages):
-        return value + advantages - advantages.mean(1, keepdims=True)
+    def __call__(self, value: Array, advantages: Array) -> Array:
+        out: Array = value + advantages - advantages.mean(1, keepdims=True)
+        return out
 
 
 class Convolution:
@@ -63,7 +70,7 @@ class Convolution:
 
     inputs = 1
 
-    def __init__(self, entry, shapes, floats):
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
         self.image, self.first = shapes[0], entry.get("layout", "HWC") == "CHW"
         self.kernel, self.stride, filters = pair(entry, "kernel"), pair(entry, "stride"), whole_size(entry, "filters")
         if len(self.image) != 3 or entry.get("layout", "HWC") not in ("HWC", "CHW"):
@@ -75,13 +82,14 @@ class Convolution:
         self.weights = floats("w", (filters, *self.kernel, channels)).reshape(filters, -1)
         self.bias = floats("b", (filters,))
 
-    def __call__(self, x):
+    def __call__(self, x: Array) -> Array:
         image = x.reshape(len(x), *self.image)
         if self.first:
             image = image.transpose(0, 2, 3, 1)
         patches = np.lib.stride_tricks.sliding_window_view(image, self.kernel, (1, 2))[:, ::self.stride[0], ::self.stride[1]]
         patches = patches.transpose(0, 1, 2, 4, 5, 3).reshape(-1, self.weights.shape[1])
-        return (patches @ self.weights.T + self.bias).reshape(len(x), -1)
+        out: Array = (patches @ self.weights.T + self.bias).reshape(len(x), -1)
+        return out
 
 
 class Flatten:
@@ -89,10 +97,10 @@ class Flatten:
 
     inputs = 1
 
-    def __init__(self, entry, shapes, floats):
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
         self.shape = (math.prod(shapes[0]),)
 
-    def __call__(self, x):
+    def __call__(self, x: Array) -> Array:
         return x
 
 
@@ -101,10 +109,10 @@ class Concatenation:
 
     inputs = 0  # any number
 
-    def __init__(self, entry, shapes, floats):
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
         self.shape = (sum(map(math.prod, shapes)),)
 
-    def __call__(self, *inputs):
+    def __call__(self, *inputs: Array) -> Array:
         return np.concatenate(inputs, 1)
 
 
@@ -113,8 +121,9 @@ class Slice:
 
     inputs = 1
 
-    def __init__(self, entry, shapes, floats):
-        shape, self.offset, self.divisor = entry.get("shape"), entry.get("offset", 0), entry.get("divide_by", 1)
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
+        shape: Any = entry.get("shape")
+        self.offset, self.divisor = entry.get("offset", 0), entry.get("divide_by", 1)
         sizes = isinstance(shape, list) and shape and all(whole(size) and 1 <= size <= LARGEST_LAYER for size in shape)
         if not sizes or not whole(self.offset) or not 0 <= self.offset <= math.prod(shapes[0]) - math.prod(shape):
             raise ModelDamaged(f"the model's block {entry['name']!r} slices {shape} from {self.offset!r} on out of {math.prod(shapes[0])} numbers")
@@ -122,8 +131,9 @@ class Slice:
             raise ModelDamaged(f"the model's block {entry['name']!r} divides by {self.divisor!r}")
         self.shape = tuple(shape)
 
-    def __call__(self, x):
-        return x[:, self.offset:self.offset + math.prod(self.shape)] / self.divisor
+    def __call__(self, x: Array) -> Array:
+        out: Array = x[:, self.offset:self.offset + math.prod(self.shape)] / self.divisor
+        return out
 
 
 class LayerNorm:
@@ -131,29 +141,30 @@ class LayerNorm:
 
     inputs = 1
 
-    def __init__(self, entry, shapes, floats):
+    def __init__(self, entry: dict[str, Any], shapes: list[Shape], floats: Floats) -> None:
         self.epsilon, self.shape, size = entry.get("epsilon", 1e-5), shapes[0], (math.prod(shapes[0]),)
         if type(self.epsilon) not in (int, float) or not 0 < self.epsilon < math.inf:
             raise ModelDamaged(f"the model's block {entry['name']!r} has epsilon {self.epsilon!r}; it is above 0")
         self.scale, self.shift = floats("scale", size), floats("shift", size)
 
-    def __call__(self, x):
-        return (x - x.mean(1, keepdims=True)) / np.sqrt(x.var(1, keepdims=True) + self.epsilon) * self.scale + self.shift
+    def __call__(self, x: Array) -> Array:
+        out: Array = (x - x.mean(1, keepdims=True)) / np.sqrt(x.var(1, keepdims=True) + self.epsilon) * self.scale + self.shift
+        return out
 
 
-OPS = {"dense": Dense, "duelling": Duelling, "convolution": Convolution, "flatten": Flatten, "concatenation": Concatenation, "slice": Slice, "layer_norm": LayerNorm}
+OPS: dict[str, type[Any]] = {"dense": Dense, "duelling": Duelling, "convolution": Convolution, "flatten": Flatten, "concatenation": Concatenation, "slice": Slice, "layer_norm": LayerNorm}
 ACTIVATED = {"dense", "convolution", "layer_norm"}  # the others must be linear
 
 
-def pair(entry: dict, name: str) -> tuple[int, int]:
-    value = entry.get(name)
+def pair(entry: dict[str, Any], name: str) -> tuple[int, int]:
+    value: Any = entry.get(name)
     if not isinstance(value, list) or len(value) != 2 or not all(whole(size) and 1 <= size <= LARGEST_LAYER for size in value):
         raise ModelDamaged(f"the model's block {entry.get('name')!r} has {name} {value!r}; it is [height, width], each from 1")
-    return tuple(value)
+    return value[0], value[1]
 
 
-def whole_size(entry: dict, name: str) -> int:
-    value = entry.get(name)
+def whole_size(entry: dict[str, Any], name: str) -> int:
+    value: Any = entry.get(name)
     if not whole(value) or not 1 <= value <= LARGEST_LAYER:
         raise ModelDamaged(f"the model's block {entry.get('name')!r} has {name} {value!r}; it goes from 1 to {LARGEST_LAYER}")
     return value
@@ -162,10 +173,11 @@ def whole_size(entry: dict, name: str) -> int:
 class Memory:
     """What the blocks with a state remember, for each slot by itself: a row is one agent, whichever call it comes in."""
 
-    def __init__(self):
-        self._states, self._slots = {}, np.zeros(0, np.int64)
+    def __init__(self) -> None:
+        self._states: dict[str, Array] = {}
+        self._slots = np.zeros(0, np.int64)
 
-    def begin_step(self, slots: np.ndarray, begins: np.ndarray) -> None:
+    def begin_step(self, slots: Array, begins: Array) -> None:
         """The rows of the coming run are of these slots; where an episode begins, nothing is remembered."""
         self._slots = slots
         for name, states in self._states.items():
@@ -173,12 +185,12 @@ class Memory:
                 self._states[name] = states = np.concatenate([states, np.zeros((slots.max() + 1 - len(states), states.shape[1]))])
             states[slots[begins]] = 0
 
-    def take(self, name: str, size: int) -> np.ndarray:
+    def take(self, name: str, size: int) -> Array:
         """[rows, size] of block `name`."""
         states = self._states.setdefault(name, np.zeros((self._slots.max(initial=-1) + 1, size)))
         return states[self._slots]
 
-    def keep(self, name: str, rows: np.ndarray) -> None:
+    def keep(self, name: str, rows: Array) -> None:
         self._states[name][self._slots] = rows
 
 
@@ -189,13 +201,18 @@ class Network:
     gives its output and the state after it.
     """
 
-    def __init__(self, graph, features: int, floats):
+    def __init__(self, graph: Any, features: int, floats: Floats) -> None:
+        inputs: Any
+        blocks: Any
+        outputs: Any
         inputs, blocks, outputs = (graph.get(key) for key in ("inputs", "blocks", "outputs")) if isinstance(graph, dict) else (None, None, None)
         well_formed = isinstance(inputs, list) and isinstance(blocks, list) and isinstance(outputs, list) and outputs and all(isinstance(piece, dict) for piece in inputs + blocks)
         if not well_formed or len(inputs) != 1 or inputs[0].get("size") != features or not isinstance(inputs[0].get("name"), str):
             raise ModelDamaged(f"the model's graph must have blocks, outputs and one input of {features} features")
         self.input = inputs[0]["name"]
-        self._shapes, self._owners, steps = {self.input: (features,)}, {}, []
+        self._shapes: dict[str, Shape] = {self.input: (features,)}
+        self._owners: dict[str, str] = {}
+        steps = []
         for entry in blocks:
             steps.append(self._block(entry, floats))
         if not all(isinstance(output, str) and output in self._shapes for output in outputs):
@@ -209,15 +226,19 @@ class Network:
         self._steps = used[::-1]
         self.remembers = any(getattr(block, "state", 0) for _, _, block, _ in self._steps)
 
-    def _block(self, entry: dict, floats):
+    def _block(self, entry: dict[str, Any], floats: Floats) -> tuple[str, list[str], Any, Callable[[Array], Array]]:
+        target: Any
+        name: Any
+        op: Any
+        activation: Any
         target, name, op, activation = (entry.get(key) for key in ("out", "name", "op", "act"))
-        sources = [entry["in"]] if isinstance(entry.get("in"), str) else entry.get("in")
+        sources: Any = [entry["in"]] if isinstance(entry.get("in"), str) else entry.get("in")
         texts = isinstance(sources, list) and all(isinstance(text, str) for text in (*sources, target, name, op, activation))
         if not texts or op not in OPS or activation not in ACTIVATIONS or activation != "linear" and op not in ACTIVATED:
             raise ModelDamaged(f"the model's block {name!r} has op {op!r} and activation {activation!r}; known are {sorted(OPS)} and {sorted(ACTIVATIONS)}")
-        shapes = [self._shapes.get(source) for source in sources]
+        shapes = [self._shapes[source] for source in sources if source in self._shapes]
         kind = OPS[op]
-        if None in shapes or kind.inputs not in (0, len(shapes)) or not shapes or entry.get("in_size") != sum(map(math.prod, shapes)) or target in self._shapes:
+        if len(shapes) != len(sources) or kind.inputs not in (0, len(shapes)) or not shapes or entry.get("in_size") != sum(map(math.prod, shapes)) or target in self._shapes:
             raise ModelDamaged(f"the model's block {name!r} goes from {sources} ({entry.get('in_size')}) to {target!r} ({entry.get('out_size')}), which does not fit the blocks before it")
         owner = entry.get("shares", name)
         if owner != name and self._owners.get(owner) != op:
@@ -230,7 +251,7 @@ class Network:
         self._shapes[target] = block.shape
         return target, sources, block, ACTIVATIONS[activation]
 
-    def __call__(self, features: np.ndarray, memory: Memory | None = None) -> np.ndarray:
+    def __call__(self, features: Array, memory: Memory | None = None) -> Array:
         """[rows, features] to [rows, size]; without memory an episode begins in every row."""
         named = {self.input: features.astype(np.float64)}
         with np.errstate(over="ignore", invalid="ignore"):

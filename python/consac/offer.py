@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from . import wire
 from .errors import ProtocolError
@@ -20,7 +21,7 @@ _SLOT_BYTES = 9  # of a RESULT beside its row
 class Offer:
     """An engine's worlds. `spec` is all that it said."""
 
-    spec: dict
+    spec: dict[str, Any]
     environments: int
     behaviours: list[Behaviour]
     deterministic: bool
@@ -28,7 +29,7 @@ class Offer:
     id: str
 
 
-def read_spec(spec: dict, autoreset: str, limit: int) -> Offer:
+def read_spec(spec: dict[str, Any], autoreset: str, limit: int) -> Offer:
     """The offer that a SPEC describes, asked for with `autoreset`; ProtocolError where it cannot be, `limit` bounds the bytes of all rows."""
     try:
         check_spec(spec)
@@ -44,7 +45,7 @@ def read_spec(spec: dict, autoreset: str, limit: int) -> Offer:
         raise ProtocolError("MALFORMED", f"SPEC cannot be used: {str(error)[:300] or 'a space cannot be made'}") from None
 
 
-def _check_budget(environments: int, behaviours: list, limit: int) -> None:
+def _check_budget(environments: int, behaviours: list[Any], limit: int) -> None:
     """A small SPEC must not make large arrays, nor many small ones."""
     if len(behaviours) > MOST_BEHAVIOURS:
         raise ValueError(f"{len(behaviours)} behaviours, at most {MOST_BEHAVIOURS} are taken")
@@ -62,7 +63,7 @@ def _check_budget(environments: int, behaviours: list, limit: int) -> None:
         raise ValueError(f"frames of {max(actions, results)} bytes for {environments} environments, max_frame is {limit}; raise it or take fewer environments")
 
 
-def _space_bytes(value: dict) -> int:
+def _space_bytes(value: dict[str, Any]) -> int:
     """What a space is charged: its bounds and copies of them, or its choices."""
     if value["type"] in ("dict", "tuple"):
         return _SPACE_BYTES + sum(_space_bytes(child["space"]) for child in value["spaces"])

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import difflib
 import os
-from typing import TypedDict
+from typing import Any, TypedDict
 
 from . import wire
 
@@ -21,14 +21,14 @@ class Options(TypedDict, total=False):
     shared_memory: bool  # where both ends can
     crc: bool  # checks every frame; slow
     max_frame: int  # bytes
-    expect: list | None  # behaviours as in SPEC: the engine refuses others
+    expect: list[Any] | None  # behaviours as in SPEC: the engine refuses others
 
 
 _KNOWN = frozenset({*Options.__annotations__, "protocol"})
 _PROTOCOLS = ("auto", "text1", 2)
 
 
-def check(options: dict) -> None:
+def check(options: dict[str, Any]) -> None:
     """TypeError and ValueError name what is unknown or out of range. Called once, by client.open_engine."""
     for name in options:
         if name not in _KNOWN:

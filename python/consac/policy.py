@@ -5,15 +5,18 @@ spec/model_file.md is the law; model_file.py reads the bytes.
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
 from consac.layout import Layout, Leaf, numbers_in, space_from_json
-from consac.model_file import ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model
+from consac.model_file import Array, ModelDamaged, ModelError, ModelFile, ModelForeign, ModelMisfit, ModelTooNew, read_model
 from consac.names import check_name, quote
+from consac.native import NativeModel, load_model
 from consac.network import ACTIVATIONS, LARGEST_LAYER, OPS, Memory, Network, sigmoid
 from consac.spec_check import check_space
 
@@ -38,7 +41,7 @@ class StateNoise:
     sample_freq: int = -1
 
     @classmethod
-    def read(cls, head: dict) -> StateNoise:
+    def read(cls, head: dict[str, Any]) -> StateNoise:
         given = {field.name: head[field.name] for field in fields(cls) if head.get(field.name) is not None}
         kinds = {"features": (int,), "full_std": (bool,), "use_expln": (bool,), "clip_mean": (int, float), "sample_freq": (int,)}
         if not all(type(value) in kinds[name] for name, value in given.items()) or not 1 <= given.get("features", 0) <= LARGEST_EXPLORATION or not 0 <= given.get("clip_mean", 0) < math.inf:
@@ -48,7 +51,7 @@ class StateNoise:
     def log_stds(self, size: int) -> int:
         return self.features * (size if self.full_std else 1)
 
-    def draw(self, log_std: np.ndarray, size: int, rng: np.random.Generator) -> np.ndarray:
+    def draw(self, log_std: Array, size: int, rng: np.random.Generator) -> Array:
         """[features, size] numbers of the deviations that the model has learned."""
         own = log_std.astype(np.float64).reshape(self.features, -1)
         deviation = np.where(own > 0, np.log1p(np.maximum(own, 0) + 1e-6) + 1, np.exp(np.minimum(own, 0))) if self.use_expln else np.exp(own)
@@ -58,7 +61,8 @@ class StateNoise:
 class Policy:
     """Acts as the trained agent. `observation_space` and `action_space` are Gymnasium spaces; `spec` is all the file says."""
 
-    def __init__(self, file: ModelFile):
+    def __init__(self, file: ModelFile, native: NativeModel | None = None) -> None:
+        """`native`: the same model in C++, which then does what need not be drawn or remembered."""
         self.spec, self._tensors = file.spec, file.tensors
         interface = _check_kind(self.spec)
         try:
@@ -67,6 +71,7 @@ class Policy:
             raise ModelDamaged(str(error)) from None
         self.observation_space, self.action_space = (_space(interface, name) for name in ("observation", "action"))
         self._observation, self._action = Layout.of(self.observation_space), Layout.of(self.action_space)
+        self._masked = [choices for leaf in self._action.leaves for choices in _masked(leaf.space)]
         self.features = sum(_features(leaf) for leaf in self._observation.leaves)
         self.heads = self._read_heads(interface.get("heads"))
         self._heads = [_features(leaf) * (2 if kind == "squashed_gaussian" else 1) for leaf, kind in zip(self._action.leaves, self.heads)]
@@ -82,14 +87,15 @@ class Policy:
         self._run_self_test(self.spec.get("selftest"))
         self._rng = np.random.default_rng()
         self._memory = Memory() if self._network.remembers else None
-        self._matrices: dict[int, tuple[list, int]] = {}  # by agent: what it explores by, and for how many actions yet (-1: its episode)
+        self._matrices: dict[int, tuple[list[Any], int]] = {}  # by agent: what it explores by, and for how many actions yet (-1: its episode)
+        self._native = native if self._memory is None else None
 
     def __repr__(self) -> str:
         return f"Policy({self.observation_space} -> {self.action_space})"
 
     # -- use
 
-    def logits(self, observation, mask=None) -> np.ndarray:
+    def logits(self, observation: Any, mask: Any = None) -> Array:
         """What the network says, leaf by leaf: logits, values of choices, for a box means. [head] for one observation, [rows, head] for many.
         Of a model that remembers: at an episode's beginning."""
         features, single = self._flatten(observation)
@@ -97,11 +103,16 @@ class Policy:
         return head[0] if single else head
 
     @property
+    def backend(self) -> str:
+        """What acts: "native", the library of consac.h, or "numpy". Actions that are drawn, and those of a model that remembers, are numpy's in any case."""
+        return "numpy" if self._native is None else "native"
+
+    @property
     def recurrent(self) -> bool:
         """Whether it remembers: what it does depends on what an agent saw before."""
         return self._memory is not None
 
-    def act(self, observation, deterministic: bool = True, mask=None, rng: np.random.Generator | None = None, *, slots=None, begins=None):
+    def act(self, observation: Any, deterministic: bool = True, mask: Any = None, rng: np.random.Generator | None = None, *, slots: Any = None, begins: Any = None) -> Any:
         """The action for one observation, or the batched actions for many; drawn with `rng` unless deterministic. Of values of choices the best is taken.
 
         For models that remember, and for draws of one that explores by noise that follows the state: `slots` says which agent each observation is of (whole numbers from 0, each once; its place unless given), and
@@ -109,16 +120,23 @@ class Policy:
         """
         if not isinstance(deterministic, (bool, np.bool_)):
             raise TypeError(f"deterministic is True or False, not a {type(deterministic).__name__}; a mask is given as mask=...")
-        features, single = self._flatten(observation)
-        mask, whose = self._mask_rows(mask, len(features)), self._rows_of(slots, begins, len(features))
+        parts, single = self._parts(observation)
+        rows = len(parts[0])
+        mask = self._mask_rows(mask, rows)
+        if self._native is not None and deterministic and slots is None and begins is None and self._holds(parts):
+            return self._act_native(self._native, parts, single, mask)
+        whose = self._rows_of(slots, begins, rows)
+        features = self._encode(parts)
         if self._memory is not None:
             self._memory.begin_step(*whose)
         head = self._mask_logits(self._run(features, self._memory).astype(np.float32), mask)
         rng = None if deterministic else self._rng if rng is None else rng
         matrices = self._explore(*whose, rng) if self._hidden and rng is not None else None
-        parts, at, deviation = [], 0, 0
+        done, at, deviation = [], 0, 0
         for index, (leaf, kind, size, noise) in enumerate(zip(self._action.leaves, self.heads, self._heads, self._noises)):
-            part, space = head[:, at:at + size], leaf.space
+            part: Array = head[:, at:at + size]
+            space: Any = leaf.space
+            value: Any
             at += size
             if noise is not None:
                 value = part.astype(np.float64) if noise.clip_mean == 0 else np.clip(part.astype(np.float64), -noise.clip_mean, noise.clip_mean)
@@ -144,10 +162,10 @@ class Policy:
                 ends = np.cumsum(np.ravel(space.nvec))
                 value = np.stack([_choose(part[:, end - n:end], rng) for end, n in zip(ends, np.ravel(space.nvec))], 1).reshape(len(part), *leaf.shape)
             value = value.astype(space.dtype)
-            parts.append(value[0] if single else value)
-        return self._action.build(parts)
+            done.append(value[0] if single else value)
+        return self._action.build(done)
 
-    def _explore(self, whose: np.ndarray, begun: np.ndarray, rng: np.random.Generator) -> list[list]:
+    def _explore(self, whose: Array, begun: Array, rng: np.random.Generator) -> list[list[Any]]:
         """The matrices that each row's agent explores by, drawn where they are due: at its first action, where its episode begins, and as often as the model says."""
         freq = next(noise.sample_freq for noise in self._noises if noise)
         found = []
@@ -162,13 +180,45 @@ class Policy:
             found.append(matrices)
         return found
 
-    def flatten(self, observation) -> np.ndarray:
+    def predict(self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = False, action_masks: Any = None) -> tuple[Any, Any]:
+        """As a model of Stable Baselines3, for `evaluate_policy` and whatever else takes one: the actions, and `state` as it was given (what a model
+        remembers it keeps itself, row by row; `episode_start` says who begins anew)."""
+        return self.act(observation, deterministic, action_masks, begins=episode_start if self.recurrent or (self._hidden and not deterministic) else None), state
+
+    def _holds(self, parts: list[Array]) -> bool:
+        """Whether a row can hold these numbers as they are: those of a leaf of bytes may come as anything."""
+        for leaf, part in zip(self._observation.leaves, parts):
+            if leaf.dtype.kind != "f" and not isinstance(leaf.space, (spaces.Discrete, spaces.MultiDiscrete)):
+                least, most = (0, 1) if leaf.dtype.kind == "b" else (np.iinfo(leaf.dtype).min, np.iinfo(leaf.dtype).max)
+                if part.dtype != leaf.dtype and (part.dtype.kind not in "biu" or part.min() < least or part.max() > most):
+                    return False
+        return True
+
+    def _act_native(self, native: NativeModel, parts: list[Array], single: bool, mask: Array | None) -> Any:
+        room = native.room(self._observation, self._action, len(parts[0]))
+        for view, part in zip(room.seen, parts):
+            view[...] = part.reshape(view.shape)
+        legal = None if mask is None else mask.astype(np.uint8)
+        room.mask(legal)
+        try:
+            native.act(room)
+        except ValueError:
+            raise ModelMisfit("an observation with NaN or infinity; a policy takes finite numbers") from None
+        values = [view.astype(leaf.space.dtype) for view, leaf in zip(room.done, self._action.leaves)]
+        return self._action.build([value[0] if single else value for value in values])
+
+    def flatten(self, observation: Any) -> Array:
         """The network's input before it is normalised, as gymnasium.spaces.flatten has it."""
         features, single = self._flatten(observation)
         return features[0] if single else features
 
-    def _flatten(self, observation) -> tuple[np.ndarray, bool]:
-        pieces, single = [], None
+    def _flatten(self, observation: Any) -> tuple[Array, bool]:
+        parts, single = self._parts(observation)
+        return self._encode(parts), single
+
+    def _parts(self, observation: Any) -> tuple[list[Array], bool]:
+        """The numbers of each leaf, [rows, numbers], and whether it was one observation alone."""
+        parts, single = [], None
         for leaf in self._observation.leaves:
             space = leaf.space
             try:
@@ -181,14 +231,19 @@ class Policy:
                 place = f" at {'/'.join(map(str, leaf.path))}" if leaf.path else ""
                 raise ModelMisfit(f"an observation of shape {part.shape} and type {part.dtype}{place}; expected {space}, one or many")
             single = alone
-            rows = (part[None] if alone else part).reshape(1 if alone else len(part), math.prod(leaf.shape))
-            if isinstance(space, (spaces.Discrete, spaces.MultiDiscrete)):
-                choices = [int(space.n)] if isinstance(space, spaces.Discrete) else [int(n) for n in np.ravel(space.nvec)]
-                start = int(space.start) if isinstance(space, spaces.Discrete) else 0
-                for column, n in zip(rows.T, choices):
-                    legal = (column >= start) & (column < start + n) & (column == np.floor(column))
-                    if not legal.all():
-                        raise ModelMisfit(f"an observation {column[~legal][0]} outside {space}")
+            parts.append((part[None] if alone else part).reshape(1 if alone else len(part), math.prod(leaf.shape)))
+            for column, n, start in zip(parts[-1].T, *_choices(space)):
+                legal = (column >= start) & (column < start + n) & (column == np.floor(column))
+                if not legal.all():
+                    raise ModelMisfit(f"an observation {column[~legal][0]} outside {space}")
+        return parts, bool(single)
+
+    def _encode(self, parts: list[Array]) -> Array:
+        """The numbers of leaves as the network's input, choices one-hot."""
+        pieces = []
+        for leaf, rows in zip(self._observation.leaves, parts):
+            if isinstance(leaf.space, (spaces.Discrete, spaces.MultiDiscrete)):
+                for column, n, start in zip(rows.T, *_choices(leaf.space)):
                     hot = np.zeros((len(rows), n), np.float32)
                     hot[np.arange(len(rows)), column.astype(np.int64) - start] = 1
                     pieces.append(hot)
@@ -197,16 +252,16 @@ class Policy:
         features = np.concatenate(pieces, 1)
         if not np.isfinite(features).all():
             raise ModelMisfit("an observation with NaN or infinity; a policy takes finite numbers")
-        return features, bool(single)
+        return features
 
-    def _run(self, features: np.ndarray, memory: Memory | None = None) -> np.ndarray:
+    def _run(self, features: Array, memory: Memory | None = None) -> Array:
         if self._normaliser is not None:
             mean, scale, clip = self._normaliser
             features = np.clip((features - mean) * scale, -clip, clip)
         return self._network(features, memory)
 
     @staticmethod
-    def _rows_of(slots, begins, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    def _rows_of(slots: Any, begins: Any, rows: int) -> tuple[Array, Array]:
         """Whose each row is, and whether its episode begins."""
         whose = np.arange(rows) if slots is None else np.asarray(slots).reshape(-1)
         if len(whose) != rows or whose.dtype.kind not in "iu" or len(np.unique(whose)) != rows or not np.all((whose >= 0) & (whose < MOST_SLOTS)):
@@ -216,7 +271,7 @@ class Policy:
             raise ModelMisfit(f"begins {quote(repr(begins), 80)}; expected True or False for each of {rows} observations")
         return whose.astype(np.int64), begun != 0
 
-    def _mask_rows(self, mask, rows: int) -> np.ndarray | None:
+    def _mask_rows(self, mask: Any, rows: int) -> Array | None:
         if mask is None:
             return None
         choices = self._action.mask_bytes
@@ -231,9 +286,12 @@ class Policy:
             raise ModelMisfit(f"a mask that does not fit {self.action_space}; {expected}") from None
         if flat.size != rows * choices or choices == 0 or flat.dtype.kind not in "bui":
             raise ModelMisfit(f"a mask of shape {flat.shape} and type {flat.dtype}; {expected}")
-        return flat.reshape(rows, choices) != 0
+        legal: Array = flat.reshape(rows, choices) != 0
+        if not all(part.any(1).all() for part in np.split(legal, np.cumsum(self._masked)[:-1], 1)):
+            raise ModelMisfit("a mask without any legal choice; at least one of each is legal")
+        return legal
 
-    def _mask_logits(self, head: np.ndarray, mask: np.ndarray | None) -> np.ndarray:
+    def _mask_logits(self, head: Array, mask: Array | None) -> Array:
         if mask is None:
             return head
         at = seen = 0
@@ -242,12 +300,9 @@ class Policy:
             at += size
             if isinstance(space, spaces.Box):
                 continue
-            choices = [int(space.n)] if isinstance(space, spaces.Discrete) else [2] * size if isinstance(space, spaces.MultiBinary) else [int(n) for n in np.ravel(space.nvec)]
-            legal = mask[:, seen:seen + sum(choices)]
-            seen += sum(choices)
-            ends = np.cumsum(choices)
-            if not all(legal[:, end - n:end].any(1).all() for end, n in zip(ends, choices)):
-                raise ModelMisfit("a mask without any legal choice; at least one of each is legal")
+            choices = sum(_masked(space))
+            legal = mask[:, seen:seen + choices]
+            seen += choices
             if isinstance(space, spaces.MultiBinary):
                 part[~legal[:, 0::2]] = -MASKED
                 part[~legal[:, 1::2]] = MASKED
@@ -257,7 +312,7 @@ class Policy:
 
     # -- reading
 
-    def _floats(self, name: str, shape: tuple) -> np.ndarray:
+    def _floats(self, name: str, shape: tuple[int, ...]) -> Array:
         tensor = self._tensors.get(name)
         if tensor is None:
             raise ModelDamaged(f"the model lacks the tensor {quote(name)}")
@@ -267,12 +322,12 @@ class Policy:
             raise ModelDamaged(f"the model's tensor {quote(name)} has NaN or infinity; do not use it")
         return tensor
 
-    def _read_heads(self, heads) -> list[str]:
+    def _read_heads(self, heads: Any) -> list[str]:
         """The kind of each leaf's head."""
         names = ["/".join(map(str, leaf.path)) for leaf in self._action.leaves]
         if heads is None:
             return [next(kind for kind, fitting in HEADS.items() if isinstance(leaf.space, fitting)) for leaf in self._action.leaves]
-        kinds = [head.get("type") for head in heads if isinstance(head, dict)] if isinstance(heads, list) else []
+        kinds: list[Any] = [head.get("type") for head in heads if isinstance(head, dict)] if isinstance(heads, list) else []
         fits = len(kinds) == len(names) == len(heads) and all(head.get("leaf") == name for head, name in zip(heads, names))
         if fits and any(kind in BOUNDED and not leaf.space.is_bounded() for kind, leaf in zip(kinds, self._action.leaves) if isinstance(leaf.space, spaces.Box)):
             raise ModelDamaged(f"the model's heads {kinds} need bounds of {self.action_space}")
@@ -280,7 +335,7 @@ class Policy:
             raise ModelDamaged(f"the model's heads are {heads}, which do not fit its action space {self.action_space}")
         return kinds
 
-    def _read_noises(self, heads) -> list[StateNoise | None]:
+    def _read_noises(self, heads: Any) -> list[StateNoise | None]:
         """How each leaf's noise follows the state; None where it does not."""
         noises = [StateNoise.read(head) if kind.endswith("sde_gaussian") else None for kind, head in zip(self.heads, heads or [None] * len(self.heads))]
         following = [noise for noise in noises if noise]
@@ -290,7 +345,7 @@ class Policy:
             raise ModelDamaged(f"the model's heads explore by more than {LARGEST_EXPLORATION} numbers")
         return noises
 
-    def _read_normaliser(self, normalise):
+    def _read_normaliser(self, normalise: Any) -> tuple[Array, Array, np.float32] | None:
         if normalise is None:
             return None
         if not isinstance(normalise, dict) or type(normalise.get("clip")) not in (int, float) or not 0 < normalise["clip"] < math.inf:
@@ -300,7 +355,7 @@ class Policy:
         mean, scale = (self._floats(normalise[key], (self.features,)) for key in ("mean", "scale"))
         return mean, scale, np.float32(normalise["clip"])
 
-    def _run_self_test(self, pairs) -> None:
+    def _run_self_test(self, pairs: Any) -> None:
         if not isinstance(pairs, list) or not pairs:
             raise ModelDamaged("the model has no self-test")
         self.selftest_error = 0.0
@@ -318,7 +373,7 @@ class Policy:
             self.selftest_error = max(self.selftest_error, float(error.max()))
 
 
-def _check_kind(spec: dict) -> dict:
+def _check_kind(spec: dict[str, Any]) -> dict[str, Any]:
     if spec.get("kind") != "policy":
         raise ModelForeign(f"this is a {quote(spec.get('kind'))}, not a 'policy'; only the program that wrote it can use it")
     required = spec.get("requires", [])
@@ -329,10 +384,11 @@ def _check_kind(spec: dict) -> dict:
             raise ModelTooNew(f"the model requires {quote(feature)}, which this program does not know; use a newer consac")
     if not isinstance(spec.get("interface"), dict):
         raise ModelDamaged("the model's specification has no interface")
-    return spec["interface"]
+    interface: dict[str, Any] = spec["interface"]
+    return interface
 
 
-def _space(interface: dict, name: str) -> spaces.Space:
+def _space(interface: dict[str, Any], name: str) -> spaces.Space[Any]:
     value = interface.get(name)
     if not isinstance(value, dict):
         raise ModelDamaged(f"the model has no {name} space")
@@ -347,7 +403,7 @@ def _space(interface: dict, name: str) -> spaces.Space:
         raise ModelDamaged(f"the model's {name} space cannot be read: {type(error).__name__}: {str(error)[:120]}") from None
 
 
-def _legal(space: spaces.Space, mask) -> list[np.ndarray]:
+def _legal(space: spaces.Space[Any], mask: Any) -> list[Array]:
     """Flat pieces of a mask as `space.sample(mask)` takes it, in a mask row's order."""
     if isinstance(space, spaces.Dict):
         return [piece for name in sorted(space.spaces, key=str.encode) for piece in _legal(space.spaces[name], mask[name])]
@@ -362,13 +418,26 @@ def _legal(space: spaces.Space, mask) -> list[np.ndarray]:
     return [np.stack([flat != 1, flat != 0], 1).ravel() if isinstance(space, spaces.MultiBinary) else flat]
 
 
+def _choices(space: spaces.Space[Any]) -> tuple[list[int], list[int]]:
+    """How many values each number of a space has, and where they begin; of a space whose numbers are no choices, none."""
+    if isinstance(space, spaces.Discrete):
+        return [int(space.n)], [int(space.start)]
+    counts = [int(n) for n in np.ravel(space.nvec)] if isinstance(space, spaces.MultiDiscrete) else []
+    return counts, [0] * len(counts)
+
+
+def _masked(space: spaces.Space[Any]) -> list[int]:
+    """Bytes of the mask of each choice that a leaf of actions makes."""
+    return [2] * math.prod(space.shape) if isinstance(space, spaces.MultiBinary) else _choices(space)[0]
+
+
 def _features(leaf: Leaf) -> int:
     if isinstance(leaf.space, spaces.Discrete):
         return int(leaf.space.n)
     return int(leaf.space.nvec.sum()) if isinstance(leaf.space, spaces.MultiDiscrete) else math.prod(leaf.shape)
 
 
-def _stretched(head: np.ndarray, kind: str, space: spaces.Box, rng: np.random.Generator | None) -> np.ndarray:
+def _stretched(head: Array, kind: str, space: spaces.Box, rng: np.random.Generator | None) -> Array:
     """Numbers from -1 to 1 of a deterministic or squashed head, stretched to the bounds."""
     value = head.astype(np.float64)
     if kind == "squashed_gaussian":
@@ -380,16 +449,18 @@ def _stretched(head: np.ndarray, kind: str, space: spaces.Box, rng: np.random.Ge
     return np.clip(low + 0.5 * (value + 1) * (high - low), low, high)
 
 
-def _choose(logits: np.ndarray, rng: np.random.Generator | None) -> np.ndarray:
+def _choose(logits: Array, rng: np.random.Generator | None) -> Array:
     """The most likely choice of each row, or one drawn."""
     if rng is None:
-        return logits.argmax(1)
+        best: Array = logits.argmax(1)
+        return best
     weights = np.exp(logits.astype(np.float64) - logits.max(1, keepdims=True))
     ends = np.cumsum(weights, 1)
-    return (rng.random((len(logits), 1)) * ends[:, -1:] >= ends).sum(1)
+    drawn: Array = (rng.random((len(logits), 1)) * ends[:, -1:] >= ends).sum(1)
+    return drawn
 
 
-def load_policy(path, behaviour: str | None = None) -> Policy:
+def load_policy(path: str | os.PathLike[str], behaviour: str | None = None) -> Policy:
     """The policy in the model file or the run's folder at `path`; of several behaviours the named one. ModelError says in one line why it cannot be used."""
     policies = load_policies(path)
     if behaviour is None and len(policies) == 1:
@@ -402,7 +473,7 @@ def load_policy(path, behaviour: str | None = None) -> Policy:
     return policies[behaviour]
 
 
-def load_policies(path) -> dict[str, Policy]:
+def load_policies(path: str | os.PathLike[str]) -> dict[str, Policy]:
     """The policies at `path`, a model file or a run's folder, by the names of their behaviours."""
     path = Path(path)
     if not path.is_dir():
@@ -426,7 +497,7 @@ def _models_of(folder: Path) -> list[Path]:
 def _load(path: Path) -> Policy:
     data = path.read_bytes()
     try:
-        return Policy(read_model(data))
+        return Policy(read_model(data), load_model(data))
     except ModelError as error:
         raise type(error)(f"'{path}': {error}") from None
     except (TypeError, ValueError, KeyError, AttributeError, ArithmeticError, RecursionError) as error:  # a member of a kind that no reader expects there

@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 import weakref
+from typing import Any
 
 from . import wire
 from .layout import align
@@ -116,7 +117,7 @@ class Channel:
         self.room, self.incoming_room = out[2], incoming[2]
         self.wait, self.saw = self._turn.wait, self._turn.saw
 
-    def send(self, frame) -> None:
+    def send(self, frame: bytes | bytearray | memoryview) -> None:
         """Writes a whole frame of at most `room` bytes and takes the turn."""
         self._out[:len(frame)] = frame
         self._out_turn.take()
@@ -129,7 +130,7 @@ class Channel:
         return frame, crc
 
 
-def open_channel(spec: dict, request_bytes: int, result_bytes: int) -> Channel:
+def open_channel(spec: dict[str, Any], request_bytes: int, result_bytes: int) -> Channel:
     """The client's end of what SPEC's `shm` describes, with room for frames of so many bytes; Unavailable says why not."""
     if not AVAILABLE:
         raise Unavailable("shared memory is there on Linux with x86-64 only")
@@ -162,7 +163,7 @@ def open_channel(spec: dict, request_bytes: int, result_bytes: int) -> Channel:
     return Channel(memory, (REQUEST_TURN, request_offset, requests), (RESULT_TURN, result_offset, results), spin_us)
 
 
-def create_channel(request_bytes: int, result_bytes: int) -> tuple[Channel, dict]:
+def create_channel(request_bytes: int, result_bytes: int) -> tuple[Channel, dict[str, Any]]:
     """The server's end of a new region with room for frames of so many bytes, and what SPEC says of it; OSError where there is none.
 
     The client can open the region as long as the channel lives."""
@@ -183,7 +184,7 @@ def create_channel(request_bytes: int, result_bytes: int) -> tuple[Channel, dict
                      "result_offset": result_offset, "result_bytes": size - result_offset, "spin_us": SPIN_US}
 
 
-def _whole(value) -> int:
+def _whole(value: object) -> int:
     if type(value) is not int or value < 0:
         raise ValueError(f"{value!r} is no whole number")
     return value

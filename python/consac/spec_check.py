@@ -5,6 +5,7 @@ core/src/protocol/protocol2_spec.cpp and core/src/space/space_json.cpp judge the
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from .names import check_names_apart, check_names_together, check_optional_name
 from .wire import DTYPES, LARGEST_WHOLE, WireError, member, shown, texts
@@ -13,7 +14,7 @@ _FURTHEST_START = 1 << 30  # of a discrete space's values, exclusive
 _OTHERS = (("id", str), ("model_name", str), ("hash", str), ("autoreset", str), ("deterministic", bool))
 
 
-def check_spec(spec: dict) -> None:
+def check_spec(spec: dict[str, Any]) -> None:
     """WireError names the first member that is missing, of another kind than it should be, or of no value that it may have; ValueError a name that is none."""
     if member(spec, "environments", int) < 1:
         raise _wrong(spec, "environments", "a whole number from 1")
@@ -43,17 +44,18 @@ def check_spec(spec: dict) -> None:
     check_names_together("behaviour", [value["name"] for value in spec["behaviours"]])
 
 
-def _wrong(value: dict, name: str, expected: str) -> WireError:
+def _wrong(value: dict[str, Any], name: str, expected: str) -> WireError:
     return WireError("MALFORMED", f"{name} is {shown(value[name])}, expected {expected}" if name in value else f"{name} is missing")
 
 
-def _object(value: dict, name: str) -> dict:
+def _object(value: dict[str, Any], name: str) -> dict[str, Any]:
     if not isinstance(value.get(name), dict):
         raise _wrong(value, name, "an object")
-    return value[name]
+    found: dict[str, Any] = value[name]
+    return found
 
 
-def check_space(space: dict) -> None:
+def check_space(space: dict[str, Any]) -> None:
     """The same of a space as SPEC and model files write it; layout.space_from_json makes what passed."""
     kind = member(space, "type", str)
     if kind == "discrete":
@@ -90,7 +92,7 @@ def _check_children(kind: str, names: list[str]) -> None:
         raise WireError("MALFORMED", f"a dict whose children are not sorted by name: {shown(names, 200)}")
 
 
-def _counts(space: dict, name: str):
+def _counts(space: dict[str, Any], name: str) -> Any:
     """`n`, or the list `nvec`: whole numbers from 1."""
     found = member(space, name, int if name == "n" else list)
     if not found or not all(type(count) is int and count > 0 for count in (found if name == "nvec" else [found])):
@@ -98,19 +100,19 @@ def _counts(space: dict, name: str):
     return found
 
 
-def _sizes(space: dict) -> list[int]:
-    sizes = member(space, "shape", list)
+def _sizes(space: dict[str, Any]) -> list[int]:
+    sizes: list[int] = member(space, "shape", list)
     if not all(type(size) is int and size > 0 for size in sizes):
         raise _wrong(space, "shape", "a list of whole numbers from 1")
     return sizes
 
 
-def _check_shape(space: dict, count: int) -> None:
+def _check_shape(space: dict[str, Any], count: int) -> None:
     if "shape" in space and math.prod(_sizes(space)) != count:
         raise _wrong(space, "shape", f"sizes from 1 that make {count} elements")
 
 
-def _check_box(box: dict) -> None:
+def _check_box(box: dict[str, Any]) -> None:
     if member(box, "dtype", str) not in DTYPES:
         raise _wrong(box, "dtype", f"one of {', '.join(DTYPES)}")
     count = math.prod(_sizes(box))
@@ -122,9 +124,9 @@ def _check_box(box: dict) -> None:
             raise _wrong(box, name, f"{what}, or a list of {count} such")
 
 
-def _is_number(bound) -> bool:
+def _is_number(bound: Any) -> bool:
     return bound is None or type(bound) in (int, float)
 
 
-def _is_whole(bound) -> bool:
-    return type(bound) in (int, float) and abs(bound) <= LARGEST_WHOLE and bound == int(bound)
+def _is_whole(bound: Any) -> bool:
+    return type(bound) in (int, float) and bool(abs(bound) <= LARGEST_WHOLE and bound == int(bound))

@@ -70,3 +70,15 @@ def test_ppo_trains_over_it(serve):
     model = PPO("MlpPolicy", env, n_steps=64, batch_size=64, n_epochs=2, seed=1).learn(512)
     assert len(model.ep_info_buffer) > 5
     env.close()
+
+
+def test_evaluate_policy_takes_our_policies():
+    from stable_baselines3.common.evaluation import evaluate_policy
+
+    from consac.policy import Policy, read_model
+    from model_files import make, model_bytes
+
+    pole = gymnasium.make("CartPole-v1")
+    policy = Policy(read_model(model_bytes(*make(observation=pole.observation_space, action=pole.action_space))))
+    rewards, lengths = evaluate_policy(policy, pole, n_eval_episodes=3, return_episode_rewards=True, warn=False)
+    assert len(rewards) == 3 and rewards == lengths and min(rewards) >= 8
