@@ -161,7 +161,8 @@ CONSAC_API consac_status consac_model_bytes(const consac_model* model, void* byt
 CONSAC_API const char* consac_model_behaviour(const consac_model* model);
 /// What it says of its training, as JSON: algorithm, steps, hyperparameters. Lives as long as the model.
 CONSAC_API const char* consac_model_training(const consac_model* model);
-/// 1 where it remembers (it is recurrent): rows are then agents that stay, and `begins` says who begins.
+/// 1 where rows are agents that stay and `begins` says who begins: it is recurrent, or what it draws (`sample`) follows
+/// the state by noise of each agent's own (gSDE).
 CONSAC_API int32_t consac_model_remembers(const consac_model* model);
 /// Bytes of one row; of masks 0 where nothing can be masked. 0 for NULL.
 CONSAC_API size_t consac_model_row_bytes(const consac_model* model, consac_rows rows);

@@ -18,13 +18,21 @@ using consac::c::Given;
 using consac::c::Make;
 
 consac_model::consac_model(Policy loaded)
-    : policy(std::move(loaded)), choices(consac::MaskedChoices(policy.action_layout())) {}
+    : policy(std::move(loaded)), choices(consac::MaskedChoices(policy.action_layout())) {
+  const auto head = consac::ActionHead::Create(policy.action_layout(), policy.data().heads);
+  explores = head.ok() && head->exploration_size() > 0;
+}
 
 namespace consac::c {
 namespace {
 
 constexpr std::int64_t kMostRowsAtOnce = 256;                // more are done in turns, so that activations stay small
 constexpr std::int64_t kMostAgents = std::int64_t{1} << 20;  // that a model remembers
+
+/// Whether its rows are agents that stay, at least where it draws.
+bool HasAgents(const consac_model& model) {
+  return model.policy.recurrent() || model.explores;
+}
 
 const Layout& LayoutOf(const consac_model& model, consac_rows rows) {
   return rows == CONSAC_ACTION ? model.policy.action_layout() : model.policy.observation_layout();
@@ -39,12 +47,13 @@ Result<const Leaf*> FindLeaf(const consac_model* model, consac_rows rows, size_t
                 "there is no leaf " + std::to_string(index) + "; there are " + std::to_string(leaves.size())};
 }
 
-Status Reserve(consac_model* model, std::int64_t rows) {
-  if (rows < 0 || (model->policy.recurrent() && rows > kMostAgents)) {
+/// `agents`: rows are agents that stay, so that all of them need room.
+Status Reserve(consac_model* model, std::int64_t rows, bool agents) {
+  if (rows < 0 || (agents && rows > kMostAgents)) {
     return {StatusCode::kInvalidArgument,
             "room for " + std::to_string(rows) + " rows; give 0 to " + std::to_string(kMostAgents)};
   }
-  if (!model->policy.recurrent()) rows = std::min(rows, kMostRowsAtOnce);
+  if (!agents) rows = std::min(rows, kMostRowsAtOnce);
   if (rows <= model->room) return Status::Ok();
   CONSAC_RETURN_IF_ERROR(model->policy.MakeRoom(rows));
   model->room = rows;
@@ -98,25 +107,25 @@ Status CheckRows(const consac_model& model, const ActRows& call) {
   return Status::Ok();
 }
 
-Status Act(consac_model* model, const ActRows& call, bool sample, std::byte* actions) {
+Status Act(consac_model* model, ActRows call, bool sample, std::byte* actions) {
   if (call.rows == 0) return Status::Ok();
   CONSAC_RETURN_IF_ERROR(Given(call.observations, "observations"));
   CONSAC_RETURN_IF_ERROR(Given(actions, "actions"));
-  const bool remembers = model->policy.recurrent();
-  // Where agents are named, the room is for them, and the rows of one call are among them.
-  CONSAC_RETURN_IF_ERROR(Reserve(model, call.rows));
+  const bool agents = model->policy.recurrent() || (sample && model->explores);
+  if (!agents) call.slots = nullptr, call.begins = nullptr;
+  CONSAC_RETURN_IF_ERROR(Reserve(model, call.rows, agents));
   CONSAC_RETURN_IF_ERROR(CheckRows(*model, call));
   const std::size_t seen = model->policy.observation_layout().row_bytes;
   const std::size_t done = model->policy.action_layout().row_bytes;
   const auto masked = static_cast<std::size_t>(model->policy.action_layout().mask_bytes);
   for (std::int64_t first = 0; first < call.rows;) {
-    const std::int64_t rows = remembers ? call.rows : std::min(call.rows - first, model->room);
+    const std::int64_t rows = agents ? call.rows : std::min(call.rows - first, model->room);
     const auto f = static_cast<std::size_t>(first);
     const ActRows turn{.observations = call.observations + f * seen,
                        .masks = call.masks != nullptr && masked > 0 ? call.masks + f * masked : nullptr,
                        .rows = rows,
-                       .slots = remembers ? call.slots : nullptr,
-                       .begins = remembers ? call.begins : nullptr};
+                       .slots = call.slots,
+                       .begins = call.begins};
     model->policy.Act(turn, sample ? ActionMode::kSample : ActionMode::kDeterministic, model->rng, actions + f * done);
     first += rows;
   }
@@ -198,7 +207,7 @@ const char* consac_model_training(const consac_model* model) {
 }
 
 int32_t consac_model_remembers(const consac_model* model) {
-  return model != nullptr && model->policy.recurrent() ? 1 : 0;
+  return model != nullptr && consac::c::HasAgents(*model) ? 1 : 0;
 }
 
 size_t consac_model_row_bytes(const consac_model* model, consac_rows rows) {
@@ -237,7 +246,7 @@ consac_status consac_model_bounds(const consac_model* model, consac_rows rows, s
 consac_status consac_model_reserve(consac_model* model, int64_t rows) {
   return Make([&]() -> Status {
     CONSAC_RETURN_IF_ERROR(Given(model, "model"));
-    return consac::c::Reserve(model, rows);
+    return consac::c::Reserve(model, rows, consac::c::HasAgents(*model));
   });
 }
 

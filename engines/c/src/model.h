@@ -11,6 +11,7 @@ struct consac_model {
   explicit consac_model(consac::Policy loaded);
 
   consac::Policy policy;
+  bool explores = false;              // what it draws follows the state by numbers of each agent's own
   consac::Rng rng;                    // of draws
   std::vector<std::int64_t> choices;  // mask bytes of each choice that it makes
   std::int64_t room = 1;              // rows at once, and agents that it can remember
