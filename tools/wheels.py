@@ -80,6 +80,17 @@ def native(program: pathlib.Path, libraries: pathlib.Path, stripped: bool) -> tu
     return texts[0], found, texts[1]
 
 
+def licences(root: pathlib.Path, *systems: str) -> Files:
+    """Those of all that is linked into a system's program and library, as tools/cross.sh has put them down."""
+    found: Files = {}
+    for system in systems:
+        folder = root / f"build/windows-needs/{system}/prefix/licenses"
+        if not folder.is_dir():
+            raise Missing(f"no licences in {folder}; run tools/cross.sh {system}")
+        found |= {f"licenses/linked/{path.name}": path.read_bytes() for path in sorted(folder.glob("*.txt"))}
+    return found
+
+
 def wheel(files: Files, tag: str, epoch: int, inside: tuple[bytes, str, bytes] | None = None, papers: Files | None = None) -> tuple[str, bytes]:
     """A wheel's name and bytes. inside: a program and a library, for the system that `tag` names. papers: what goes beside the licence."""
     info = next(name.split("/")[0] for name in files if name.endswith(".dist-info/WHEEL"))
@@ -131,7 +142,8 @@ def main() -> int:
             tag, program, library = SYSTEMS[target]
             folders = [options.root / f"build/cross-{name}" for name in (program, library)]
             name = "consac.exe" if target.startswith("windows") else "consac"
-            made.update([wheel(files, tag, epoch, native(folders[0] / "cli" / name, folders[1] / "engines/c", stripped=True))])
+            inside = native(folders[0] / "cli" / name, folders[1] / "engines/c", stripped=True)
+            made.update([wheel(files, tag, epoch, inside, licences(options.root, program, library))])
     except Missing as error:
         print(f"wheels: {error}", file=sys.stderr)
         return 1
