@@ -1,5 +1,5 @@
 # A thin face over tools/setup.sh, the CMake presets and CTest.
-.PHONY: run build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin format site clean
+.PHONY: run build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin release release-check format site clean
 JOBS ?= $(shell nproc)
 
 ## Set up, build, and the main job: train over TCP on the road world, save, act with the model.
@@ -67,15 +67,23 @@ sanitizers:
 	tools/test.sh tsan
 
 ## The Unreal plugin with the program for Linux and Windows, one zip for each engine version, in build/unreal.
-unreal-plugin: build
-	tools/windows.sh program
-	tools/setup.sh unreal
+unreal-plugin:
+	tools/cross.sh linux-x86_64-musl
+	tools/cross.sh windows-x86_64
 	tools/package_unreal.py
 
 ## The documentation as a site, in build/site; every link of it is checked.
 site:
 	tools/setup.sh site
 	.venv-site/bin/python tools/build_site.py
+
+## What a release page offers, in dist: programs for five systems, add-ons, packages, checksums, licences.
+release:
+	tools/release.sh
+
+## Tries what is in dist in other systems' roots, emulated ARM64 and Wine; writes bench/results/release.md.
+release-check:
+	tools/release_check.sh
 
 format:
 	git ls-files '*.h' '*.cpp' | xargs clang-format -i

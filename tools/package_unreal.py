@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Packs the Unreal plugin: one zip of sources for each engine version, ready to be put into a project's Plugins folder.
 
-  tools/package_unreal.py [--out build/unreal] [--linux build/release/cli/consac]
-                          [--windows build/windows-program/cli/consac.exe] [--no-programs] [--engines 5.3 5.4 5.5 5.6]
+  tools/package_unreal.py [--out build/unreal] [--linux build/cross-linux-x86_64-musl/cli/consac]
+                          [--windows build/cross-windows-x86_64/cli/consac.exe] [--no-programs] [--engines 5.3 5.4 5.5 5.6]
 
 In each zip: the plugin with core and learn staged into it, the graphs, the documents, all licences, the programs that are
 built, and MANIFEST.sha256. The same inputs give the same bytes.
@@ -13,11 +13,11 @@ import pathlib
 import re
 import subprocess
 import sys
-import zipfile
 
+from release.archives import zip_of
 from unreal_lint.build import strict
 from unreal_stage.layout import FOLDERS, plan, version_of
-from unreal_stage.third_party import LIBRARIES, Library, Missing, debian_copyright
+from unreal_stage.third_party import Missing
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PLUGIN = "engines/unreal/Consac"
@@ -25,8 +25,9 @@ ENGINES = ("5.3", "5.4", "5.5", "5.6")
 LEFT_OUT = tuple(folder + "/" for folder in FOLDERS) + ("Binaries/", "Intermediate/", "Saved/", "Programs/", ".clang-format")
 DOCUMENTS = tuple(f"docs/{name}.md" for name in ("unreal", "unreal-nodes", "unreal-rules", "program", "runs", "logs", "configuration"))
 LINUX, WINDOWS = "Programs/Linux/consac", "Programs/Win64/consac.exe"  # where the node Start Trainer Program looks
-BUILT = {LINUX: "build/release/cli/consac", WINDOWS: "build/windows-program/cli/consac.exe"}
-LICENCES = "build/windows-needs/prefix/licenses"  # of what is linked into the program for Windows
+BUILT = {LINUX: "build/cross-linux-x86_64-musl/cli/consac", WINDOWS: "build/cross-windows-x86_64/cli/consac.exe"}
+LICENCES = {LINUX: "build/windows-needs/linux-x86_64-musl/prefix/licenses",  # of what is linked into each program
+            WINDOWS: "build/windows-needs/windows-x86_64/prefix/licenses"}
 MANIFEST = "MANIFEST.sha256"
 README = """CONSAC {version} for Unreal Engine {engine}: reinforcement learning for Blueprints.
 
@@ -36,12 +37,10 @@ it compile. Then read Docs/unreal.md.
 Not compiled against Unreal by its authors: see "How far this is tested" in Docs/unreal.md.
 """
 TRAINER = "The trainer, started by the node Start Trainer Program, or by hand in a terminal.\n"
-CLI11 = Library("cli11", "libcli11-dev", (), "arguments of the program")
-LINUX_README = """What is compiled into it has its licences in the folder Licenses. On Debian 12: apt install libfmt9 libyaml-cpp0.7 libhwy1 libpugixml1v5
-libcairo2. It needs these libraries of the system:
-"""
-WINDOWS_README = """It runs by itself on 64-bit Windows 10 (1903) and later.
-What is linked into it has its licences in the folder Licenses. Of cairo's two, the Mozilla Public License 1.1 is used; its
+SYSTEMS = {LINUX: "It runs by itself on every 64-bit Linux of the last ten years.\n",
+           WINDOWS: "It runs by itself on 64-bit Windows 10 (1903) and later.\n"}
+NEEDS = "It needs these libraries of the system:\n"
+LINKED = """What is linked into it has its licences in the folder Licenses. Of cairo's two, the Mozilla Public License 1.1 is used; its
 source, version 1.16.0, unchanged: https://cairographics.org/releases/cairo-1.16.0.tar.xz
 """
 
@@ -59,25 +58,21 @@ def documents(root: pathlib.Path) -> dict[str, bytes]:
 
 
 def needs(program: pathlib.Path) -> list[str]:
-    """The shared libraries that a program asks for."""
+    """The shared libraries that a program for Linux asks for: none, unless somebody gives one of his own."""
     asked = subprocess.run(["readelf", "-d", program], capture_output=True, text=True, check=True).stdout
     return re.findall(r"NEEDED.*\[(.+)\]", asked)
 
 
-def linux_program(program: pathlib.Path) -> dict[str, bytes]:
-    """The program, with the licences of the headers that are compiled into it."""
-    text = TRAINER + LINUX_README + "\n".join(needs(program)) + "\n"
-    licences = {f"Programs/Linux/Licenses/{library.name}.txt": debian_copyright(library) for library in (*LIBRARIES, CLI11)}
-    return {LINUX: program.read_bytes(), "Programs/Linux/README.txt": text.encode()} | licences
-
-
-def windows_program(program: pathlib.Path, licences: pathlib.Path) -> dict[str, bytes]:
-    """The program, alone but for Windows' own libraries, with the licences of all that is linked into it."""
+def program_files(place: str, program: pathlib.Path, licences: pathlib.Path) -> dict[str, bytes]:
+    """A program where the node looks for it, with the licences of all that is linked into it."""
     texts = sorted(licences.glob("*.txt"))
     if not texts:
-        raise Missing(f"no licences in {licences}; build the program with tools/windows.sh program")
-    files = {WINDOWS: program.read_bytes(), "Programs/Win64/README.txt": (TRAINER + WINDOWS_README).encode()}
-    return files | {f"Programs/Win64/Licenses/{text.name}": text.read_bytes() for text in texts}
+        raise Missing(f"no licences in {licences}; build the program with tools/cross.sh")
+    asked = needs(program) if place == LINUX else []
+    readme = TRAINER + (NEEDS + "\n".join(asked) + "\n" if asked else SYSTEMS[place]) + LINKED
+    folder = place.rpartition("/")[0]
+    files = {place: program.read_bytes(), f"{folder}/README.txt": readme.encode()}
+    return files | {f"{folder}/Licenses/{text.name}": text.read_bytes() for text in texts}
 
 
 def stamped(descriptor: bytes, engine: str) -> bytes:
@@ -103,12 +98,7 @@ def contents(root: pathlib.Path, staged: dict[str, bytes], engine: str, programs
 
 
 def pack(files: dict[str, bytes], path: pathlib.Path) -> None:
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name in sorted(files):
-            entry = zipfile.ZipInfo("Consac/" + name, (1980, 1, 1, 0, 0, 0))
-            entry.external_attr = (0o755 if name in BUILT else 0o644) << 16
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, files[name])
+    zip_of({"Consac/" + name: text for name, text in files.items()}, {"Consac/" + name for name in BUILT}, path, epoch=0)
 
 
 def main() -> int:
@@ -117,7 +107,7 @@ def main() -> int:
     for system, place in (("linux", LINUX), ("windows", WINDOWS)):
         parser.add_argument(f"--{system}", dest=place, type=pathlib.Path, help=f"the program; {BUILT[place]} where that is built")
     parser.add_argument("--no-programs", action="store_true", help="without them, for a shop that takes no executables")
-    parser.add_argument("--licences", type=pathlib.Path, default=ROOT / LICENCES, help="of what is linked into the program for Windows")
+    parser.add_argument("--licences", type=pathlib.Path, help="of what is linked into the programs, where they are others than are built here")
     parser.add_argument("--engines", nargs="+", default=list(ENGINES), help="engine versions")
     parser.add_argument("--system", type=pathlib.Path, default=pathlib.Path("/usr/include"), help="where the libraries' headers are")
     options = parser.parse_args()
@@ -130,9 +120,9 @@ def main() -> int:
             found[place] = asked or ROOT / built
     absent = "".join(f", without {place}" for place in BUILT if place not in found)
     try:
-        programs = linux_program(found[LINUX]) if LINUX in found else {}
-        if WINDOWS in found:
-            programs |= windows_program(found[WINDOWS], options.licences)
+        programs: dict[str, bytes] = {}
+        for place, program in found.items():
+            programs |= program_files(place, program, options.licences or ROOT / LICENCES[place])
         staged = plan(ROOT, options.system)
         options.out.mkdir(parents=True, exist_ok=True)
         for engine in options.engines:

@@ -5,7 +5,9 @@
 #   tools/setup.sh unreal  what is staged into the Unreal plugin: libraries' headers, one library's source
 #   tools/setup.sh unreal-compilers  also compilers as Unreal's: clang 16 with libc++ 16, and zig: for glibc 2.17 and macOS in
 #                          .venv, an older one with clang 18 in .venv-unreal-5.5
-#   tools/setup.sh windows-program  what the program for Windows is built with here (a cross-compiler, sources of libraries)
+#   tools/setup.sh cross   what programs for other systems are built with here (MinGW, zig in .venv, sources of libraries)
+#   tools/setup.sh release also cross and cad, what `make release` needs
+#   tools/setup.sh release-check  what its archives are tried with (roots of other systems, Wine, an emulator of ARM64)
 #   tools/setup.sh windows also what its tests need (Wine, GoogleTest, the Python environment in .venv)
 #   tools/setup.sh godot   also what the tests in a real engine need (Godot 4 in a cache, Xvfb for pictures)
 #   tools/setup.sh cad     also what consac-cad reads STEP and IGES with (OpenCASCADE); nothing else needs it
@@ -18,7 +20,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 stage=${1:-build}
-. tools/cross_libraries.sh  # windows_sources
+. tools/cross_libraries.sh  # cross_sources
 
 build_packages=(g++ cmake ninja-build pkg-config libhwy-dev libeigen3-dev libasio-dev libfast-float-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libyaml-cpp-dev libcairo2-dev libpugixml-dev)
@@ -28,9 +30,11 @@ cad_packages=(libocct-data-exchange-dev libtbb-dev)  # the first names the secon
 mujoco_packages=(libmujoco-dev)
 bench_packages=(libtorch-dev)
 unreal_compiler_packages=(clang-16 libc++-16-dev libc++abi-16-dev python3 python3-venv ccache)
-windows_program_packages=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev make xz-utils)
+cross_packages=(g++-mingw-w64-x86-64-posix make xz-utils python3 python3-venv)
 windows_packages=(googletest wine wine64)
 godot_packages=(xvfb)
+release_packages=(git dpkg binutils)
+release_check_packages=(debootstrap qemu-user-static wine wine64)
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -142,9 +146,13 @@ case $stage in
   unreal) install_packages "${build_packages[@]}" python3; sources highway ;;
   unreal-compilers) install_packages "${build_packages[@]}" "${unreal_compiler_packages[@]}"; sources highway
          python_environment tools/requirements-unreal.txt; python_environment tools/requirements-unreal-5.5.txt .venv-unreal-5.5 ;;
-  windows-program) install_packages "${build_packages[@]}" "${windows_program_packages[@]}"; sources "${windows_sources[@]}" ;;
-  windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${windows_program_packages[@]}" "${windows_packages[@]}"
-           sources "${windows_sources[@]}"; python_environment tools/requirements-test.txt ;;
+  cross) install_packages "${build_packages[@]}" "${cross_packages[@]}"; sources "${cross_sources[@]}"
+         python_environment tools/requirements-unreal.txt ;;
+  release) install_packages "${build_packages[@]}" "${cross_packages[@]}" "${cad_packages[@]}" "${release_packages[@]}"
+         sources "${cross_sources[@]}"; python_environment tools/requirements-unreal.txt; python_environment tools/requirements-release.txt ;;
+  release-check) install_packages "${release_check_packages[@]}" ;;
+  windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${cross_packages[@]}" "${windows_packages[@]}"
+           sources "${cross_sources[@]}"; python_environment tools/requirements-test.txt ;;
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"
          python_environment tools/requirements-test.txt; tools/godot.sh ;;
   cad)   install_packages "${build_packages[@]}" "${cad_packages[@]}" ;;
@@ -157,6 +165,6 @@ case $stage in
          node_packages tools/site-package.json build/site-tools ;;
   slow)  install_packages "${build_packages[@]}" python3 python3-venv
          python_environment tools/requirements-slow.txt .venv-slow ;;
-  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, windows-program, windows, godot, cad, mujoco, judges, robots, bench, site or slow"; exit 2 ;;
+  *) say "unknown stage '$stage': build, test, unreal, unreal-compilers, cross, release, release-check, windows, godot, cad, mujoco, judges, robots, bench, site or slow"; exit 2 ;;
 esac
 say "ready for $stage"

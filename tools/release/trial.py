@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""Runs what is in a release on this machine, in other systems' roots, by an emulator and under Wine, and writes a table.
+
+  python3 tools/release/trial.py dist build/release-roots bench/results/release.md
+
+Used by tools/release_check.sh. Exit code 1 where something did not run; the table says what.
+"""
+import json
+import os
+import pathlib
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from dataclasses import dataclass
+
+QUIET = ["--no-table", "--no-progress", "--no-tensorboard", "--json"]
+TRAININGS = {"ppo2, CartPole": ["train", "cartpole-v1", "--envs", "8", "--steps", "8192", "--seed", "1"],
+             "sac, Pendulum": ["train", "pendulum-v1", "--algo", "sac", "--steps", "1000", "--seed", "1"]}
+HEAD = """# What a release was tried on
+
+Written by `make release-check` over what `make release` had put into `dist`; commit {commit}, {machine}.
+A root is the required packages of that suite of Debian, unpacked: its C library, no Python. A program that is static uses none of it;
+that it starts there at all is what is shown. The last columns are hashes of the weights after a short training: equal
+ones are the same training, bit for bit.
+
+| what | where | `--version` | `demo` | {trainings} |
+|---|---|---|---|{lines}
+"""
+
+
+@dataclass
+class Place:
+    """Where a program runs: a folder in which it is unpacked, how it is started, and what it calls that folder."""
+    what: str
+    where: str
+    folder: pathlib.Path
+    command: list[str]
+    inside: str = "."
+
+
+class Failed(Exception):
+    """A program that did not do what it should; the text is its last line."""
+
+
+def run(command: list[str], folder: pathlib.Path, limit: float = 900) -> str:
+    environment = {"PATH": "/usr/sbin:/usr/bin:/bin", "HOME": "/tmp", "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", "/tmp/consac-wine")}
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, env=environment, check=False)
+    except subprocess.TimeoutExpired:
+        raise Failed(f"nothing after {limit:.0f} s") from None
+    if done.returncode:
+        raise Failed(f"exit code {done.returncode}: {(done.stderr or done.stdout).strip().splitlines()[-1:]}")
+    return done.stdout
+
+
+def attempt(place: Place) -> list[str]:
+    """The cells of one row, as far as it came."""
+    cells = []
+    try:
+        cells.append(run([*place.command, "--version"], place.folder).splitlines()[0])
+        run([*place.command, "demo", "--steps", "2000", "--dir", f"{place.inside}/demo"], place.folder)
+        cells.append("yes")
+        for name, arguments in TRAININGS.items():
+            told = run([*place.command, *arguments, "--dir", f"{place.inside}/{arguments[1]}", *QUIET], place.folder)
+            cells.append(json.loads(told.splitlines()[-1])["weights_hash"])
+    except Failed as error:
+        cells.append(f"FAILED: {error}")
+    return cells + [""] * (2 + len(TRAININGS) - len(cells))
+
+
+def unpack(archive: pathlib.Path, into: pathlib.Path) -> pathlib.Path:
+    if archive.suffix == ".zip":
+        with zipfile.ZipFile(archive) as opened:
+            opened.extractall(into)
+    else:
+        with tarfile.open(archive) as opened:
+            opened.extractall(into)
+    return next(path for path in into.iterdir() if path.name.startswith("consac-"))
+
+
+def in_root(archive: pathlib.Path, root: pathlib.Path, emulator: list[str]) -> Place:
+    inside = root / "tmp/consac"
+    shutil.rmtree(inside, ignore_errors=True)
+    inside.mkdir(parents=True)
+    folder = unpack(archive, inside)
+    for tool in emulator:
+        shutil.copy(tool, root / "usr/bin")
+    within = "/" + folder.relative_to(root).as_posix()
+    suite, _, architecture = root.name.rpartition("-")
+    where = f"Debian {suite}'s root, {architecture}" + (", emulated" if emulator else "")
+    return Place(archive.name, where, folder, ["chroot", root.as_posix(), *emulator, f"{within}/consac"], within)
+
+
+def places(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
+    found = []
+    for architecture, debian, emulator in (("x86_64", "amd64", []), ("aarch64", "arm64", ["/usr/bin/qemu-aarch64-static"])):
+        archive = next(dist.glob(f"consac-*-linux-{architecture}.tar.gz"))
+        here = unpack(archive, scratch / architecture)
+        found.append(Place(archive.name, "this machine" + (", emulated" if emulator else ""), here, [*emulator, str(here / "consac")]))
+        found += [in_root(archive, root, emulator) for root in sorted(roots.glob(f"*-{debian}")) if (root / "whole").exists()]
+    deb = next(dist.glob("consac_*_amd64.deb"))
+    subprocess.run(["dpkg-deb", "-x", deb, scratch / "deb"], check=True)
+    found.append(Place(deb.name, "unpacked, this machine", scratch / "deb", [str(scratch / "deb/usr/bin/consac")]))
+    if shutil.which("wine"):
+        archive = next(dist.glob("consac-*-windows-x86_64.zip"))
+        here = unpack(archive, scratch / "windows")
+        found.append(Place(archive.name, "Wine, this machine", here, ["wine", str(here / "consac.exe")]))
+    return found
+
+
+def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
+    """consac-cad beside the program reads a STEP file."""
+    archive = next(dist.glob("consac-cad-*.tar.gz"))
+    here = unpack(archive, scratch / "cad")
+    shutil.copy(scratch / "deb/usr/bin/consac", here)
+    step = sorted(pathlib.Path(__file__).resolve().parents[2].glob("**/*.step"))[0]
+    try:
+        run([str(here / "consac"), "twin", "import", str(step), "--out", str(here / "twin")], here)
+        told = f"imports {step.name}"
+    except Failed as error:
+        told = f"FAILED: {error}"
+    return [archive.name, "beside consac, this machine", told, "", *[""] * len(TRAININGS)]
+
+
+def main() -> int:
+    dist, roots, page = (pathlib.Path(name).resolve() for name in sys.argv[1:4])
+    commit = subprocess.run(["git", "describe", "--always", "--abbrev=12"], capture_output=True, text=True, check=True).stdout.strip()
+    model = re.search(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text())
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for place in places(dist, roots, pathlib.Path(folder)):
+            rows.append([place.what, place.where, *attempt(place)])
+            print("release_check: " + " | ".join(rows[-1]), flush=True)
+        rows.append(cad(dist, pathlib.Path(folder)))
+        print("release_check: " + " | ".join(rows[-1]), flush=True)
+    sizes = sorted((path.stat().st_size, path.name) for path in dist.iterdir() if path.is_file() and path.suffix != ".json")
+    text = HEAD.format(commit=commit, machine=model[1] if model else platform.machine(), trainings=" | ".join(TRAININGS), lines="---|" * len(TRAININGS))
+    text += "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    text += "\n## Sizes\n\n| file | MB |\n|---|---|\n" + "".join(f"| {name} | {size / 1e6:.2f} |\n" for size, name in sizes)
+    page.write_text(text, encoding="utf-8")
+    return int("FAILED" in text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
