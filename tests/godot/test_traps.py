@@ -41,6 +41,17 @@ def test_a_body_begins_where_reset_puts_it(godot):
     output = finished(start(godot, "bodies", *TRAIN, "steps=40", "set=n_steps:40"))
     found = re.findall(r"bodies: (\S+) (\S+) (\S+)", output)
     assert len(found) >= 6 and set(found) == {("0.5", "0.5", "0.5")}, output  # after a tick of 30 a second
+    assert "keeps the speed" not in output, output
+
+
+def test_a_body_that_keeps_its_speed_is_warned_of_once(godot):
+    output = finished(start(godot, "bodies", *TRAIN, "steps=40", "set=n_steps:40", PLACES="false"))
+    said = [line for line in output.splitlines() if "reset() puts" in line]
+    assert len(said) == 1 and "reset() puts Ball2D elsewhere, but it keeps the speed of the episode before (linear_velocity (30.0, 0.0))" in said[0], output
+    assert "ConsacBodies.place_2d()" in said[0], output
+    # What the README says: speeds stay, and in 2D the place is lost.
+    assert {"30.0 30.0"} == set(re.findall("kept (.*)", output)), output
+    assert re.findall(r"bodies: (\d\S*) \S+ \S+", output)[:4] == ["0.5", "3.0", "5.5", "8.0"], output
 
 
 def test_episodes_of_one_step_are_warned_of(godot):
@@ -125,6 +136,44 @@ def test_ctrl_c_saves_what_was_learned(godot, tmp_path):
         output = finished(engine, 130)
         assert "interrupted after" in output and (tmp_path / "m.stopped.consac").stat().st_size > 1000, output
         (tmp_path / "m.stopped.consac").unlink()
+
+
+def test_ctrl_c_before_the_first_update_says_that_nothing_was_learned(godot, tmp_path):
+    engine = start(godot, "spawning", "mode=train", "steps=1e8", "set=n_steps:100000", "report=0.2", "model=%s" % (tmp_path / "m.consac"),
+                   AGENTS="1")
+    engine.wait_for("steps/s")
+    engine.process.send_signal(signal.SIGINT)
+    output = finished(engine, 130)
+    assert output.count("nothing was learned yet, so no model is saved") == 1 and not list(tmp_path.glob("*.consac")), output
+
+
+@pytest.mark.parametrize("masks", ["true", "false"])
+def test_masks_that_text_1_cannot_carry_are_told_of(godot, masks):
+    engine = start(godot, "leaving", "port=0", "protocol=text1", MASKS=masks)
+    engine.port()
+    engine.kill()
+    output = engine.finish()[1]
+    said = re.findall(r"Walker masks its actions, .* mask\(\) counts for nothing.* leave protocol as it is", output)
+    assert len(said) == (masks == "true"), output
+
+
+@pytest.mark.parametrize("how", ["free", "change"])
+@pytest.mark.parametrize("mode, code", [("train", 1), ("serve", 1), ("by_hand", 0)])
+def test_a_sync_that_leaves_while_it_drives_says_so_saves_and_quits(godot, tmp_path, how, mode, code):
+    (godot.project / "empty.tscn").write_text('[gd_scene format=3]\n[node name="Empty" type="Node2D"]\n')
+    if mode == "serve":
+        engine = start(godot, "leaving", "port=0", "quit=1", HOW=f'"{how}"')
+        godot.consac("train", f"tcp://127.0.0.1:{engine.port()}", "--name", "left", *PROTOCOL_2, cwd=tmp_path)
+    else:
+        engine = start(godot, "leaving", f"mode={mode}", "quit=1", "set=n_steps:64", f"model={tmp_path}/m.consac", HOW=f'"{how}"')
+    output = finished(engine, code)
+    assert len(re.findall(r"^consac: the ConsacSync has left the scene after \d+ steps", output, re.M)) == 1, output
+    assert (tmp_path / "m.stopped.consac").exists() == (mode == "train"), output
+
+
+def test_a_sync_that_follows_in_the_next_scene_goes_on(godot):
+    output = finished(start(godot, "leaving", "mode=by_hand", "quit=1", HOW='"again"'))
+    assert output.count("has left the scene") == 1 and "leaving: the second scene goes on" in output, output
 
 
 def test_ctrl_c_saves_what_was_recorded(godot, tmp_path):

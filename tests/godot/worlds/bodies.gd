@@ -2,6 +2,7 @@ extends Node2D
 ## A rigid body in 2D and one in 3D, put at a place with a speed at each beginning; prints what became of it after a tick.
 
 const SHORT := false  # every episode ends with its first step
+const PLACES := true  # else reset() sets position alone
 const RAYS := false  # a ray sensor that was forgotten
 
 var ball_2d := RigidBody2D.new()
@@ -17,6 +18,10 @@ class Puts:
 
 	func reset(_seed: int) -> void:
 		var world := get_parent()
+		if not world.PLACES:
+			world.ball_2d.position = Vector2(100, 50)
+			world.ball_3d.position = Vector3(100, 50, 7)
+			return
 		ConsacBodies.place_2d(world.ball_2d, Transform2D(0.0, Vector2(100, 50)), Vector2(30, 0), 30.0)
 		ConsacBodies.place_3d(world.ball_3d, Transform3D(Basis(), Vector3(100, 50, 7)), Vector3(30, 0, 0), Vector3.ZERO)
 
@@ -28,6 +33,8 @@ class Puts:
 		if steps == 0:
 			var moved: float = world.ball_3d.position.x - 100.0
 			print("bodies: %.1f %.1f %.1f" % [world.ball_2d.position.x - 100.0, moved, world.ball_2d.rotation])
+		if not world.PLACES:
+			print("bodies: kept %s %s" % [world.ball_2d.linear_velocity.x, world.ball_3d.linear_velocity.x])
 		if steps == 4 or world.SHORT:
 			end_episode()
 
@@ -52,4 +59,7 @@ func _ready() -> void:
 		rays.name = "Rays"
 		agent.add_child(rays)
 	add_child(agent)
+	if not PLACES:
+		ball_2d.linear_velocity = Vector2(30, 0)
+		ball_3d.linear_velocity = Vector3(30, 0, 0)
 	add_child(ConsacSync.new())

@@ -90,6 +90,7 @@ var _given := {}  # actions by name
 var _legal := {}  # masks by name
 var _goals_at := PackedInt32Array()  # in row
 var _told_of_pay := false
+var _bodies := ConsacBodyCheck.new()
 var _problem := ""
 
 
@@ -226,7 +227,9 @@ func start_episode(episode_seed: int) -> void:
 	rng.seed = episode_seed
 	steps = 0
 	total_reward = 0.0
+	_bodies.before(self)
 	reset(episode_seed)
+	_bodies.after()
 	forget_step()  # what reset() itself brought about belongs to none
 
 

@@ -161,7 +161,13 @@ func _ready() -> void:
 
 func _notification(what: int) -> void:  # not _exit_tree(), which a script of the game's may override
 	if what == NOTIFICATION_EXIT_TREE and not Engine.is_editor_hint():
-		stop()
+		if is_running():
+			var doing := state()
+			stop()
+			# Where the program ends the tree is gone until then, and nothing is to be said.
+			ConsacLeaving.tell.call_deferred(doing, steps, learning, quit_at_end)
+		else:
+			stop()
 
 
 func _get_configuration_warnings() -> PackedStringArray:
@@ -211,6 +217,11 @@ func nobody_is_driven() -> bool:
 ## Whether it drives a game.
 func is_running() -> bool:
 	return _begun and not _stopped
+
+
+## Whether it has ended, or never drove anything and never will.
+func is_stopped() -> bool:
+	return _stopped
 
 
 ## Called by an agent that comes into the scene.

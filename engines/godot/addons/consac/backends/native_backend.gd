@@ -394,9 +394,10 @@ func _keep(mark := "") -> String:
 	var path := _sync.model_path
 	if _mode != ConsacSync.Mode.TRAIN or path.is_empty():
 		return ""
-	for b in _herds.size():
-		if not _world.learned(b):
-			continue
+	var learned := range(_herds.size()).filter(func(b: int) -> bool: return _world.learned(b))
+	if mark == STOPPED and learned.is_empty():
+		print("consac: stopped before the first update; nothing was learned yet, so no model is saved")
+	for b: int in learned:
 		var whole := path_of(path, _herds[b].name)
 		var target := whole if mark.is_empty() else "%s%s.%s" % [whole.get_basename(), mark, whole.get_extension()]
 		var fault: String = _world.save_model(b, target)

@@ -53,6 +53,10 @@ func begin(agents: Array[ConsacAgent]) -> String:
 		return fault
 	if _server.listen(port, bind_address) != OK:
 		return "port %d of %s is taken or not allowed; set another one, or 0 for a free one" % [port, bind_address]
+	if _agent.masks_actions:
+		push_warning("%s masks its actions, which text protocol 1 cannot carry: mask() counts for nothing, and trainers choose "
+				% _agent.name + "what is not legal. For protocol 2 %s" % ("leave protocol as it is (auto)" if ConsacSync.has_native()
+				else "build the native extension, as engines/godot/README.md says"))
 	port = _server.get_local_port()
 	state = "waiting for a trainer on port %d" % port
 	return ""
