@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import functools
 import struct
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -15,6 +16,7 @@ from .client import Connection
 from .face import RENDER_FPS, Face
 from .goals import compute_reward, has_goals
 from .layout import Layout, Leaf, align
+from .model_file import Array
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -27,12 +29,13 @@ _INT = struct.Struct("<i")
 _TAIL = struct.Struct("<dB")  # reward and state of a single slot
 
 
-class ConsacEnv(gymnasium.Env):
+class ConsacEnv(gymnasium.Env[Any, Any]):
     """An engine with one environment and one agent, as `consac.make` returns it.
 
     `url`: tcp://host:port. `protocol`: "auto", 2 or "text1". The other arguments are in options.py."""
 
-    def __init__(self, url: str, render_mode: str | None = None, protocol="auto", **options: Unpack[Options]):
+    def __init__(self, url: str, render_mode: str | None = None, protocol: str | int = "auto", **options: Unpack[Options]) -> None:
+        self._connection: Any  # of either protocol
         self._connection, modes = _FACE.open(url, render_mode, {"protocol": protocol, **options})
         connection = self._connection
         self.metadata = {"render_modes": modes, "render_fps": RENDER_FPS}
@@ -42,7 +45,8 @@ class ConsacEnv(gymnasium.Env):
         if isinstance(connection, Connection):
             behaviour = connection.behaviours[0]
             self.observation_space, self.action_space = behaviour.observation.space, behaviour.action.space
-            self._write, self._read = row_writer(connection), row_reader(behaviour.observation, connection.rows[0].observations, 0)
+            self._write: Callable[[Any], None] | None = row_writer(connection)
+            self._read = row_reader(behaviour.observation, connection.rows[0].observations, 0)
             self._tail_at = wire.HEADER.size + 8 + align(behaviour.observation.row_bytes)
             self._masked = behaviour.masks_actions
         else:
@@ -54,20 +58,23 @@ class ConsacEnv(gymnasium.Env):
     @property
     def connection(self) -> Connection:
         """The session; `connection.spec` is what the engine says of itself."""
-        return self._connection
+        connection: Connection = self._connection
+        return connection
 
-    def reset(self, *, seed: int | None = None, options: dict | None = None):
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)
         connection = self._connection
         if self._write is None:
-            return connection.reset(seed)
+            first: tuple[Any, dict[str, Any]] = connection.reset(seed)
+            return first
         connection.reset(None, None if seed is None else [seed], options)
         return self._read(), self._info()
 
-    def step(self, action):
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         connection = self._connection
         if self._write is None:
-            return connection.step(action)
+            outcome: tuple[Any, float, bool, bool, dict[str, Any]] = connection.step(action)
+            return outcome
         self._write(action)
         connection.step()
         reward, state = _TAIL.unpack_from(connection._in, self._tail_at)
@@ -75,14 +82,14 @@ class ConsacEnv(gymnasium.Env):
             return self._read(), reward, state & 1 != 0, state & 2 != 0, self._info()
         return self._read(), reward, state & 1 != 0, state & 2 != 0, {}
 
-    def _info(self) -> dict:
+    def _info(self) -> dict[str, Any]:
         connection = self._connection
         info = {key: column["values"][0] for key, column in connection.infos.items() if column["values"]} if connection.infos else {}
         if self._masked:
             info["action_mask"] = mask_value(self.action_space, connection.rows[0].masks[0])
         return info
 
-    def render(self):
+    def render(self) -> Any:
         return self._connection.render(0) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
@@ -90,7 +97,7 @@ class ConsacEnv(gymnasium.Env):
             self._connection.close()
 
 
-def make(url: str, *, max_episode_steps: int | None = None, render_mode: str | None = None, protocol="auto", **options: Unpack[Options]) -> gymnasium.Env:
+def make(url: str, *, max_episode_steps: int | None = None, render_mode: str | None = None, protocol: str | int = "auto", **options: Unpack[Options]) -> gymnasium.Env[Any, Any]:
     """The environment that an engine offers at `url`; `max_episode_steps` truncates its episodes here."""
     env = ConsacEnv(url, render_mode, protocol, **options)
     return gymnasium.wrappers.TimeLimit(env, max_episode_steps) if max_episode_steps else env
@@ -98,13 +105,13 @@ def make(url: str, *, max_episode_steps: int | None = None, render_mode: str | N
 
 # ---- one value of a space to and from its row
 
-def row_writer(connection: Connection):
+def row_writer(connection: Any) -> Callable[[Any], None]:
     """A function that writes the action of slot 0."""
     layout, views = connection.behaviours[0].action, connection.actions[0]
     if isinstance(layout.space, spaces.Discrete):
         pack, out, at = _INT.pack_into, connection._out, connection.action_offsets[0]
 
-        def write_choice(action):
+        def write_choice(action: Any) -> None:
             try:
                 pack(out, at, action)
             except (struct.error, TypeError):
@@ -114,13 +121,13 @@ def row_writer(connection: Connection):
     return slot_writer(layout, views, 0)
 
 
-def slot_writer(layout: Layout, views: list[np.ndarray], slot: int):
+def slot_writer(layout: Layout, views: list[Array], slot: int) -> Callable[[Any], None]:
     """A function that writes a value of the space into one slot's row."""
     rows = [view[slot] if view.ndim > 1 else view[slot:slot + 1].reshape(()) for view in views]
     if len(rows) == 1 and not layout.leaves[0].path:
         row, leaf, shape, dtype = rows[0], layout.leaves[0], rows[0].shape, rows[0].dtype
 
-        def write(action):
+        def write(action: Any) -> None:
             if type(action) is np.ndarray and action.dtype == dtype and action.shape == shape:
                 row[...] = action
             else:
@@ -128,14 +135,14 @@ def slot_writer(layout: Layout, views: list[np.ndarray], slot: int):
 
         return write
 
-    def write_leaves(action):
+    def write_leaves(action: Any) -> None:
         for row, leaf in zip(rows, layout.leaves):
             put(row, pick(layout, action, leaf), leaf)
 
     return write_leaves
 
 
-def pick(layout: Layout, value, leaf: Leaf):
+def pick(layout: Layout, value: Any, leaf: Leaf) -> Any:
     """The leaf's part of a value; ValueError where the value has no such part."""
     try:
         return layout.pick(value, leaf)
@@ -143,7 +150,7 @@ def pick(layout: Layout, value, leaf: Leaf):
         raise ValueError(f"the action {value!r} lacks {'/'.join(map(str, leaf.path))}; expected {layout.space}") from None
 
 
-def put(row: np.ndarray, value, leaf: Leaf) -> None:
+def put(row: Array, value: Any, leaf: Leaf) -> None:
     """Copies `value` into `row`, which may be one row or all; ValueError where its shape or kind does not fit."""
     try:
         array = np.asarray(value)
@@ -159,7 +166,7 @@ def put(row: np.ndarray, value, leaf: Leaf) -> None:
         raise ValueError(f"the action {value!r}{where} does not fit {row.dtype}")
 
 
-def row_reader(layout: Layout, views: list[np.ndarray], slot: int):
+def row_reader(layout: Layout, views: list[Array], slot: int) -> Callable[[], Any]:
     """A function that returns a fresh value of the space from one slot's row."""
     readers = [leaf_reader(leaf, view, slot) for leaf, view in zip(layout.leaves, views)]
     if len(readers) == 1 and not layout.leaves[0].path:
@@ -167,7 +174,7 @@ def row_reader(layout: Layout, views: list[np.ndarray], slot: int):
     return lambda: layout.build([read() for read in readers])
 
 
-def leaf_reader(leaf: Leaf, view: np.ndarray, slot: int):
+def leaf_reader(leaf: Leaf, view: Array, slot: int) -> Callable[[], Any]:
     """A function that returns a fresh value of one leaf from one slot's row."""
     if isinstance(leaf.space, spaces.Discrete):
         one = view[slot:slot + 1].reshape(())
@@ -179,11 +186,11 @@ def leaf_reader(leaf: Leaf, view: np.ndarray, slot: int):
     return lambda: one.astype(dtype)
 
 
-def mask_value(space: spaces.Space, row: np.ndarray):
+def mask_value(space: spaces.Space[Any], row: Array) -> Any:
     """A mask row as `space.sample(mask)` takes it, i8."""
     at = 0
 
-    def take(space):
+    def take(space: spaces.Space[Any]) -> Any:
         nonlocal at
         if isinstance(space, spaces.Dict):
             parts = {name: take(space.spaces[name]) for name in sorted(space.spaces, key=str.encode)}
@@ -194,11 +201,11 @@ def mask_value(space: spaces.Space, row: np.ndarray):
             begin, at = at, at + int(space.n)
             return row[begin:at].astype(np.int8)
         if isinstance(space, spaces.MultiDiscrete):
-            parts = []
+            each = []
             for n in space.nvec.ravel():
                 begin, at = at, at + int(n)
-                parts.append(row[begin:at].astype(np.int8))
-            return tuple(parts)
+                each.append(row[begin:at].astype(np.int8))
+            return tuple(each)
         if isinstance(space, spaces.MultiBinary):
             begin, at = at, at + 2 * int(np.prod(space.shape))
             pairs = row[begin:at].reshape(*space.shape, 2)

@@ -1,7 +1,8 @@
 """All environments of an engine as a Gymnasium VectorEnv: one message steps them all."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
@@ -13,7 +14,8 @@ from . import wire
 from .errors import ConsacError
 from .env import REMOTE_ID, mask_value, pick, put, row_reader
 from .face import RENDER_FPS, Face
-from .layout import Layout
+from .layout import Layout, Leaf
+from .model_file import Array
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -25,16 +27,17 @@ _ANY_WAY = ("next_step", "same_step")
 _TERMINATED, _TRUNCATED = (np.array([state & bit != 0 for state in range(256)]) for bit in (wire.TERMINATED, wire.TRUNCATED))  # by state: faster than bits
 
 
-class ConsacVectorEnv(VectorEnv):
+class ConsacVectorEnv(VectorEnv[Any, Any, Any]):
     """An engine's environments, one agent each, as `consac.make_vec` returns them.
 
     Without an autoreset_mode it is Gymnasium's default, NEXT_STEP, or SAME_STEP where the engine knows no other way.
     With copy=False observations are views of the receive buffer, which hold until the next step. Other arguments are in options.py."""
 
-    def __init__(self, url: str, autoreset_mode: str | AutoresetMode | None = None, render_mode: str | None = None, copy: bool = True, **options: Unpack[Options]):
+    def __init__(self, url: str, autoreset_mode: str | AutoresetMode | None = None, render_mode: str | None = None, copy: bool = True, **options: Unpack[Options]) -> None:
         ways = _ANY_WAY if autoreset_mode is None else (_WIRE_MODES[autoreset_mode_of(autoreset_mode)],)
         face = Face(ways, text1="which has one environment; use consac.make")
-        self.connection, modes = face.open(url, render_mode, options)
+        self.connection: Any
+        self.connection, modes = face.open(url, render_mode, {**options})
         connection = self.connection
         mode = next(known for known, name in _WIRE_MODES.items() if name == connection.autoreset)
         behaviour = connection.behaviours[0]
@@ -48,7 +51,7 @@ class ConsacVectorEnv(VectorEnv):
         self._behaviour, self._rows, self._actions = behaviour, connection.rows[0], connection.actions[0]
         self._write, self.read = batch_writer(behaviour.action, self._actions), batch_reader(behaviour.observation, self._rows.observations, copy)
 
-    def reset(self, *, seed: int | list[int | None] | None = None, options: dict | None = None):
+    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         if options is not None and "reset_mask" in options:
             options = dict(options)
             mask = reset_mask(options.pop("reset_mask"), self.num_envs)
@@ -57,7 +60,7 @@ class ConsacVectorEnv(VectorEnv):
         self.connection.reset(mask, self._seeds(seed), options)
         return self.read(), self._infos(mask)
 
-    def step(self, actions):
+    def step(self, actions: Any) -> tuple[Any, Array, Array, Array, dict[str, Any]]:
         self._write(actions)
         connection = self.connection
         connection.step()
@@ -65,13 +68,13 @@ class ConsacVectorEnv(VectorEnv):
         infos = self._infos() if connection.parts or rows.masks is not None else {}
         return self.read(), rows.rewards.copy(), _TERMINATED.take(rows.states), _TRUNCATED.take(rows.states), infos
 
-    def render(self):
+    def render(self) -> tuple[Any, ...] | None:
         return tuple(self.connection.render(env) for env in range(self.num_envs)) if self.render_mode == "rgb_array" else None
 
-    def close_extras(self, **_) -> None:
+    def close_extras(self, **_: Any) -> None:
         self.connection.close()
 
-    def _seeds(self, seed) -> list[int] | None:
+    def _seeds(self, seed: Any) -> list[int] | None:
         if seed is None:
             return None
         if isinstance(seed, (int, np.integer)):
@@ -82,9 +85,9 @@ class ConsacVectorEnv(VectorEnv):
             return None
         return [int(self.np_random.integers(1 << 31)) if one is None else one for one in seed]
 
-    def _infos(self, mask=None) -> dict:
+    def _infos(self, mask: Array | None = None) -> dict[str, Any]:
         connection, rows, count = self.connection, self._rows, self.num_envs
-        infos: dict = {}
+        infos: dict[str, Any] = {}
         if connection.parts & wire.PART_FINALS:
             slots, final = rows.final_slots, np.full(count, None, object)
             for place, slot in enumerate(slots):
@@ -119,7 +122,7 @@ def autoreset_mode_of(mode: str | AutoresetMode) -> AutoresetMode:
     raise ConsacError(f"autoreset_mode={mode!r} is unknown; use {', '.join(repr(known.name.lower()) for known in AutoresetMode)}")
 
 
-def reset_mask(mask, count: int) -> np.ndarray:
+def reset_mask(mask: Any, count: int) -> Array:
     """The mask if it is what Gymnasium's vector environments take."""
     if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
         raise TypeError(f"options['reset_mask'] must be a numpy array of bool, got {mask!r}")
@@ -128,19 +131,19 @@ def reset_mask(mask, count: int) -> np.ndarray:
     return mask
 
 
-def columns(said: dict | None, count: int) -> dict:
+def columns(said: dict[str, Any] | None, count: int) -> dict[str, Any]:
     """Infos in Gymnasium's column form: for each key an array over environments, and a mask `_key`."""
-    infos: dict = {}
+    infos: dict[str, Any] = {}
     for key, column in (said or {}).items():
         _add(infos, key, column["slots"], column["values"], count)
     return infos
 
 
-def _add(infos: dict, key: str, slots: list, values: list, count: int) -> None:
+def _add(infos: dict[str, Any], key: str, slots: list[int], values: list[Any], count: int) -> None:
     kind = type(values[0]) if values else object
     if kind is dict and all(type(value) is dict for value in values):
-        array: dict = {}
-        inner: dict = {}
+        array: Any = {}
+        inner: dict[str, tuple[list[int], list[Any]]] = {}
         for slot, value in zip(slots, values):
             for name, part in value.items():
                 column = inner.setdefault(name, ([], []))
@@ -159,7 +162,7 @@ def _add(infos: dict, key: str, slots: list, values: list, count: int) -> None:
     infos[key], infos[f"_{key}"] = array, given
 
 
-def _numbers(slots: list, values: list, count: int) -> np.ndarray | None:
+def _numbers(slots: list[int], values: list[Any], count: int) -> Array | None:
     """An array of the first value's type, as Gymnasium has it; None where others do not fit that."""
     array = np.zeros(count, type(values[0]))
     try:
@@ -169,12 +172,12 @@ def _numbers(slots: list, values: list, count: int) -> np.ndarray | None:
     return array
 
 
-def batch_writer(layout: Layout, views: list[np.ndarray]):
+def batch_writer(layout: Layout, views: list[Array]) -> Callable[[Any], None]:
     """A function that writes a batch of actions."""
     if len(views) == 1 and not layout.leaves[0].path:
         rows, leaf, shape, dtype = views[0], layout.leaves[0], views[0].shape, views[0].dtype
 
-        def write(actions):
+        def write(actions: Any) -> None:
             if type(actions) is np.ndarray and actions.dtype == dtype and actions.shape == shape:
                 rows[...] = actions
             else:
@@ -182,17 +185,17 @@ def batch_writer(layout: Layout, views: list[np.ndarray]):
 
         return write
 
-    def write_leaves(actions):
+    def write_leaves(actions: Any) -> None:
         for rows, leaf in zip(views, layout.leaves):
             put(rows, pick(layout, actions, leaf), leaf)
 
     return write_leaves
 
 
-def batch_reader(layout: Layout, views: list[np.ndarray], copy: bool):
+def batch_reader(layout: Layout, views: list[Array], copy: bool) -> Callable[[], Any]:
     """A function that returns the batch of observations; fresh ones with `copy`."""
 
-    def reader(leaf, view):
+    def reader(leaf: Leaf, view: Array) -> Callable[[], Any]:
         dtype = leaf.space.dtype
         if view.dtype == dtype:
             return view.copy if copy else lambda: view
