@@ -398,6 +398,7 @@ POINTER = '#include "UObject/ObjectPtr.h"\n'
 LOG = '#include "Logging/LogMacros.h"\n'
 TICKER = '#include "Containers/Ticker.h"\n#include "UObject/WeakObjectPtrTemplates.h"\n'
 
+LOADS = cpp('UObject* Find() { return LoadObject<UObject>(nullptr, TEXT("/Engine/Cube")); }', includes='#include "CoreMinimal.h"\n#include "UObject/Object.h"\n#include "UObject/UObjectGlobals.h"\n')
 PROCESS = '#include "CoreMinimal.h"\n#include "HAL/PlatformProcess.h"\n'
 PACKED = edit(COMPONENT_CPP, '#include "consac', '#include "Interfaces/IPluginManager.h"\n#include "consac') + edit(
     BUILD, '.Add("ConsacCore")', '.AddRange(new string[] { "ConsacCore", "Projects" })')
@@ -572,7 +573,8 @@ CASES = {
             (inside("const FVector Place = FVector::ZeroVector;"), inside("const FVector Place = FVector();"))],
     "R77": [(cpp("void Limit(IConsoleVariable* Variable) { Variable->SetWithCurrentPriority(0.0f); }", includes='#include "CoreMinimal.h"\n#include "HAL/IConsoleManager.h"\n'),
              cpp("void Limit(IConsoleVariable* Variable) { Variable->Set(0.0f); }", includes='#include "CoreMinimal.h"\n#include "HAL/IConsoleManager.h"\n'))],
-    "R78": [([], cpp('UObject* Find() { return LoadObject<UObject>(nullptr, TEXT("/Engine/Cube")); }', includes='#include "UObject/Object.h"\n#include "UObject/UObjectGlobals.h"\n'))],
+    "R78": [([], LOADS), (LOADS + edit("Consac.uplugin", '"Name": "Consac", "PlatformAllowList": [ "Win64", "Linux" ], "Type": "Runtime"', '"Name": "Consac", "PlatformAllowList": [ "Win64", "Linux" ], "Type": "Editor"'),
+                                     LOADS)],
     "R79": [(edit(SOCKET_CPP, "\tState.Reset();", "\tif (State.IsValid())\n\t{\n\t\tState->Host.clear();\n\t}"), edit(SOCKET_CPP, "\tState.Reset();", "\tState->Host.clear();"))],
     "R80": [(fun("void Take(const FConsacFloats& Floats);", 'BlueprintCallable, Category="Consac", meta=(AutoCreateRefTerm="Floats")'),
              fun("void Take(const FConsacFloats& Floats);", 'BlueprintCallable, Category="Consac"'))],
@@ -596,7 +598,7 @@ CASES = {
             (extra(uclass("AConsacExtra", "AActor", '\tUPROPERTY(EditAnywhere, Category="Consac")\n\tTObjectPtr<UConsacSocket> Kept;'), KEEPER),
              edit(COMPONENT_CPP, "\tRoot = CreateDefaultSubobject<USceneComponent>(TEXT(\"Root\"));\n", ""))],
     "A1": [(inside("GetOwner();"), inside("GetOwnerRole();")), (inside("Root->SetupAttachment(nullptr);"), inside("Root->AttachToComponent(nullptr);")),
-           ([], inside("FPlatformTime::Seconds();")), ([], inside("FApp::GetBuildVersion();")), ([], inside("UE_CLOG(1);"))],
+           ([], inside("FPlatformMisc::NumberOfCores();")), ([], inside("FApp::GetBuildVersion();")), ([], inside("UE_CLOG(1);"))],
     "A2": [(cpp("", includes='#include "Misc/App.h"\n'), cpp("", includes='#include "Misc/Guid.h"\n'))],
     "A3": [([("symbols.csv", "", "FGuid,struct,Misc/Guid.h,Core,5.3-5.6,,unverified\n")], [("symbols.csv", "", "FGuid,struct,Misc/Guid.h,,5.3-5.6,,unverified\n")]),
            ([], [("symbols.csv", "", "FString,class,CoreMinimal.h,Core,5.3-5.6,,unverified\n")]), ([], [("symbols.csv", "", "FGuid,struct,Misc/Guid.h,Core,5.6,,unverified\n")]),

@@ -1,6 +1,7 @@
 """Rules 76 to 88: what compiles, works on the author's machine, and fails in a packaged game, after a Hot Reload or a travel."""
 import re
 
+from .build import EDITOR_TYPES, module_types
 from .functions import functions
 from .model import Plugin
 from .tokens import close_of, spell, split
@@ -31,8 +32,9 @@ def r77(plugin: Plugin):
 
 
 def r78(plugin: Plugin):
+    types = module_types(plugin)
     for file in plugin.written:
-        for token in file.tokens:
+        for token in file.tokens if types.get(file.module) not in EDITOR_TYPES else ():  # what an editor puts into a level is packed with that
             if token.kind == "word" and token.text in ("LoadObject", "StaticLoadObject", "LoadClass"):
                 yield file.path, token.line, f"what only the text of {token.text} names is not packed with a game; use ConstructorHelpers::FObjectFinder in a constructor"
 

@@ -98,7 +98,7 @@ RULES = [
     Rule("R75", "run time", "No path to Source/ and no absolute path in the code", build.r75),
     Rule("R76", "run time", "No maths type without initial numbers", hostile.r76, "arrays of them"),
     Rule("R77", "run time", "Console variables are set with the priority that they have", hostile.r77),
-    Rule("R78", "packaging", "Nothing is loaded by a text alone", hostile.r78, "texts in settings"),
+    Rule("R78", "packaging", "Nothing is loaded by a text alone in a game", hostile.r78, "texts in settings"),
     Rule("R79", "run time", "BeginDestroy asks for hidden state before it uses it", hostile.r79, "what the functions that it calls do"),
     Rule("R80", "packaging", "A struct by const& may stay unwired", hostile.r80, "structs of the engine; a space must be wired"),
     Rule("R81", "packaging", "Every module names its platforms", hostile.r81, "whether it works there"),

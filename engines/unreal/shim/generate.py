@@ -81,6 +81,7 @@ def source_of(plugin: Plugin) -> str:
             continue
         includes.add(file.name)
         lines.append(f"Shim::AddReflected(&HotReloaded<{type_.name}>);")
+        lines.append(f"Shim::AddCopier({type_.name}::StaticClass(), {{&Made<{type_.name}>, &Loaded<{type_.name}>}});")
         for member in type_.members:
             if member.kind != "UFUNCTION":
                 continue
@@ -99,6 +100,7 @@ def source_of(plugin: Plugin) -> str:
 #include "Shim/Runtime.h"
 #include "Subsystems/GameInstanceSubsystem.h"
 #include "Subsystems/WorldSubsystem.h"
+#include "UObject/UObjectGlobals.h"
 
 // Events that a Blueprint may override.
 {thunks}
@@ -116,6 +118,15 @@ struct ShimAddresses {{
       std::unique_ptr<UObject> made(new T(helper));
       made->BeginDestroy();
     }}
+  }}
+  template <class T>
+  static UObject* Made(UObject* outer) {{
+    if constexpr (std::is_abstract_v<T>) return nullptr;
+    else return NewObject<T>(outer);
+  }}
+  template <class T>
+  static void Loaded(UObject& into, const UObject& saved) {{
+    static_cast<T&>(into).ShimLoad(static_cast<const T&>(saved));
   }}
   static bool Take() {{
 {body}

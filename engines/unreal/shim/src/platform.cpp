@@ -1,11 +1,13 @@
 // The rest of the engine: frames, settings, files, programs, modules, tests.
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
+#include <ctime>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -33,8 +35,9 @@ FTSTicker& FTSTicker::GetCoreTicker() {
   return ticker;
 }
 
-FTSTicker::FDelegateHandle FTSTicker::AddTicker(const FTickerDelegate& delegate, float) {
+FTSTicker::FDelegateHandle FTSTicker::AddTicker(const FTickerDelegate& delegate, float delay) {
   shim_calls_.push_back(std::make_shared<FTickerDelegate>(delegate));
+  shim_calls_.back()->shim_delay_ = delay;
   return shim_calls_.back();
 }
 
@@ -45,7 +48,11 @@ void FTSTicker::RemoveTicker(FDelegateHandle handle) {
 void FTSTicker::ShimTick(float seconds) {
   const std::vector<std::shared_ptr<FTickerDelegate>> calls = shim_calls_;
   for (const std::shared_ptr<FTickerDelegate>& call : calls) {
-    if (*call->shim_token_ == nullptr || !call->shim_call_(seconds)) std::erase(shim_calls_, call);
+    call->shim_waited_ += seconds;
+    if (call->shim_waited_ < call->shim_delay_) continue;
+    const float waited = std::exchange(call->shim_waited_, 0.0f);
+    if ((call->shim_token_ != nullptr && *call->shim_token_ == nullptr) || !call->shim_call_(waited))
+      std::erase(shim_calls_, call);
   }
 }
 
@@ -191,6 +198,46 @@ void IFileManager::FindFiles(TArray<FString>& found, const TCHAR* folder, const 
     const bool fits = ending == nullptr || entry.path().extension().string() == "." + Shim::Narrow(ending);
     if (entry.is_regular_file(error) && fits) found.Add(FString(Shim::Wide(name).c_str()));
   }
+}
+
+void IFileManager::FindFilesRecursive(TArray<FString>& found, const TCHAR* folder, const TCHAR* name, bool files,
+                                      bool folders, bool clear) const {
+  check(files && !folders && name[0] == u'*');
+  if (clear) found.Reset();
+  std::error_code error;
+  const std::filesystem::path root = Shim::Narrow(folder);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root, error))
+    if (entry.is_regular_file(error) && entry.path().extension().string() == Shim::Narrow(name + 1))
+      found.Add(FString(Shim::Wide(entry.path().string()).c_str()));
+}
+
+FDateTime IFileManager::GetTimeStamp(const TCHAR* path) const {
+  struct stat file;
+  FDateTime time;
+  if (stat(Shim::Narrow(path).c_str(), &file) == 0) time.shim_unix_ = static_cast<double>(file.st_mtime);
+  return time;
+}
+
+int64 IFileManager::FileSize(const TCHAR* path) const {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(Shim::Narrow(path), error);
+  return error ? -1 : static_cast<int64>(size);
+}
+
+FDateTime FDateTime::UtcNow() {
+  FDateTime time;
+  time.shim_unix_ = static_cast<double>(std::time(nullptr));
+  return time;
+}
+
+FString FDateTime::ToString(const TCHAR* format) const {
+  const std::time_t seconds = static_cast<std::time_t>(shim_unix_);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[64];
+  // The engine's minutes are %M and its months %m, as these.
+  check(std::strftime(text, sizeof(text), Shim::Narrow(format).c_str(), &parts) > 0);
+  return FString(Shim::Wide(text).c_str());
 }
 
 uint32 IFileManager::Copy(const TCHAR* to, const TCHAR* from) {

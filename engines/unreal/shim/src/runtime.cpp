@@ -11,12 +11,15 @@
 #include "Editor/EditorEngine.h"
 #include "Engine/Engine.h"
 #include "Engine/StaticMesh.h"
+#include "GameFramework/PlayerController.h"
 #include "GameFramework/WorldSettings.h"
 #include "HAL/IConsoleManager.h"
 #include "Kismet/BlueprintAsyncActionBase.h"
 #include "Misc/App.h"
+#include "Misc/CoreDelegates.h"
 #include "PhysicsEngine/PhysicsSettings.h"
 #include "UObject/ConstructorHelpers.h"
+#include "UObject/UObjectIterator.h"
 
 FName MakeUniqueObjectName(UObject* outer, const UClass*, FName name) {
   return Shim::UniqueName(outer, name);
@@ -70,6 +73,44 @@ FString UObject::GetName() const {
 }
 
 namespace Shim {
+
+std::vector<UObject*> AllObjects() {
+  return Heap();
+}
+
+static std::map<const UClass*, Copier>& Copiers() {
+  static std::map<const UClass*, Copier> copiers;
+  return copiers;
+}
+
+int AddCopier(const UClass* cls, Copier copier) {
+  Copiers().emplace(cls, copier);
+  return 0;
+}
+
+/// What of an object is saved, its bases' too.
+static void Load(UObject& into, const UObject& saved) {
+  for (const auto& [cls, copier] : Copiers())
+    if (saved.ShimClass()->ShimIsA(cls)) copier.load(into, saved);
+}
+
+/// A copy of an actor as a level keeps it: what is the engine's own is there, and no more of it.
+static AActor* CopyOf(const AActor& saved, UWorld& world) {
+  const auto copier = Copiers().find(saved.ShimClass());
+  UObject* made = copier != Copiers().end() ? copier->second.make(&world) : NewObject<AActor>(&world);
+  AActor* actor = static_cast<AActor*>(made);
+  Load(*actor, saved);
+  actor->shim_turned_ = saved.shim_turned_;
+  actor->shim_label_ = saved.shim_label_;
+  const std::size_t parts = std::min(actor->shim_components_.size(), saved.shim_components_.size());
+  for (std::size_t k = 0; k < parts; ++k) Load(*actor->shim_components_[k], *saved.shim_components_[k]);
+  References references;
+  actor->ShimReferences(references);
+  for (UObject** slot : references.slots())
+    for (std::size_t k = 0; k < parts; ++k)
+      if (*slot == saved.shim_components_[k]) *slot = actor->shim_components_[k];
+  return actor;
+}
 
 std::shared_ptr<UObject*> TokenOf(const UObject* object) {
   return object->ShimToken();
@@ -293,8 +334,21 @@ Game::Game(ENetMode mode)
   OpenWorld();
 }
 
+Game::Game(const UWorld& level) : Game(NM_Standalone) {
+  check(level.WorldType == EWorldType::Editor && GEditor->PlayWorld == nullptr);
+  GEditor->PlayWorld = world_;
+  world_->WorldType = EWorldType::PIE;
+  world_->shim_player_ = NewObject<APlayerController>(world_);
+  world_->shim_begun_ = false;
+  for (const AActor* saved : level.shim_actors_) Enter(*world_, *CopyOf(*saved, *world_), saved->GetActorLocation());
+  world_->shim_begun_ = true;
+  const std::vector<AActor*> actors = world_->shim_actors_;
+  for (AActor* actor : actors) BeginPlay(*actor);
+}
+
 UWorld& Game::OpenWorld() {
   world_ = NewObject<UWorld>(game_);
+  world_->WorldType = EWorldType::Game;
   world_->shim_game_ = game_;
   world_->shim_net_mode_ = mode_;
   game_->shim_worlds_.push_back(world_);
@@ -328,6 +382,8 @@ void Game::Travel() {
 
 Game::~Game() {
   const std::vector<UWorld*> worlds = game_->shim_worlds_;
+  for (UWorld* world : worlds)
+    if (GEditor->PlayWorld == world) GEditor->PlayWorld = nullptr;
   for (UWorld* world : worlds) EndWorld(*world, EEndPlayReason::EndPlayInEditor);
   for (UGameInstanceSubsystem* subsystem : game_->shim_subsystems_) subsystem->Deinitialize();
   game_->ShimKill();
@@ -339,6 +395,7 @@ static void TickWorld(UWorld& world, float seconds) {
   const AWorldSettings& settings = *world.GetWorldSettings();
   if (FApp::UseFixedTimeStep()) seconds = static_cast<float>(FApp::GetFixedDeltaTime());
   seconds = std::clamp(seconds, settings.MinUndilatedFrameTime, settings.MaxUndilatedFrameTime);
+  FWorldDelegates::OnWorldTickStart.Broadcast(&world, ShimAllTicks, seconds);
   if (!world.shim_paused_) world.shim_seconds_ += static_cast<double>(seconds);
   const std::vector<AActor*> actors = world.shim_actors_;
   for (const ETickingGroup group : {TG_PrePhysics, TG_PostPhysics}) {
@@ -353,12 +410,14 @@ static void TickWorld(UWorld& world, float seconds) {
       }
     }
   }
+  FWorldDelegates::OnWorldPostActorTick.Broadcast(&world, ShimAllTicks, seconds);
 }
 
 void Game::Tick(float seconds) {
   const std::vector<UWorld*> worlds = game_->shim_worlds_;
   for (UWorld* world : worlds) TickWorld(*world, seconds);
   FTSTicker::GetCoreTicker().ShimTick(seconds);
+  FCoreDelegates::OnEndFrame.Broadcast();
   // The settings' default object is a file of the project: nobody changes it while a game runs.
   check(UPhysicsSettings::Get()->MaxPhysicsDeltaTime == physics_seconds_);
 }

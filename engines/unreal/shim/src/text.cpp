@@ -4,8 +4,13 @@
 #include <mutex>
 #include <string_view>
 
+#include "CoreGlobals.h"
 #include "Logging/LogMacros.h"
+#include "Misc/OutputDeviceRedirector.h"
 #include "Shim/Runtime.h"
+
+static FOutputDeviceRedirector shim_log;
+FOutputDeviceRedirector* GLog = &shim_log;
 
 namespace Shim {
 namespace {
@@ -109,6 +114,8 @@ std::u16string Wide(std::string_view text) {
 
 const std::u16string* SpellingOf(std::u16string_view text) {
   static std::map<std::u16string, std::u16string> spellings;
+  static std::mutex mutex;  // names are made on every thread
+  const std::lock_guard lock(mutex);
   return text.empty() ? nullptr : &spellings.try_emplace(Lower(text), text).first->second;
 }
 
@@ -119,6 +126,8 @@ void LogLine(const LogCategory& category, Verbosity verbosity, std::u16string li
   std::vector<std::string>& lines = Lines();
   if (lines.size() > 1000) lines.erase(lines.begin(), lines.begin() + 500);
   lines.push_back(std::string(category.name) + ": " + kNames[static_cast<int>(verbosity)] + ": " + Narrow(line));
+  const auto matters = static_cast<ELogVerbosity::Type>(static_cast<int>(verbosity) + ELogVerbosity::Fatal);
+  GLog->ShimTell(line.c_str(), matters, FName(Wide(category.name).c_str()));
 }
 
 const std::vector<std::string>& Log() {

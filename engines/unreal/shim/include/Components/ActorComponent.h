@@ -1,10 +1,10 @@
 #pragma once
+#include "Engine/EngineBaseTypes.h"
 #include "Shim/Play.h"
 #include "UObject/Object.h"
 
 class AActor;
 
-enum ELevelTick { ShimAllTicks };
 enum ETickingGroup { TG_PrePhysics, TG_PostPhysics };
 struct FActorComponentTickFunction {
   ETickingGroup TickGroup = TG_PrePhysics;

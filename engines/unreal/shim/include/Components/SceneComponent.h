@@ -1,5 +1,6 @@
 #pragma once
 #include "Components/ActorComponent.h"
+#include "Engine/EngineTypes.h"
 
 /// Looks along X, as turned by its yaw alone.
 class USceneComponent : public UActorComponent {
@@ -13,6 +14,7 @@ class USceneComponent : public UActorComponent {
     SetRelativeLocationAndRotation(transform.GetLocation(), transform.GetRotation());
     SetRelativeScale3D(transform.ShimScale());
   }
+  virtual void SetMobility(EComponentMobility::Type mobility) { shim_mobility_ = mobility; }
   void SetRelativeScale3D(const FVector& scale) { shim_scale_ = scale; }
   FVector GetComponentLocation() const;
   /// In the world, of itself and all that it hangs on; the actor's own place is its root's.
@@ -31,4 +33,5 @@ class USceneComponent : public UActorComponent {
   FVector shim_location_ = FVector::ZeroVector, shim_scale_{1.0, 1.0, 1.0};
   FQuat shim_rotation_ = FQuat::Identity;
   bool shim_physics_ = false;
+  EComponentMobility::Type shim_mobility_ = EComponentMobility::Static;
 };

@@ -1,7 +1,7 @@
 #pragma once
 #include "CoreMinimal.h"
 
-/// A function of an object that is called in every frame until it says false.
+/// A function of an object that is called in every frame, or after so many seconds and again, until it says false.
 class FTickerDelegate {
  public:
   template <class O>
@@ -11,11 +11,19 @@ class FTickerDelegate {
     made.shim_call_ = [object, function](float seconds) { return (object->*function)(seconds); };
     return made;
   }
+  /// Of any object, which must have been removed before it goes.
+  template <class O>
+  static FTickerDelegate CreateRaw(O* object, bool (O::*function)(float)) {
+    FTickerDelegate made;
+    made.shim_call_ = [object, function](float seconds) { return (object->*function)(seconds); };
+    return made;
+  }
 
  private:
   friend class FTSTicker;
-  std::shared_ptr<UObject*> shim_token_;
+  std::shared_ptr<UObject*> shim_token_;  // null: of no object of the engine
   std::function<bool(float)> shim_call_;
+  float shim_delay_ = 0.0f, shim_waited_ = 0.0f;
 };
 
 class FTSTicker {

@@ -1,5 +1,8 @@
 #pragma once
 #include "UObject/Object.h"
+#include "UObject/ObjectPtr.h"
+
+class UWorld;
 
 /// The editor: it sleeps in the background unless somebody asks it not to.
 class UEditorEngine : public UObject {
@@ -21,6 +24,8 @@ class UEditorEngine : public UObject {
     bool (*shim_function_)() = nullptr;
     FDelegateHandle shim_handle_;
   };
+  /// The first world that plays in the editor; none while nothing does.
+  TObjectPtr<UWorld> PlayWorld;
   TArray<FShouldDisableCPUThrottling> ShouldDisableCPUThrottlingDelegates;
   /// For tests: the most frames that it draws in a second; a limit of 0 is none of its own, and it has another then.
   static float ShimFrameLimit();

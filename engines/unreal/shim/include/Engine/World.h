@@ -1,4 +1,5 @@
 #pragma once
+#include "Containers/EnumAsByte.h"
 #include "Engine/EngineBaseTypes.h"
 #include "Engine/EngineTypes.h"
 #include "Shim/Play.h"
@@ -7,6 +8,7 @@
 #include "UObject/UObjectGlobals.h"
 
 class AActor;
+class APlayerController;
 class AWorldSettings;
 class UGameInstance;
 struct FCollisionQueryParams;
@@ -27,6 +29,8 @@ class UWorld : public UObject {
   }
   ENetMode GetNetMode() const { return shim_net_mode_; }
   AWorldSettings* GetWorldSettings() const { return shim_settings_; }
+  APlayerController* GetFirstPlayerController() const { return shim_player_; }
+  TEnumAsByte<EWorldType::Type> WorldType = EWorldType::None;
   double GetTimeSeconds() const { return shim_seconds_; }
   bool IsPaused() const { return shim_paused_; }
   bool LineTraceSingleByChannel(FHitResult& hit, const FVector& start, const FVector& end, ECollisionChannel channel,
@@ -37,8 +41,8 @@ class UWorld : public UObject {
                              const FCollisionQueryParams& parameters) const;
   template <class T>
   T* SpawnActor(const FVector& location, const FRotator& rotation) {
-    static_cast<void>(rotation);
     T* made = NewObject<T>(this);
+    made->shim_turned_ = rotation;
     Shim::Enter(*this, *made, location);
     return made;
   }
@@ -46,12 +50,14 @@ class UWorld : public UObject {
     references.Add(shim_subsystems_);
     references.Add(shim_actors_);
     references.Add(shim_settings_);
+    references.Add(shim_player_);
   }
   UWorld* GetWorld() const override { return const_cast<UWorld*>(this); }
 
   /// For the shim and tests.
   UGameInstance* shim_game_ = nullptr;
   TObjectPtr<AWorldSettings> shim_settings_;
+  TObjectPtr<APlayerController> shim_player_;  // of those that play in the editor
   double shim_seconds_ = 0.0;
   std::vector<UWorldSubsystem*> shim_subsystems_;
   ENetMode shim_net_mode_ = NM_Standalone;
@@ -63,6 +69,6 @@ class UWorld : public UObject {
 
 class FWorldDelegates {
  public:
-  static inline TMulticastDelegate<void(UWorld*, int, float)> OnWorldTickStart;
-  static inline TMulticastDelegate<void(UWorld*, int, float)> OnWorldPostActorTick;
+  static inline TMulticastDelegate<void(UWorld*, ELevelTick, float)> OnWorldTickStart;
+  static inline TMulticastDelegate<void(UWorld*, ELevelTick, float)> OnWorldPostActorTick;
 };

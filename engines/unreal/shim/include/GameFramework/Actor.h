@@ -17,6 +17,9 @@ class AActor : public UObject {
     RootComponent = root;
     return true;
   }
+  /// What the editor's lists call it; in an editor alone.
+  void SetActorLabel(const FString& label) { shim_label_ = label; }
+  FString GetActorLabel() const { return shim_label_.IsEmpty() ? GetName() : shim_label_; }
   bool ActorHasTag(FName tag) const { return Tags.Contains(tag); }
   TArray<FName> Tags;
   USceneComponent* GetRootComponent() const { return RootComponent; }
@@ -51,6 +54,8 @@ class AActor : public UObject {
   std::vector<UActorComponent*> shim_components_;
   FVector shim_location_ = FVector::ZeroVector;
   FQuat shim_rotation_ = FQuat::Identity;
+  FRotator shim_turned_{0.0, 0.0, 0.0};  // as it was spawned
+  FString shim_label_;
   bool shim_begun_ = false;
   std::function<void()> shim_event_begin_play_;  // of a Blueprint made from it
   /// Whether a partitioned world unloads it where no player is near.

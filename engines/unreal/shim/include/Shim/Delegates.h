@@ -37,6 +37,11 @@ class TMulticastDelegate<void(P...)> {
   FDelegateHandle AddUObject(O* object, void (C::*function)(P...)) {
     return ShimBind(object, [object, function](P... values) { (object->*function)(values...); });
   }
+  /// Of any object, which must have been removed before it goes.
+  template <class C, class O>
+  FDelegateHandle AddRaw(O* object, void (C::*function)(P...)) {
+    return ShimBind(nullptr, [object, function](P... values) { (object->*function)(values...); });
+  }
   /// One function of one object only once: more is an error in the engine.
   template <class C, class O>
   void ShimAddDynamic(O* object, void (C::*function)(P...)) {
@@ -76,6 +81,23 @@ class TMulticastDelegate<void(P...)> {
   // A list that is being gone through stays as it is.
   std::shared_ptr<const std::vector<Call>> calls_ = std::make_shared<std::vector<Call>>();
   int count_ = 0;
+};
+
+/// A function of one object without arguments.
+class FSimpleDelegate {
+ public:
+  template <class O>
+  static FSimpleDelegate CreateRaw(O* object, void (O::*function)()) {
+    FSimpleDelegate made;
+    made.shim_object_ = object;
+    made.shim_call_ = [object, function] { (object->*function)(); };
+    return made;
+  }
+  const void* shim_object_ = nullptr;
+  std::function<void()> shim_call_;
+};
+struct FSimpleMulticastDelegate {
+  using FDelegate = FSimpleDelegate;
 };
 
 #define AddDynamic(object, function) ShimAddDynamic(object, function)

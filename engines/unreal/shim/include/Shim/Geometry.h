@@ -56,7 +56,23 @@ struct FColor {
   FColor() : B(0xCD), G(0xCD), R(0xCD) {}
   FColor(uint8 r, uint8 g, uint8 b) : B(b), G(g), R(r) {}
 };
-struct FLinearColor {};
+struct FLinearColor {
+  float R, G, B, A;
+  FLinearColor() = default;
+  FLinearColor(float r, float g, float b, float a = 1.0f) : R(r), G(g), B(b), A(a) {}
+};
+
+/// Places on a screen, from its upper left corner.
+struct FVector2D {
+  double X, Y;
+  FVector2D() : X(Shim::Garbage()), Y(Shim::Garbage()) {}
+  FVector2D(double x, double y) : X(x), Y(y) {}
+};
+struct FVector2f {
+  float X, Y;
+  FVector2f() : X(-4.3e8f), Y(-4.3e8f) {}
+  FVector2f(float x, float y) : X(x), Y(y) {}
+};
 
 /// Points of a picture, the last ones left out.
 struct FIntRect {

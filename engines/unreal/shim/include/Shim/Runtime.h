@@ -32,6 +32,12 @@ class Held {
 int HotReload();
 /// Keeps a class for HotReload.
 int AddReflected(void (*make_and_destroy)());
+/// How an object of a reflected class is made, and takes over what of another one is saved.
+struct Copier {
+  UObject* (*make)(UObject* outer);
+  void (*load)(UObject& into, const UObject& saved);
+};
+int AddCopier(const UClass* cls, Copier copier);
 /// The latest lines of the log, oldest first; emptied by ForgetLog.
 const std::vector<std::string>& Log();
 void ForgetLog();
@@ -41,6 +47,8 @@ void ForgetLog();
 class Game {
  public:
   explicit Game(ENetMode mode = NM_Standalone);
+  /// Play In Editor: a copy of a level that is open there, in which all of its actors begin to play.
+  explicit Game(const UWorld& level);
   ~Game();
   Game(const Game&) = delete;
   Game& operator=(const Game&) = delete;

@@ -1,6 +1,7 @@
 #pragma once
 // FString, FName, FText.
 
+#include <algorithm>
 #include <compare>
 #include <string>
 
@@ -35,6 +36,10 @@ class FString {
   }
   FString ToLower() const { return FString(Shim::Lower(text_).c_str()); }
   bool Contains(const TCHAR* part) const { return Shim::Lower(text_).find(Shim::Lower(part)) != std::u16string::npos; }
+  /// Without so many letters of its beginning.
+  FString RightChop(int32 count) const {
+    return FString(text_.substr(std::min(static_cast<std::size_t>(count), text_.size())).c_str());
+  }
   /// Without case, as the engine compares.
   friend bool operator==(const FString& a, const FString& b) { return Shim::Lower(a.text_) == Shim::Lower(b.text_); }
 
@@ -69,6 +74,7 @@ class FText {
     made.text_ = text;
     return made;
   }
+  const FString& ShimToString() const { return text_; }
 
  private:
   FString text_;

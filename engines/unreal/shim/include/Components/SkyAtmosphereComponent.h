@@ -1,0 +1,6 @@
+#pragma once
+#include "GameFramework/Actor.h"
+
+class ASkyAtmosphere : public AActor {
+  SHIM_CLASS(ASkyAtmosphere, AActor)
+};

@@ -1,0 +1,3 @@
+#pragma once
+/// A part of the screen.
+class FSlateRect {};

@@ -1,0 +1,3 @@
+#pragma once
+/// Colours that a widget has of those around it.
+class FWidgetStyle {};

@@ -1,0 +1,3 @@
+#pragma once
+/// A picture beside an entry; none.
+struct FSlateIcon {};

@@ -1,0 +1,3 @@
+#pragma once
+/// Of whom a widget is painted, and when.
+class FPaintArgs {};
