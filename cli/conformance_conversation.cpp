@@ -111,6 +111,10 @@ Status Conversation::DoSend(const Case& what) {
     if (world_at_fault_ < 0)
       return Over("nobody takes part whose action can be " + (leaf.empty() ? kind : kind + " by a " + leaf));
   }
+  if (kind.find(", set ") != std::string::npos) {
+    if (!payloads_.CanBeSet(kind) && agreed_.parameters) return Over("no parameter has such a bound");
+    world_at_fault_ = payloads_.last_world();
+  }
   if (kind == "goals, as they were") {
     if (paid_.empty()) return Over("no step has led to a row of a behaviour with goals");
     payload = payloads_.GoalsAsTheyWere(paid_rows_);
@@ -225,6 +229,7 @@ Status Conversation::DoExpect(const Case& what) {
 }
 
 Status Conversation::Compare(const Case& what, const std::string& payload) {
+  if (what.contains("goes_on") && Payloads::HasFinals(payload)) return Over("an episode ended with that step");
   if (what.contains("same_as") && payload != kept_[what["same_as"]])
     return Failed("the payload differs from the one before");
   if (what.contains("begins_as") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["begins_as"]]))
@@ -284,11 +289,12 @@ Status Conversation::TakeWelcome(const Frame& frame) {
   limit_ = welcome->max_frame;
   reader_.SetLimit(limit_);
   crc_ = protocol2::HasCapability(welcome->capabilities, "crc");
+  agreed_ = AgreedIn(welcome->capabilities);
   return Status::Ok();
 }
 
 Status Conversation::TakeSpec(const Case& what, const Frame& frame) {
-  Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(frame.payload);
+  Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(frame.payload, agreed_);
   if (!spec.ok()) return spec.status();
   spec_ = std::move(*spec);
   blocks_ = protocol2::Blocks(spec_.env);
@@ -296,7 +302,7 @@ Status Conversation::TakeSpec(const Case& what, const Frame& frame) {
   if (payloads_.longest() > limit_)
     return Failed(fmt::format("STEP or RESULT has up to {} bytes, max_frame is {}: CONFIGURE is UNSUPPORTED (R34)",
                               payloads_.longest(), limit_));
-  check_ = protocol2::ResultCheck(spec_.env, spec_.autoreset);
+  check_ = protocol2::ResultCheck(spec_.env, spec_.autoreset, protocol2::Numbers::kJudged, agreed_);
   const Case said = ReadCase({reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()});
   offered_ = said.value("behaviours", Case());
   const std::string autoreset = said.value("autoreset", "same_step"), asked = what.value("autoreset", "same_step");

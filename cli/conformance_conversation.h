@@ -89,6 +89,7 @@ class Conversation {
   Case offered_;  // SPEC's behaviours
   protocol2::Blocks blocks_;
   Payloads payloads_;
+  protocol2::Agreed agreed_;
   protocol2::ResultCheck check_;
   std::uint32_t session_ = 0, welcomed_ = 0;  // welcomed_: of the latest WELCOME, on whatever connection
   std::uint64_t request_ = 0, judged_ = 0;

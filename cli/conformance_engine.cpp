@@ -80,6 +80,7 @@ Status EngineScript::Begin(const Case& how) {
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
   const Case welcome = how.value("welcome", Case::object());
   relabels_ = false;
+  agreed_ = AgreedIn(welcome.value("capabilities", std::vector<std::string>()));
   for (const Case& capability : welcome.value("capabilities", Case::array())) {
     relabels_ = relabels_ || capability == "relabel";
     if (std::ranges::find(capabilities_, capability.get<std::string>()) == capabilities_.end())
@@ -166,8 +167,7 @@ Status EngineScript::DoSend(const Case& what) {
 }
 
 std::string EngineScript::Fitted(const std::string& name) const {
-  const std::string text = JsonText(spec_);
-  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
+  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(offered_)), agreed_);
   std::string payload = BytesOf(results_[name == "on" && last_type_ == FrameType::kReset ? "first" : name]);
   if (!spec.ok()) return payload;
   const protocol2::Blocks blocks(spec->env);
@@ -216,7 +216,7 @@ Result<bool> EngineScript::Take(const Case& what, const Frame& frame) {
   if (type == FrameType::kHello) return TakeHello(frame);
   if (type == FrameType::kPong) return true;
   CONSAC_RETURN_IF_ERROR(CheckNumbers(frame.header));
-  if (IsMove(type)) CONSAC_RETURN_IF_ERROR(CheckRequest(spec_, frame, result_));
+  if (IsMove(type)) CONSAC_RETURN_IF_ERROR(CheckRequest(offered_, agreed_, frame, result_));
   request_ = frame.header.request;
   last_type_ = type;
   last_ = payload;

@@ -105,8 +105,9 @@ class EngineScript {
   FrameType last_type_ = FrameType::kConfigure;  // of the latest request
   std::string last_, result_;                    // payloads of the latest request and the latest RESULT
   bool may_resume_ = false, resuming_ = false;
-  bool relabels_ = false;  // WELCOME agreed to it
-  bool refused_ = false;   // the way that the latest CONFIGURE asked for
+  bool relabels_ = false;     // WELCOME agreed to it
+  protocol2::Agreed agreed_;  // likewise
+  bool refused_ = false;      // the way that the latest CONFIGURE asked for
 };
 
 }  // namespace consac::cli

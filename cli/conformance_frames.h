@@ -35,6 +35,12 @@ inline constexpr std::pair<const char*, protocol2::FrameType> kFrameNames[] = {
     {"RENDER", protocol2::FrameType::kRender},       {"FRAME", protocol2::FrameType::kFrame},
     {"RELABEL", protocol2::FrameType::kRelabel},     {"REWARDS", protocol2::FrameType::kRewards}};
 
+/// What SPEC and blocks depend on, of capabilities that were agreed.
+inline protocol2::Agreed AgreedIn(std::span<const std::string> capabilities) {
+  const auto has = [&](std::string_view name) { return protocol2::HasCapability(capabilities, name); };
+  return {has("parameters"), has("statistics"), has("groups")};
+}
+
 /// A JSON value; null where it is none.
 inline nlohmann::json ReadCase(std::string_view text) {
   const Result<nlohmann::json> read = ReadJson<nlohmann::json>(text);

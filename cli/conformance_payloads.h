@@ -2,6 +2,7 @@
 // RESET, STEP and RELABEL as the conformance cases of a server want them, right ones and wrong ones, made from SPEC.
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -26,6 +27,8 @@ class Payloads {
   /// What the cases call `kind`. `result`: the latest RESULT, whose masks say what is legal. `leaf`: of illegal
   /// actions.
   std::string Of(const std::string& kind, const std::string& result, const std::string& leaf = "") const {
+    if (const std::size_t set = kind.find(kSet); set != std::string::npos)
+      return WithParameters(Of(kind.substr(0, set), result, leaf), kind.substr(set + kSet.size()));
     if (kind == "empty") return "";
     if (kind == "none") return Reset(0, 0);
     if (kind == "all") return Reset(0, 1);
@@ -75,6 +78,18 @@ class Payloads {
     return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).second;
   }
 
+  /// Whether a RESET or STEP can be so: where no parameter has a bound, none can be beyond it.
+  bool CanBeSet(const std::string& kind) const {
+    return std::ranges::any_of(env_->parameters, [&](const ParameterSpec& parameter) {
+      return kind.ends_with(" too high")  ? std::isfinite(parameter.high)
+             : kind.ends_with(" too low") ? std::isfinite(parameter.low)
+                                          : true;
+    });
+  }
+  std::int64_t last_world() const { return static_cast<std::int64_t>(blocks_.environments) - 1; }
+  /// Whether an episode ended in a RESULT of `same_step`.
+  static bool HasFinals(const std::string& result) { return (result[0] & protocol2::kPartFinals) != 0; }
+
   /// Whether a RELABEL can be so: where no observation has such a number, or every behaviour has goals, it cannot.
   bool CanBeAsked(const std::string& kind) const {
     if (kind == "goals of others") return Goalless() < env_->behaviours.size();
@@ -121,7 +136,10 @@ class Payloads {
   }
 
   /// The longest of the frames that have one length each, or a longest: STEP, RESET with seeds, RESULT without infos.
-  std::size_t longest() const { return std::max({blocks_.step_bytes, blocks_.options, blocks_.largest_result}); }
+  std::size_t longest() const {
+    return std::max({blocks_.step_bytes + blocks_.parameter_bytes(), blocks_.options + blocks_.parameter_bytes(),
+                     blocks_.largest_result});
+  }
 
   /// A RESULT without what is not looked at (rows of slots without 16, 1 and 2, mask rows of slots without 16), without
   /// infos, and without the time that the engine took.
@@ -157,7 +175,8 @@ class Payloads {
           std::count_if(states, states + behaviour.slots, [](char state) { return (state & protocol2::kFinal) != 0; });
       end = protocol2::AlignBlock(end + static_cast<std::size_t>(finals) * behaviour.observation_layout.row_bytes);
     }
-    parts &= ~protocol2::kPartInfos;
+    if ((parts & protocol2::kPartGroups) != 0) end += blocks_.group_bytes();
+    parts &= ~(protocol2::kPartInfos | protocol2::kPartStatistics);
     std::memcpy(result.data(), &parts, sizeof(parts));
     result.resize(std::min(end, result.size()));
     return result;
@@ -173,6 +192,34 @@ class Payloads {
   }
 
  private:
+  static constexpr std::string_view kSet = ", set ";
+
+  /// With flag 4 and parameters behind: "defaults", "nothing", "high" and "low" (the bounds, or 1 beyond the default);
+  /// of the last environment wrong: "too high", "too low", "infinity"; "short", "long".
+  std::string WithParameters(std::string payload, const std::string& how) const {
+    payload[0] = static_cast<char>(payload[0] | static_cast<char>(protocol2::kWithParameters));
+    const bool wrong = how.starts_with("too ") || how == "infinity";
+    for (std::size_t i = 0; i < blocks_.environments * blocks_.parameters; ++i) {
+      const ParameterSpec& parameter = env_->parameters[i % blocks_.parameters];
+      const bool last = i / blocks_.parameters + 1 == blocks_.environments;
+      const double value = ValueOf(parameter, wrong && !last ? "defaults" : how);
+      payload.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    }
+    if (how == "short") payload.resize(payload.size() - 8);
+    if (how == "long") payload.resize(payload.size() + 8);
+    return payload;
+  }
+  static double ValueOf(const ParameterSpec& parameter, const std::string& how) {
+    const bool has_high = std::isfinite(parameter.high), has_low = std::isfinite(parameter.low);
+    if (how == "nothing") return std::numeric_limits<double>::quiet_NaN();
+    if (how == "infinity") return std::numeric_limits<double>::infinity();
+    if (how == "too high" && has_high) return parameter.high + 1.0 + std::fabs(parameter.high);
+    if (how == "too low" && has_low) return parameter.low - 1.0 - std::fabs(parameter.low);
+    if (how == "high") return has_high ? parameter.high : parameter.default_value + 1.0;
+    if (how == "low") return has_low ? parameter.low : parameter.default_value - 1.0;
+    return parameter.default_value;
+  }
+
   static std::string With(std::string payload, std::size_t at, int value) {
     payload[at] = static_cast<char>(value);
     return payload;

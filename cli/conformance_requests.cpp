@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -39,21 +41,36 @@ Status CheckActions(const EnvSpec& env, const protocol2::Blocks& blocks, const p
   return Status::Ok();
 }
 
+/// Values from low to high, or NaN.
+Status CheckSet(const EnvSpec& env, std::span<const std::byte> block) {
+  for (std::size_t i = 0; i < block.size() / sizeof(double); ++i) {
+    double value = 0.0;
+    std::memcpy(&value, block.data() + i * sizeof(value), sizeof(value));
+    if (std::isnan(value)) continue;
+    const Status legal = CheckValue(env.parameters[i % env.parameters.size()], value);
+    if (!legal.ok()) return Failed(legal.message() + " (R102)");
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
-Status CheckRequest(const nlohmann::json& offered, const protocol2::Frame& frame, const std::string& result) {
-  const std::string text = JsonText(offered);
-  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(text)));
+Status CheckRequest(const std::string& offered, const protocol2::Agreed& agreed, const protocol2::Frame& frame,
+                    const std::string& result) {
+  const Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(std::as_bytes(std::span(offered)), agreed);
   if (!spec.ok()) return spec.status();
   const protocol2::Blocks blocks(spec->env);
   const bool step = frame.header.type == protocol2::FrameType::kStep;
   if (step && result.empty()) return Failed("STEP comes before the first RESULT, which a RESET has to bring (R40)");
-  if (frame.payload.size() < blocks.seeds || (step && frame.payload.size() != blocks.step_bytes))
+  std::uint32_t head[2] = {};
+  std::memcpy(head, frame.payload.data(), std::min(sizeof(head), frame.payload.size()));
+  const std::uint32_t known = (step ? 0u : protocol2::kWithSeeds | protocol2::kWithOptions) |
+                              (agreed.parameters ? protocol2::kWithParameters : 0u);
+  if ((head[0] & ~known) != 0 || head[1] != 0) return Failed("what must be 0 in RESET and STEP is not (R42)");
+  const std::size_t set = (head[0] & protocol2::kWithParameters) != 0 ? blocks.parameter_bytes() : 0;
+  if (frame.payload.size() < blocks.seeds + set || (step && frame.payload.size() != blocks.step_bytes + set))
     return Failed(fmt::format("{} has {} bytes (R41)", step ? "STEP" : "RESET", frame.payload.size()));
-  std::uint32_t head[2];
-  std::memcpy(head, frame.payload.data(), sizeof(head));
-  if ((head[0] & ~(step ? 0u : protocol2::kWithSeeds | protocol2::kWithOptions)) != 0 || head[1] != 0)
-    return Failed("what must be 0 in RESET and STEP is not (R42)");
+  if (set > 0) CONSAC_RETURN_IF_ERROR(CheckSet(spec->env, frame.payload.last(set)));
   for (std::size_t i = 0; i < blocks.environments; ++i) {
     const int chosen = std::to_integer<int>(frame.payload[protocol2::kActiveOffset + i]);
     if (chosen > 1 || (!step && result.empty() && chosen != 1))

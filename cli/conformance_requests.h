@@ -10,8 +10,9 @@
 
 namespace consac::cli {
 
-/// `offered` is SPEC, `result` the payload of the latest RESULT, "" before the first.
-Status CheckRequest(const nlohmann::json& offered, const protocol2::Frame& frame, const std::string& result);
+/// `offered` is SPEC's payload, `result` that of the latest RESULT, "" before the first.
+Status CheckRequest(const std::string& offered, const protocol2::Agreed& agreed, const protocol2::Frame& frame,
+                    const std::string& result);
 
 /// The rows that a RELABEL of this payload asks of; `offered` is SPEC's payload, `max_frame` bytes the most of REWARDS.
 Result<std::int64_t> RelabelledRows(const std::string& offered, const std::string& payload, std::size_t max_frame);

@@ -35,7 +35,8 @@ Case RequestOf(const Case& answer, const Case& spec) {
 
 /// The answers of one of results.json; the trainer goes on, or leaves at the one that breaks a rule.
 void RunResults(const Case& entry, const Case& spec, EngineScript& script, ConformanceVerdict* verdict) {
-  if (!Take(script.Begin({{"begin", "SPEC"}}), verdict)) return;
+  const Case welcome = {{"capabilities", entry.value("agreed", Case::array())}};
+  if (!Take(script.Begin({{"begin", "SPEC"}, {"welcome", welcome}}), verdict)) return;
   for (const Case& answer : entry["answers"]) {
     if (!Take(script.DoExpect(RequestOf(answer, spec)), verdict)) return;
     if (!Take(script.Answer(BytesOf(answer["result"])), verdict)) return;

@@ -1,5 +1,7 @@
 // consac doctor: what this machine can do, and what is wrong with an endpoint.
 #include <algorithm>
+#include <map>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -12,7 +14,9 @@
 #include "cli/print.h"
 #include "cli/verbs.h"
 #include "consac/base/file.h"
+#include "consac/base/names.h"
 #include "consac/base/path.h"
+#include "consac/base/text.h"
 #include "consac/base/version.h"
 #include "consac/env/buffer.h"
 #include "consac/nn/kernels.h"
@@ -85,6 +89,24 @@ int FailAtEndpoint(const Status& status) {
   return Fail("doctor", {status.code(), message});
 }
 
+/// What may be set, and who is rewarded together.
+void PrintExtras(const EnvSpec& spec) {
+  for (const ParameterSpec& parameter : spec.parameters) {
+    Print("parameter            {}: {}, {} to {}{}\n", parameter.name, NumberText(parameter.default_value),
+          NumberText(parameter.low), NumberText(parameter.high),
+          parameter.description.empty() ? "" : " (" + PrintableLine(parameter.description) + ")");
+  }
+  for (const GroupSpec& group : spec.groups) {
+    std::string agents;
+    for (const GroupSpec::Member& member : group.members) {
+      const BehaviourSpec& behaviour = spec.behaviours[member.behaviour];
+      agents += (agents.empty() ? "" : ", ") + behaviour.agents[member.agent];
+      if (spec.behaviours.size() > 1) agents += " of " + behaviour.name;
+    }
+    Print("group                {}: {}\n", group.name, agents);
+  }
+}
+
 int ExamineEndpoint(const DoctorFlags& flags) {
   const double timeout = flags.Patience(kEndpointPatience);
   const Result<Endpoint> endpoint = Endpoint::Parse(flags.url);
@@ -110,8 +132,10 @@ int ExamineEndpoint(const DoctorFlags& flags) {
   }
   Print("training length      {}\nmodel name           {}\n", request.training_length,
         request.model_name.empty() ? "none given" : request.model_name);
+  PrintExtras((*client)->spec());
   Status status = (*client)->Reset(0, batches);
   if (!status.ok()) return FailAtEndpoint(status);
+  std::map<std::string, std::pair<double, std::int64_t>> noted;  // sum and count
   Rng rng(1, StreamId("doctor"));
   constexpr std::int64_t kMostSteps = 50;
   const std::int64_t steps = request.training_length > 0 ? std::min(request.training_length, kMostSteps) : kMostSteps;
@@ -129,10 +153,17 @@ int ExamineEndpoint(const DoctorFlags& flags) {
       }
     }
     status = (*client)->Step(batches, i == steps ? MoreSteps::kLast : MoreSteps::kYes);
+    for (const Statistic& statistic : (*client)->statistics()) {
+      noted[statistic.name].first += statistic.value;
+      ++noted[statistic.name].second;
+    }
   }
   if (status.ok()) status = CheckSomebody(**client);
   (*client)->Close();
   if (!status.ok()) return FailAtEndpoint(status);
+  for (const auto& [name, sum] : noted)
+    Print("statistic            {}: {:.4g} over {} numbers\n", name, sum.first / static_cast<double>(sum.second),
+          sum.second);
   Print("step                 {:.1f} us with random actions over {} steps\nthe engine is fine\n",
         (Now() - start) / static_cast<double>(steps) * 1e6, steps);
   return 0;

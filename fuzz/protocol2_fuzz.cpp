@@ -57,6 +57,7 @@ void TryResult(std::span<const std::byte> payload) {
     spec.behaviours.push_back(BehaviourSpec::Of("a", *Space::Box(-1, 1, {3}), *Space::Discrete(3), 2));
     spec.behaviours.push_back(BehaviourSpec::Of("b", *Space::Box(0, 255, {2, 3}, DType::kU8), *Space::Discrete(2), 2));
     spec.behaviours[1].masks_actions = true;
+    spec.groups = {{"all", {{0, 0}, {1, 0}}}};
     return spec;
   }();
   static const protocol2::Blocks blocks(env);
@@ -67,6 +68,14 @@ void TryResult(std::span<const std::byte> payload) {
   protocol2::ResultCheck check(env, protocol2::Autoreset::kSameStep);
   check.Ask(protocol2::FrameType::kReset, all);
   Require(!check.Judge(payload).ok() || read.ok());  // what the judge takes can be read
+  protocol2::ResultCheck of_all(env, protocol2::Autoreset::kSameStep, protocol2::Numbers::kJudged, {true, true, true});
+  of_all.Ask(protocol2::FrameType::kReset, all);
+  if (!of_all.Judge(payload).ok()) return;
+  const protocol2::ResultParts parts = protocol2::FindParts(env, blocks, payload);
+  if (parts.statistics == 0) return;
+  std::vector<Statistic> noted;
+  const std::size_t begin = parts.statistics + sizeof(std::uint32_t);
+  Require(protocol2::ReadStatistics(payload.subspan(begin, parts.statistics_end - begin), &noted).ok());
 }
 
 // What is taken is priced, and the prices are what the trainer takes.
@@ -101,7 +110,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   TryMessage(bytes, protocol2::ParseHello, protocol2::EncodeHello);
   TryMessage(bytes, protocol2::ParseWelcome, protocol2::EncodeWelcome);
   TryMessage(bytes, protocol2::ParseConfigure, protocol2::EncodeConfigure);
-  TryMessage(bytes, protocol2::ParseSpec, protocol2::EncodeSpec);
+  for (const bool agreed : {false, true}) {
+    TryMessage(
+        bytes,
+        [&](auto payload) {
+          return protocol2::ParseSpec(payload, {agreed, agreed, agreed});
+        },
+        protocol2::EncodeSpec);
+  }
   TryMessage(bytes, protocol2::ParseError, protocol2::EncodeError);
   (void)protocol2::ParseRender(bytes);
   TryResult(bytes);

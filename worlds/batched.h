@@ -10,12 +10,14 @@
 //   StepResult Step(const Action* action, Rng& rng, Observation* observation);
 //   void Visit(Archive& archive);                    its exact state
 // and may have:
+//   void SetParameters(std::span<const double>);     before Reset, all that Spec has of them
 //   float Price(const Observation*) const;           what a step to it pays, static or not: it prices goals
 //   bool Succeeds(const Observation*) const;         whether it is where it should be: it has the info is_success
 //   static constexpr std::size_t kTogether;          how many copies are stepped by one call of
 //   static void StepTogether(const Together<W>&);    with the bits that Step gives each
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -62,11 +64,13 @@ class Batched final : public VectorEnv {
   /// `copies` >= 1.
   explicit Batched(std::int32_t copies) : spec_(W::Spec(copies)), worlds_(static_cast<std::size_t>(copies)) {
     TellSuccess();
+    TakeDefaults();
   }
   /// Copies of `world`, which offers `spec`.
   Batched(EnvSpec spec, const W& world, std::int32_t copies)
       : spec_(std::move(spec)), worlds_(static_cast<std::size_t>(copies), Copy{world, Rng(), 0}) {
     TellSuccess();
+    TakeDefaults();
   }
 
   const EnvSpec& spec() const override { return spec_; }
@@ -79,8 +83,7 @@ class Batched final : public VectorEnv {
     const auto i = static_cast<std::size_t>(world);
     Copy& copy = worlds_[i];
     if (seed.has_value()) copy.rng = Rng(*seed, StreamId("world"));
-    copy.steps = 0;
-    copy.world.Reset(copy.rng, Row(batches[0].next_observations, i));
+    Begin(i, Row(batches[0].next_observations, i));
     return true;
   }
 
@@ -114,6 +117,12 @@ class Batched final : public VectorEnv {
 
   std::span<const InfoColumn> infos() const override { return infos_; }
 
+  void SetParameters(std::int32_t world, std::span<const double> values) override {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!std::isnan(values[i])) parameters_[static_cast<std::size_t>(world) * values.size() + i] = values[i];
+    }
+  }
+
   bool prices_goals() const override { return kPrices; }
 
   void PriceGoals(std::size_t, const std::byte* observations, std::int64_t rows, float* rewards) const override {
@@ -127,6 +136,11 @@ class Batched final : public VectorEnv {
 
   void Visit(Archive& archive) override {
     archive("worlds", worlds_);
+    if constexpr (kSets) {
+      archive("parameters", std::span<double>(parameters_));
+      for (std::size_t i = 0; i < parameters_.size(); ++i)
+        archive.Check("parameters", CheckValue(spec_.parameters[i % spec_.parameters.size()], parameters_[i]).ok());
+    }
     if (!archive.loading()) return;
     const std::int64_t longest = spec_.max_episode_steps;
     for (std::size_t i = 0; i < worlds_.size(); ++i) {
@@ -143,6 +157,7 @@ class Batched final : public VectorEnv {
  private:
   using Observation = typename ObservationElement<W>::Type;
   static constexpr bool kStepsTogether = requires { W::kTogether; };
+  static constexpr bool kSets = requires(W & world, std::span<const double> values) { world.SetParameters(values); };
   static constexpr bool kPrices = requires(const W& world, const Observation* seen) { world.Price(seen); };
   static constexpr bool kSucceeds = requires(const W& world, const Observation* seen) { world.Succeeds(seen); };
   struct Copy {
@@ -178,7 +193,23 @@ class Batched final : public VectorEnv {
     batch.truncated[i] = cut ? 1 : 0;
     if (!result.terminated && !cut) return;
     std::memcpy(batch.final_observations + i * row_bytes, observation, row_bytes);
+    Begin(static_cast<std::size_t>(batch.slots[i]), observation);
+  }
+
+  void TakeDefaults() {
+    const std::vector<double> defaults = DefaultsOf(spec_.parameters);
+    for (std::size_t i = 0; i < worlds_.size(); ++i)
+      parameters_.insert(parameters_.end(), defaults.begin(), defaults.end());
+  }
+
+  /// An episode of copy `i`, with the parameters that are set by now.
+  void Begin(std::size_t i, Observation* observation) {
+    Copy& copy = worlds_[i];
     copy.steps = 0;
+    if constexpr (kSets) {
+      const std::size_t count = spec_.parameters.size();
+      copy.world.SetParameters(std::span<const double>(parameters_).subspan(i * count, count));
+    }
     copy.world.Reset(copy.rng, observation);
   }
 
@@ -188,8 +219,9 @@ class Batched final : public VectorEnv {
 
   EnvSpec spec_;
   std::vector<Copy> worlds_;
-  std::vector<float> succeeds_;    // [copies] of the latest step
-  std::vector<InfoColumn> infos_;  // of them
+  std::vector<float> succeeds_;     // [copies] of the latest step
+  std::vector<InfoColumn> infos_;   // of them
+  std::vector<double> parameters_;  // [copies, parameters] as they were set
 };
 
 /// Makes N copies of W: a row's `create` in the table of worlds.

@@ -16,6 +16,7 @@ import numpy as np
 from . import shared_memory, wire
 from .address import open_socket, parse_url, ready
 from .errors import ConnectionLost, ConsacError, DeadlineExceeded, EngineBusy, EngineError, ProtocolError, said
+from .extras import Setting
 from .frames import ResultFrame, Rows, StepFrame, reset_payload
 from .goals import read_rewards, relabel_payloads, require_relabel
 from .judge import Judge
@@ -39,6 +40,7 @@ _REQUEST = struct.Struct("<Q")
 _REQUEST_AT = 16  # in a header
 _HEAD = struct.Struct("<IHHIIQIII")  # a header and the first word of its payload
 _WORDS = struct.Struct("<II")
+_LENGTH = struct.Struct("<I")
 
 
 def connect(url: str, protocol="auto", *, autoreset: str | tuple[str, ...] = "same_step", **options: Unpack[Options]):
@@ -81,7 +83,7 @@ class Connection(Session):
     def __init__(self, url: str, *, token: str | None = None, timeout: float = 60.0, autoreset: str | tuple[str, ...] = "same_step", expect: list | None = None,
                  wait: float = 0.0, resume_s: float = 10.0, crc: bool = False, max_frame: int = wire.LARGEST_FRAME,
                  shared_memory: bool = True, sock: socket.socket | None = None):
-        capabilities = ["render", "relabel"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc)
+        capabilities = ["render", "relabel", "parameters", "statistics", "groups"] + ["crc"] * crc + ["shm"] * (shared_memory and not crc)
         super().__init__(url, timeout, resume_s, [autoreset] if isinstance(autoreset, str) else list(autoreset), capabilities, max_frame, token_of(token))
         self.parts, self.infos, self.final_infos = 0, None, None
         self.rows: list[Rows] = []
@@ -102,11 +104,13 @@ class Connection(Session):
 
     def _adopt(self, spec: dict, shared: bool = False) -> None:
         """Buffers and views for the engine's spaces; `shared_memory.Unavailable` where `shared` cannot be."""
-        offer = read_spec(spec, self.autoreset, self.max_frame)
+        offer = read_spec(spec, self.autoreset, self.max_frame, self.capabilities)
         self.spec, self.environments, self.behaviours = spec, offer.environments, offer.behaviours
         self.deterministic, self.max_episode_steps, self.id = offer.deterministic, offer.max_episode_steps, offer.id
-        step, result = StepFrame(self.behaviours, self.environments), ResultFrame(self.behaviours)
-        largest = max(step.size, result.largest) - wire.HEADER.size
+        self.parameters, self.groups = {one.name: one for one in offer.parameters}, offer.groups
+        self._setting = Setting(offer.parameters, self.environments)
+        step, result = StepFrame(self.behaviours, self.environments), ResultFrame(self.behaviours, self.environments, len(self.groups), "statistics" in self.capabilities)
+        largest = max(step.size + self._setting.values.nbytes, result.largest) - wire.HEADER.size
         if largest > self.max_frame:
             raise ConsacError(f"{self.environments} environments make frames of {largest} bytes, max_frame is {self.max_frame}; raise it or take fewer environments")
         step.begin(self._flags, self.session)
@@ -131,6 +135,8 @@ class Connection(Session):
     def step(self) -> None:
         """Steps the environments of `step_mask` with `actions`; the answer lies in `rows`."""
         with self._lock:
+            if self._setting.due:
+                return self._step_and_set()
             request = self._begin()
             _REQUEST.pack_into(self._out, _REQUEST_AT, request)
             if self._broken is not None or self._left or self._flags or self.goaway is not None:
@@ -149,6 +155,32 @@ class Connection(Session):
                 self.parts, self.infos, self.final_infos = 0, None, None
             self._check(request, None if self.step_mask.all() else self.step_mask)
             self.request, self._under_way = request, False
+
+    def _step_and_set(self) -> None:
+        """A STEP that sets parameters, which is rare."""
+        payload = bytearray(self._out_view[wire.HEADER.size:]) + self._setting.take()
+        _LENGTH.pack_into(payload, 0, wire.WITH_PARAMETERS)
+        answer = self._ask(wire.STEP, payload, wire.RESULT)
+        self._setting.arrived()
+        self._parse(answer)
+        self._check(self.request, None if self.step_mask.all() else self.step_mask)
+        self._under_way = False
+
+    def set_parameters(self, values: dict) -> None:
+        """What episodes have that begin from the next `reset` or `step` on: {name: number, or one for each environment (NaN: leave it)}. Those under way go
+        on with what they have. `parameters` says what may be set; ConsacError names what there is not, or what it cannot be."""
+        with self._lock:
+            self._setting.set(values)
+
+    @property
+    def statistics(self) -> dict[str, list[float]]:
+        """Numbers of the game's own that the latest answer has brought: all that were noted, by name."""
+        return self._result.statistics if self.parts & wire.PART_STATISTICS else {}
+
+    @property
+    def group_rewards(self) -> np.ndarray:
+        """[environments, groups] what each of `groups` was paid in the latest step. The rewards of its agents hold it already."""
+        return self._result.group_rewards.copy() if self.parts & wire.PART_GROUPS else np.zeros((self.environments, len(self.groups)))
 
     def _step_in_memory(self, channel: shared_memory.Channel, request: int) -> memoryview | None:
         """None where the answer is a plain one, which lies in its place; else its payload."""
@@ -204,16 +236,17 @@ class Connection(Session):
     def reset(self, mask=None, seeds=None, options: dict | None = None) -> None:
         """Begins new episodes where `mask` [environments] is true (everywhere without it); `seeds` are one i64 per environment. An engine
         that cannot take them is asked without, with a warning (R47)."""
-        payload = reset_payload(self.environments, mask, seeds, options)
         with self._lock:
-            refused = None
+            refused, block = None, self._setting.take() if self._setting.due else b""
+            payload = reset_payload(self.environments, mask, seeds, options, block)
             try:
                 answer = self._ask(wire.RESET, payload, wire.RESULT)
             except EngineError as error:
                 if seeds is None or error.code != "UNSUPPORTED" or error.fatal:
                     raise
                 refused = error.message
-                answer = self._ask(wire.RESET, reset_payload(self.environments, mask, None, options), wire.RESULT)
+                answer = self._ask(wire.RESET, reset_payload(self.environments, mask, None, options, block), wire.RESULT)
+            self._setting.arrived()
             self._parse(answer)
             self._check(self.request, mask, step=False)
             self._under_way = False
@@ -355,6 +388,8 @@ class Connection(Session):
         """Judges the RESULT in `rows`; an engine in which nobody takes part for as long as an answer may take has forgotten to say who does (R77)."""
         try:
             self._result.check_padding()
+            if self.parts & wire.PART_GROUPS:
+                self._result.check_groups(step, chosen)
             if self._judge.judge(request, self.rows, step, chosen, bool(self.parts & wire.PART_FINALS)):
                 self._deserted = None
                 return

@@ -67,7 +67,7 @@ class ConsacEnv(gymnasium.Env[Any, Any]):
         if self._write is None:
             first: tuple[Any, dict[str, Any]] = connection.reset(seed)
             return first
-        connection.reset(None, None if seed is None else [seed], options)
+        connection.reset(None, None if seed is None else [seed], take_parameters(connection, options))
         return self._read(), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -95,6 +95,15 @@ class ConsacEnv(gymnasium.Env[Any, Any]):
     def close(self) -> None:
         if hasattr(self, "_connection"):
             self._connection.close()
+
+
+def take_parameters(connection: Connection, options: dict[str, Any] | None) -> dict[str, Any] | None:
+    """`options` of a reset without "parameters", which are set: {name: number}. An engine without parameters gets all of it as it is."""
+    if options is None or not connection.parameters or "parameters" not in options:
+        return options
+    rest = dict(options)
+    connection.set_parameters(rest.pop("parameters"))
+    return rest or None
 
 
 def make(url: str, *, max_episode_steps: int | None = None, render_mode: str | None = None, protocol: str | int = "auto", **options: Unpack[Options]) -> gymnasium.Env[Any, Any]:

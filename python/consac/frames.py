@@ -7,6 +7,7 @@ import numpy as np
 
 from . import wire
 from .errors import ConsacError, ProtocolError
+from .extras import read_statistics
 from .layout import Behaviour, align
 
 _WORDS = struct.Struct("<II")
@@ -42,9 +43,9 @@ class StepFrame:
         self.actions = [b.action.views(self.bytes, b.slots, offset) for b, offset in zip(self._behaviours, self.action_offsets)]
 
 
-def reset_payload(environments: int, mask, seeds, options: dict | None) -> bytearray:
-    """A RESET's payload; `mask` [environments] and `seeds` [environments] as in Connection.reset."""
-    flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0)
+def reset_payload(environments: int, mask, seeds, options: dict | None, parameters: bytes = b"") -> bytearray:
+    """A RESET's payload; `mask` [environments] and `seeds` [environments] as in Connection.reset, `parameters` as they go over the wire."""
+    flags = (wire.WITH_SEEDS if seeds is not None else 0) | (wire.WITH_OPTIONS if options is not None else 0) | (wire.WITH_PARAMETERS if parameters else 0)
     blocks = [(np.ones(environments, np.uint8) if mask is None else np.asarray(mask, np.uint8)).tobytes()]
     if seeds is not None:
         blocks.append(np.array([_seed(seed) for seed in seeds], "<i8").tobytes())
@@ -55,7 +56,7 @@ def reset_payload(environments: int, mask, seeds, options: dict | None) -> bytea
             raise ConsacError(f"reset options must be JSON: {error}") from None
         blocks.append(_LENGTH.pack(len(text)) + text)
     payload = bytearray(_WORDS.pack(flags, 0))
-    for block in blocks:
+    for block in [*blocks, parameters]:
         payload += block
         payload += bytes(align(len(payload)) - len(payload))
     return payload
@@ -87,7 +88,10 @@ class ResultFrame:
 
     `plain_end`: bytes of one without final rows and infos, `plain_size` with its padding; `largest`: with all final rows."""
 
-    def __init__(self, behaviours: list[Behaviour]):
+    def __init__(self, behaviours: list[Behaviour], environments: int = 1, groups: int = 0, statistics: bool = False):
+        self._groups, self._known = (environments, groups), wire.PART_FINALS | wire.PART_INFOS | wire.PART_STATISTICS * statistics | wire.PART_GROUPS * (groups > 0)
+        self.statistics: dict[str, list[float]] = {}  # that the latest RESULT has brought
+        self.group_rewards = np.zeros(self._groups)  # likewise
         self._behaviours, self._slots = behaviours, sum(behaviour.slots for behaviour in behaviours)
         self.plain_size, finals = wire.HEADER.size + 8, 0
         for behaviour in behaviours:
@@ -97,7 +101,7 @@ class ResultFrame:
                 self.plain_end = align(self.plain_end) + behaviour.slots * behaviour.action.mask_bytes
             self.plain_size = align(self.plain_end)
             finals += block
-        self.largest = self.plain_size + finals
+        self.largest = self.plain_size + finals + 8 * environments * groups
         self._padding = self._padding_of_plain()
         self.rows: list[Rows] = []
         self._buffer = None
@@ -140,21 +144,48 @@ class ResultFrame:
         if not in_place and end >= at:
             self._buffer[wire.HEADER.size:self.plain_end] = payload[:at]
         parts, infos, final_infos = _LENGTH.unpack_from(payload)[0] if end >= 4 else 0, None, None
+        if parts & ~self._known:
+            raise ProtocolError("WRONG_SIZE", f"a RESULT with parts {parts:#x}, known are {self._known:#x} (R61)")
         if end >= at and parts & wire.PART_FINALS:
             at = self._map_finals(payload, at)
+        self.statistics, self.group_rewards[:] = {}, 0.0
+        if end >= at and parts & wire.PART_GROUPS:
+            self._check_padding_at(payload, at)
+            begin, at = align(at), align(at) + self.group_rewards.nbytes
+            if at <= end:
+                self.group_rewards[:] = np.ndarray(self._groups, "<f8", payload, begin)
+        if end >= at and parts & wire.PART_STATISTICS:
+            begin, at = self._text(payload, at)
+            if at <= end:
+                self.statistics = read_statistics(payload[begin:at])
         if end >= at and parts & wire.PART_INFOS:
-            if any(payload[at:align(at)]):
-                raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding before its infos is not 0 (R62)")
-            begin = align(at) + 4
-            at = begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= end else 0)
+            begin, at = self._text(payload, at)
             if at <= end:
                 said = read_json(payload[begin:at])
                 infos, final_infos = self._columns(said, "infos"), self._columns(said, "final_infos")
-        if end != align(at) or parts & ~(wire.PART_FINALS | wire.PART_INFOS):
+        if end != align(at):
             raise ProtocolError("WRONG_SIZE", f"a RESULT of {end} bytes with parts {parts:#x}, expected {align(at)} (R60, R61)")
         if any(payload[at:end]):
             raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding at its end is not 0 (R62)")
         return parts, infos, final_infos
+
+    @staticmethod
+    def _check_padding_at(payload: memoryview, at: int) -> None:
+        if any(payload[at:align(at)]):
+            raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: padding before one of its last blocks is not 0 (R62)")
+
+    def _text(self, payload: memoryview, at: int) -> tuple[int, int]:
+        """Where the text of the block behind `at` begins and ends."""
+        self._check_padding_at(payload, at)
+        begin = align(at) + 4
+        return begin, begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= len(payload) else 0)
+
+    def check_groups(self, step: bool, chosen) -> None:
+        """ProtocolError where groups are paid what they cannot be (R107). `chosen` [environments] were asked for, None: all."""
+        paid = self.group_rewards
+        idle = np.ones(len(paid), bool) if not step else np.zeros(len(paid), bool) if chosen is None else ~np.asarray(chosen, bool)
+        if not np.isfinite(paid).all() or paid[idle].any():
+            raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: a group is paid NaN or infinity, or in an environment that was not stepped (R107)")
 
     def _map_finals(self, payload: memoryview, at: int) -> int:
         """Lays the final rows over the payload from `at`; where they end."""

@@ -1,11 +1,12 @@
 """What an engine says of itself in SPEC, checked before anything of its size is made."""
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Sequence
 
 from . import wire
 from .errors import ProtocolError
+from .extras import Group, Parameter, read_groups, read_parameters
 from .layout import Behaviour, bytes_in, numbers_in
 from .spec_check import check_spec
 
@@ -27,10 +28,12 @@ class Offer:
     deterministic: bool
     max_episode_steps: int
     id: str
+    parameters: list[Parameter] = field(default_factory=list)  # where that was agreed
+    groups: list[Group] = field(default_factory=list)
 
 
-def read_spec(spec: dict[str, Any], autoreset: str, limit: int) -> Offer:
-    """The offer that a SPEC describes, asked for with `autoreset`; ProtocolError where it cannot be, `limit` bounds the bytes of all rows."""
+def read_spec(spec: dict[str, Any], autoreset: str, limit: int, agreed: Sequence[str] = ()) -> Offer:
+    """The offer that a SPEC describes, asked for with `autoreset` and these capabilities; ProtocolError where it cannot be, `limit` bounds the bytes of all rows."""
     try:
         check_spec(spec)
         environments, values, begins = spec["environments"], spec["behaviours"], spec.get("autoreset", "same_step")
@@ -38,7 +41,8 @@ def read_spec(spec: dict[str, Any], autoreset: str, limit: int) -> Offer:
         if begins != autoreset:
             raise ValueError(f"autoreset is {wire.shown(begins)}, asked for was {autoreset}")
         return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], spec.get("deterministic", False),
-                     spec.get("max_episode_steps", 0), spec.get("id", ""))
+                     spec.get("max_episode_steps", 0), spec.get("id", ""), read_parameters(spec) if "parameters" in agreed else [],
+                     read_groups(spec) if "groups" in agreed else [])
     except wire.WireError as error:
         raise ProtocolError(error.code, error.message) from None
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, AssertionError) as error:  # Gymnasium asserts what it does not take

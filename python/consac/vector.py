@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from . import wire
 from .errors import ConsacError
-from .env import REMOTE_ID, mask_value, pick, put, row_reader
+from .env import REMOTE_ID, mask_value, pick, put, row_reader, take_parameters
 from .face import RENDER_FPS, Face
 from .layout import Layout, Leaf
 from .model_file import Array
@@ -57,7 +57,7 @@ class ConsacVectorEnv(VectorEnv[Any, Any, Any]):
             mask = reset_mask(options.pop("reset_mask"), self.num_envs)
         else:
             mask = None
-        self.connection.reset(mask, self._seeds(seed), options)
+        self.connection.reset(mask, self._seeds(seed), take_parameters(self.connection, options))
         return self.read(), self._infos(mask)
 
     def step(self, actions: Any) -> tuple[Any, Array, Array, Array, dict[str, Any]]:

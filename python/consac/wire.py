@@ -32,8 +32,8 @@ _NO_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 HELLO, WELCOME, CONFIGURE, SPEC, RESET, STEP, RESULT, ERROR, GOAWAY, BYE, PING, PONG, PAUSED, RESUMED, RENDER, FRAME, RELABEL, REWARDS = range(1, 19)
 
 TERMINATED, TRUNCATED, FINAL, FIRST, ACTIVE = 1, 2, 4, 8, 16  # a slot's state in RESULT
-PART_FINALS, PART_INFOS = 1, 2  # parts of a RESULT
-WITH_SEEDS, WITH_OPTIONS = 1, 2  # flags of a RESET
+PART_FINALS, PART_INFOS, PART_STATISTICS, PART_GROUPS = 1, 2, 4, 8  # parts of a RESULT
+WITH_SEEDS, WITH_OPTIONS, WITH_PARAMETERS = 1, 2, 4  # flags of a RESET; the last of a STEP too
 
 DTYPES = {"BOOL": np.bool_, "U8": np.uint8, "I8": np.int8, "U16": np.uint16, "I16": np.int16, "U32": np.uint32, "I32": np.int32,
           "U64": np.uint64, "I64": np.int64, "F32": np.float32, "F64": np.float64}

@@ -20,6 +20,7 @@ class Conversation:
     def __init__(self, port):
         self.port, self.kept, self.last, self.judged, self.resume, self.over, self.envs, self.held = port, {}, 0, 0, "", False, 1, b""
         self.paid, self.stepped, self.welcomed = [], False, 0
+        self.capabilities, self.parameters, self.set_wrong = [], [], False
         self.connect()
 
     def connect(self, _=None):
@@ -79,6 +80,12 @@ class Conversation:
             if payload is None:  # no observation has such a number
                 self.over = True
                 return
+        elif ", set " in what.get("payload", ""):
+            base, how = what["payload"].split(", set ")
+            payload, self.over = self.with_parameters(self.payload(base), how)
+            self.set_wrong = True
+            if self.over:
+                return
         elif "payload" in what:
             payload = self.payload(what["payload"] + {"discrete": " by one", "discrete, below": " below"}.get(what.get("leaf"), ""))
         request = {"next": self.last + 1, "again": self.last}.get(what["request"], what["request"])
@@ -121,6 +128,21 @@ class Conversation:
             "negative last seed": lambda: reset(1) + seeds()[:-8] + struct.pack("<q", -5), "illegal below": lambda: step(first=-1),
             "illegal by one": lambda: step(first=2), "illegal of the absent": lambda: step(actions=[0 if state & wire.ACTIVE else 100000 for state in self.check.states[0]]),
         }[kind]()
+
+    def with_parameters(self, payload, how):
+        """With flag 4 and parameters behind; and whether no parameter has a bound that it takes. What is wrong is of the last environment."""
+        values, count = np.full((self.envs, len(self.parameters)), np.nan), len(self.parameters)
+        number = lambda one, name, otherwise: otherwise if one.get(name) is None else one[name]
+        for place, one in enumerate(self.parameters):
+            low, high = number(one, "low", -np.inf), number(one, "high", np.inf)
+            normal = {"nothing": np.nan, "high": high if np.isfinite(high) else one["default"] + 1, "low": low if np.isfinite(low) else one["default"] - 1}.get(how, one["default"])
+            values[:, place] = normal
+            values[-1, place] = {"too high": high + 1 + abs(high), "too low": low - 1 - abs(low), "infinity": np.inf}.get(how, normal)
+            if how in ("too high", "too low") and not np.isfinite(values[-1, place]):
+                values[-1, place] = one["default"]
+        bounded = any(number(one, {"too high": "high", "too low": "low"}.get(how, "default"), None) is not None for one in self.parameters)
+        data = bytes([payload[0] | 4]) + payload[1:] + values.astype("<f8").tobytes()
+        return {"short": data[:-8], "long": data + bytes(8)}.get(how, data), bool(count) and not bounded
 
     def goals(self, kind):
         """A RELABEL of one row of its space again and again: twice, or as often as `kind` says; None where no observation has such a number."""
@@ -190,13 +212,14 @@ class Conversation:
         if frame.type == wire.WELCOME:
             said = {"capabilities": [], "max_frame": wire.LARGEST_FRAME, "last_request": 0, "resumed": False, "resume": ""} | said
             assert not said["resumed"] or (said["session"], said["resume"]) == (self.welcomed, self.resume)
-            self.welcomed = said["session"]
+            self.welcomed, self.capabilities = said["session"], said["capabilities"]
             self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
             self.reader.limit = said["max_frame"]
             self.over = not all(wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
         if frame.type == wire.SPEC:
             assert said["autoreset"] == what.get("autoreset", "same_step")
-            self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"])
+            self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"], self.capabilities)
+            self.parameters = said["parameters"] if "parameters" in self.capabilities else []
             self.offered, self.row_bytes = said["behaviours"], said["behaviours"][0]["observation_row"]["bytes"]
         code = what.get("code", said.get("code"))
         assert said.get("code") in (code if isinstance(code, list) else [code]), said
@@ -207,7 +230,10 @@ class Conversation:
         assert "path" not in what or said["path"] in what["path"], said
         assert frame.type != wire.ERROR or len(frame.payload) <= wire.LARGEST_BEFORE_WELCOME and isinstance(said["message"], str)
         assert "env" not in what or (said.get("env") is None if what["env"] == "none" else isinstance(said["env"], int))
-        assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
+        if what.get("env") == "first" and self.set_wrong:
+            assert said["env"] == self.envs - 1
+        else:
+            assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
         assert "text" not in what or bytes(frame.payload) == what["text"].encode()
         payload = bytearray(frame.payload)
         if frame.type == wire.REWARDS:
@@ -223,6 +249,9 @@ class Conversation:
     def compare(self, what, payload):
         if "repeats" in what:  # what is served here is the same each time
             assert self.looked_at(payload) == self.looked_at(self.kept[what["repeats"]])
+        if "goes_on" in what and payload[0] & 1:
+            self.over = True
+            return
         if "same_as" in what:
             assert payload == self.kept[what["same_as"]]
         if "begins_as" in what:

@@ -14,7 +14,8 @@ ENDS, BEGINS = wire.TERMINATED | wire.TRUNCATED, wire.FIRST | wire.ACTIVE
 class ResultCheck:
     """The RESULTs of one session. `ask` before each RESET and STEP, then `judge`."""
 
-    def __init__(self, spec, autoreset):
+    def __init__(self, spec, autoreset, agreed=()):
+        self.groups, self.known = len(spec["groups"]) if "groups" in agreed else 0, 3 | 4 * ("statistics" in agreed) | 8 * ("groups" in agreed)
         self.environments, self.autoreset = spec["environments"], autoreset
         self.behaviours = [Behaviour.from_json(value, self.environments) for value in spec["behaviours"]]
         self.states = [bytes(behaviour.slots) for behaviour in self.behaviours]
@@ -51,7 +52,7 @@ class ResultCheck:
             blocks.append(block)
         need("R60", len(payload) >= at)
         parts, = struct.unpack_from("<I", payload)
-        need("R61", parts & ~3 == 0)
+        need("R61", parts & ~self.known == 0)
         states = [payload[block[2][0]:block[2][1]] for block in blocks]
         finals = []
         for behaviour, said in zip(self.behaviours, states):
@@ -59,14 +60,17 @@ class ResultCheck:
             finals.append((at, at + rows * behaviour.observation.row_bytes))
             at = align(finals[-1][1])
         need("R61", any(begin < end for begin, end in finals) == bool(parts & 1))
-        infos = None
-        if parts & 2:
-            need("R60", len(payload) >= at + 4)
-            length, = struct.unpack_from("<I", payload, at)
-            infos = (at + 4, at + 4 + length)
-            at = align(infos[1])
+        paid, texts = at, {}
+        if parts & 8:
+            at += 8 * self.environments * self.groups
+        for part in (4, 2):
+            if parts & part:
+                need("R60", len(payload) >= at + 4)
+                length, = struct.unpack_from("<I", payload, at)
+                texts[part] = (at + 4, at + 4 + length)
+                at = align(at + 4 + length)
         need("R60", len(payload) == at)
-        for begin, end in [piece for block in blocks for piece in block] + finals + [infos or (0, 0)]:
+        for begin, end in [piece for block in blocks for piece in block] + finals + list(texts.values()):
             need("R62", not any(payload[end:align(end)]))
         for behaviour, block, said, was, final in zip(self.behaviours, blocks, states, self.states, finals):
             at = final[0]
@@ -75,8 +79,13 @@ class ResultCheck:
                 if said[slot] & wire.FINAL:
                     judge_row(behaviour, payload, at)
                     at += behaviour.observation.row_bytes
-        if infos:
-            self._judge_infos(payload[infos[0]:infos[1]], b"".join(states))
+        if parts & 8:
+            for index, reward in enumerate(struct.unpack_from(f"<{self.environments * self.groups}d", payload, paid)):
+                need("R107", math.isfinite(reward) and (reward == 0 or self.step and self.chosen[index // self.groups]))
+        if 4 in texts:
+            judge_statistics(payload[slice(*texts[4])])
+        if 2 in texts:
+            self._judge_infos(payload[slice(*texts[2])], b"".join(states))
         self.states, self.before = states, payload
 
     def _judge_slot(self, payload, behaviour, block, slot, was, state):
@@ -154,3 +163,13 @@ def judge_mask(behaviour, mask):
         for count in counts:
             need("R72", any(mask[:count]))
             mask = mask[count:]
+
+
+def judge_statistics(text):
+    try:
+        said = wire.load_json(text)
+    except wire.WireError:
+        raise Broken("R105") from None
+    for name, values in said.items():
+        need("R105", name.isprintable() and 0 < len(name.encode()) < 256)
+        need("R105", isinstance(values, list) and values and all(type(value) in (int, float) for value in values))

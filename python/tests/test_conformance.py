@@ -14,6 +14,7 @@ from consac import wire
 from consac.address import open_socket
 from consac.client import connect
 from consac.errors import ConsacError, ProtocolError
+from consac.extras import Parameter
 from consac.frames import ResultFrame
 from consac.judge import Judge
 from consac.offer import read_spec
@@ -25,6 +26,23 @@ from conversation import Conversation
 from program import PROGRAM, free_port, needs_program, run
 from result_check import ResultCheck
 
+class Pole(gymnasium.Wrapper):
+    """CartPole of a length that may be set, which notes how high its pole stands."""
+
+    def __init__(self):
+        super().__init__(gymnasium.make("CartPole-v1"))
+
+    def reset(self, *, seed=None, options=None):
+        self.unwrapped.length = options["length"] if options else 0.5
+        self.unwrapped.polemass_length = self.unwrapped.masspole * self.unwrapped.length
+        return self.env.reset(seed=seed)
+
+    def step(self, action):
+        observation, *rest, info = self.env.step(action)
+        return observation, *rest, info | {"height": float(np.cos(observation[2]))}
+
+
+PARAMETERS = [Parameter("length", 0.5, 0.1, 4.0, "of the pole, m"), Parameter("colour", 3.0)]
 CASES = pathlib.Path(__file__).parents[2] / "spec/conformance/protocol2"
 FRAMES, CONVERSATIONS, RESULTS = (json.loads((CASES / name).read_text()) for name in ("frames.json", "server.json", "results.json"))
 
@@ -50,7 +68,7 @@ def test_frames(case):
 
 @pytest.mark.parametrize("case", CONVERSATIONS, ids=lambda case: case["name"])
 def test_conversations_with_our_server(case):
-    with Server(lambda: gymnasium.make("CartPole-v1"), envs=3) as server:
+    with Server(Pole, envs=3, parameters=PARAMETERS, statistics=["height"]) as server:
         conversation = Conversation(server.port)
         for step in case["steps"]:
             (name, what), = step.items()
@@ -62,7 +80,7 @@ def test_conversations_with_our_server(case):
 
 @pytest.mark.parametrize("case", RESULTS["cases"], ids=lambda case: case["name"])
 def test_results(case):
-    check = ResultCheck(RESULTS["specs"][case["spec"]], case["autoreset"])
+    check = ResultCheck(RESULTS["specs"][case["spec"]], case["autoreset"], case.get("agreed", ()))
     for answer in case["answers"]:
         check.ask(answer["to"] == "STEP", answer.get("environments", [1] * check.environments))
         assert check.judge(bytes.fromhex("".join(answer["result"]))) == answer.get("breaks")
@@ -83,8 +101,9 @@ def choose_legal(connection):
 @pytest.mark.parametrize("case", [case for case in RESULTS["cases"] if case["answers"][-1].get("breaks") != "R75"], ids=lambda case: case["name"])
 def test_results_before_our_client(case):
     """Its own judge, in answers to requests of some environments too; numbers it leaves to whoever learns."""
-    offer = read_spec(RESULTS["specs"][case["spec"]] | {"autoreset": case["autoreset"]}, case["autoreset"], wire.LARGEST_FRAME)
-    result, judge = ResultFrame(offer.behaviours), Judge(offer.behaviours, case["autoreset"])
+    agreed = case.get("agreed", [])
+    offer = read_spec(RESULTS["specs"][case["spec"]] | {"autoreset": case["autoreset"]}, case["autoreset"], wire.LARGEST_FRAME, agreed)
+    result, judge = ResultFrame(offer.behaviours, offer.environments, len(offer.groups), "statistics" in agreed), Judge(offer.behaviours, case["autoreset"])
     rows = result.lay_over(np.zeros(result.largest + (1 << 16), np.uint8))
     for request, answer in enumerate(case["answers"], 1):
         payload = memoryview(bytes.fromhex("".join(answer["result"])))
@@ -93,6 +112,8 @@ def test_results_before_our_client(case):
         try:
             parts, _, _ = result.read(payload, False)
             result.check_padding()
+            if parts & wire.PART_GROUPS:
+                result.check_groups(answer["to"] == "STEP", chosen)
             judge.judge(request, rows, answer["to"] == "STEP", chosen, bool(parts & wire.PART_FINALS))
         except ProtocolError:
             held = False

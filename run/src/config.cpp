@@ -11,7 +11,7 @@
 namespace consac::run {
 namespace {
 
-constexpr std::string_view kHyperparameters = "hyperparameters";
+constexpr std::string_view kHyperparameters = "hyperparameters", kEnvironmentParameters = "environment_parameters";
 
 Status UnknownKey(std::string_view name, std::span<const learn::Hyperparameter> table) {
   if (name == kHyperparameters) {
@@ -56,6 +56,11 @@ Status SetKey(std::string_view name, const YamlNode& node, RunConfig* config) {
   const Field* field = FindField(name);
   if (field == nullptr) return SetHyperparameter(name, FlowText(node), config);
   if (node.kind == YamlNode::Kind::kScalar) return SetField(*field, node.text, config);
+  if (node.kind == YamlNode::Kind::kMap && name == kEnvironmentParameters) {  // a line for each, too
+    std::string laws;
+    for (const YamlNode& child : node.children) laws += (laws.empty() ? "" : ", ") + child.key + "=" + FlowText(child);
+    return SetField(*field, laws, config);
+  }
   const std::string found = node.kind == YamlNode::Kind::kNull ? "nothing" : FlowText(node);
   return {StatusCode::kInvalidArgument, std::string(name) + " is " + found + "; expected a " + FieldType(*field)};
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "consac/base/text.h"
+#include "consac/env/parameter_laws.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/transport/transport.h"
 #include "frozen_player.h"
@@ -47,6 +48,11 @@ Status CheckReward(std::string_view value) {
 
 Status CheckFrozen(std::string_view value) {
   return ParseFrozen(value).status();
+}
+
+Status CheckLaws(std::string_view value) {
+  const Status fits = ParseParameterLaws(value).status();
+  return fits.ok() ? fits : Status{fits.code(), "environment_parameters: " + fits.message()};
 }
 
 Status CheckNonFinite(std::string_view value) {
@@ -109,6 +115,9 @@ constexpr Field kFields[] = {
      "with engines: no step is under way while the model learns"},
     {"answer_done", &RunConfig::answer_done, 0, 0, OnResume::kMayChange, nullptr,
      "text protocol 1: answer an episode's last observation"},
+    {"environment_parameters", &RunConfig::environment_parameters, 0, 0, OnResume::kMustStay, CheckLaws,
+     "parameters of the world: name=value, uniform LOW HIGH, log_uniform LOW HIGH or ramp FROM TO STEPS; commas "
+     "between"},
     {"non_finite", &RunConfig::non_finite, 0, 0, OnResume::kMayChange, CheckNonFinite,
      "NaN or infinity from a world: error, or replace (by 0 or the nearest bound, counted)"},
     {"max_abs_reward", &RunConfig::max_abs_reward, 0, kMost, OnResume::kMayChange, nullptr,

@@ -33,6 +33,10 @@ class LocalLink final : public WorldLink {
   std::span<const std::uint8_t> present(std::size_t b) const override { return env_->present(b); }
   std::span<const InfoColumn> infos() const override { return env_->infos(); }
   double world_share() const override { return 1.0; }
+  void SetParameters(std::int32_t environment, std::span<const double> values) override {
+    env_->SetParameters(environment, values);
+  }
+  void TakeStatistics(std::vector<Statistic>* noted) override { env_->TakeStatistics(noted); }
   bool prices_goals() const override { return env_->prices_goals(); }
   Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {
     env_->PriceGoals(b, observations, rows, rewards);
@@ -76,14 +80,27 @@ class EngineLink final : public WorldLink {
   explicit EngineLink(std::unique_ptr<EnvClient> client) : client_(std::move(client)) {}
   ~EngineLink() override { client_->Close(); }
   const EnvSpec& spec() const override { return client_->spec(); }
-  Status Reset(std::uint64_t seed, std::span<Batch> batches) override { return client_->Reset(seed, batches); }
+  Status Reset(std::uint64_t seed, std::span<Batch> batches) override {
+    const Status status = client_->Reset(seed, batches);
+    if (status.ok()) Keep();
+    return status;
+  }
   Status Step(std::span<Batch> batches, MoreSteps more) override {
     const double start = Now();
     const std::lock_guard asking(asking_);
     const Status status = client_->Step(batches, more);
     seconds_ = Now() - start;
+    if (status.ok()) Keep();
     return status;
   }
+  void SetParameters(std::int32_t environment, std::span<const double> values) override {
+    client_->SetParameters(environment, values);
+  }
+  void TakeStatistics(std::vector<Statistic>* noted) override {
+    noted->insert(noted->end(), noted_.begin(), noted_.end());
+    noted_.clear();
+  }
+  bool behind_connection() const override { return true; }
   bool prices_goals() const override { return client_->prices_goals(); }
   Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override {
     const std::lock_guard asking(asking_);
@@ -99,9 +116,16 @@ class EngineLink final : public WorldLink {
   std::string description() const override { return client_->description(); }
 
  private:
+  void Keep() {
+    const std::span<const Statistic> noted = client_->statistics();
+    if (noted_.size() < kMostNoted) noted_.insert(noted_.end(), noted.begin(), noted.end());
+  }
+
+  static constexpr std::size_t kMostNoted = 65536;  // of whom nobody takes; those of one RESULT more
   std::unique_ptr<EnvClient> client_;
-  std::mutex asking_;     // a step may be under way while what was learned from before asks for prices
-  double seconds_ = 0.0;  // of the latest step
+  std::vector<Statistic> noted_;  // since they were taken
+  std::mutex asking_;             // a step may be under way while what was learned from before asks for prices
+  double seconds_ = 0.0;          // of the latest step
 };
 
 }  // namespace

@@ -28,6 +28,14 @@ class WorldLink {
   virtual std::span<const std::uint8_t> present(std::size_t b) const = 0;
   /// Which part of the latest Step's time the world itself worked, 0 to 1; 0 where that is not known.
   virtual double world_share() const = 0;
+  /// See VectorEnv; not while Step is under way.
+  virtual void SetParameters(std::int32_t environment, std::span<const double> values) {
+    (void)environment, (void)values;
+  }
+  /// Adds what the game has noted since the call before.
+  virtual void TakeStatistics(std::vector<Statistic>* noted) { (void)noted; }
+  /// Whether it is an engine's.
+  virtual bool behind_connection() const { return false; }
   /// See VectorEnv. PriceGoals may be called while Step is under way on another thread, and then waits for it.
   virtual bool prices_goals() const { return false; }
   virtual Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) {

@@ -36,6 +36,8 @@ std::int64_t Training::memory_bytes() const {
 Status Training::AddWorkers(std::vector<WorldSource> worlds) {
   spec_ = worlds[0].link->spec();
   const EnvSpec& first = spec_;
+  const Result<std::vector<ParameterLaw>> laws = ParseParameterLaws(config_.environment_parameters);
+  if (!laws.ok()) return laws.status();
   std::vector<std::int32_t> first_slots(first.behaviours.size());
   for (WorldSource& world : worlds) {
     const EnvSpec& offered = world.link->spec();
@@ -48,7 +50,11 @@ Status Training::AddWorkers(std::vector<WorldSource> worlds) {
                   " differs: " + (same.ok() ? "it has more behaviours" : protocol2::FaultText(same))};
     }
     const std::vector<BehaviourSpec> behaviours = offered.behaviours;
+    CONSAC_RETURN_IF_ERROR(CheckEnvironmentParameters(*laws, *world.link));
     crew_.Add(std::make_unique<Worker>(std::move(world.link), first_slots, std::move(world.connect)));
+    const auto index = static_cast<std::uint32_t>(crew_.size() - 1);
+    if (!laws->empty())
+      crew_[index].UseParameters({ParameterChooser(*laws, first.parameters, config_.seed, index), &done_});
     lost_.push_back(0);
     for (std::size_t b = 0; b < behaviours.size(); ++b) first_slots[b] += behaviours[b].slots;
   }
@@ -109,6 +115,7 @@ Status Training::Start(std::vector<WorldSource> worlds) {
     CONSAC_RETURN_IF_ERROR(OpenReport(false));
   }
 
+  done_ = steps();  // by which parameters of the world may go
   const bool world_restored = restored_ && !IsUrl(config_.world);
   if (!world_restored) CONSAC_RETURN_IF_ERROR(ResetWorlds());  // before which an engine prices no goals
   if (algorithm_->needs_world) LearnWhatIsDue();
@@ -224,6 +231,9 @@ Status Training::Take(Worker& worker) {
     brought_[b].agents = batch.rows();
     for (std::int64_t i = 0; i < batch.rows(); ++i) brought_[b].reward += batch.rewards[static_cast<std::size_t>(i)];
   }
+  noted_.clear();
+  worker.link().TakeStatistics(&noted_);
+  if (!noted_.empty()) report_->OnStatistics(noted_);
   report_->OnStep(done_, brought_);
   return worker.Record(trainees_);
 }

@@ -161,6 +161,7 @@ class Training {
   std::int64_t done_ = 0, asked_ = 0;   // agent steps recorded; these and those under way
   std::vector<UpdateReport> updates_;   // that are being told of
   std::vector<BehaviourStep> brought_;  // by the latest step
+  std::vector<Statistic> noted_;        // by the game, in the latest step
   TimeSpent spent_;                     // since the latest round that was told
   double lap_began_ = 0.0;              // the time of the latest Lap
   const learn::Algorithm* algorithm_ = nullptr;

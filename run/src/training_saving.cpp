@@ -92,6 +92,7 @@ void Training::VisitLearners(Archive& archive) {
     archive(name + "_episodes", trainee.episodes);
   }
   if (!IsUrl(config_.world)) archive("world", crew_[0].link());
+  crew_[0].VisitParameters(archive);
 }
 
 void Training::Visit(Archive& archive) {

@@ -53,8 +53,35 @@ void Worker::FindActing(std::size_t b) {
 }
 
 Status Worker::Reset(std::uint64_t seed) {
+  if (parameters_.has_value()) parameters_->LookAtSteps();
+  return BeginWorld(seed);
+}
+
+Status Worker::BeginWorld(std::uint64_t seed) {
   for (std::size_t b = 0; b < parts_.size(); ++b) world_batches_[b] = parts_[b].whole.batch();
-  return (next_link_ != nullptr ? next_link_ : link_)->Reset(seed, world_batches_);
+  WorldLink& link = next_link_ != nullptr ? *next_link_ : *link_;
+  if (parameters_.has_value()) parameters_->ChooseForAll(link);
+  const Status status = link.Reset(seed, world_batches_);
+  if (!status.ok() || !parameters_.has_value()) return status;
+  for (std::int32_t i = 0; i < link.spec().environments(); ++i) parameters_->ChooseNext(link, i);
+  return status;
+}
+
+void Worker::ChooseParameters() {
+  if (!parameters_.has_value()) return;
+  parameters_->LookAtSteps();
+  began_.assign(static_cast<std::size_t>(link_->spec().environments()), 0);
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    const std::size_t agents = parts_[b].spec.agents.size();
+    const std::span<const std::int32_t> slots = parts_[b].acting.slots();
+    for (std::size_t row = 0; row < slots.size(); ++row) {
+      if ((batches_[b].terminated[row] | batches_[b].truncated[row]) != 0)
+        began_[static_cast<std::size_t>(slots[row]) / agents] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < began_.size(); ++i) {
+    if (began_[i] != 0) parameters_->ChooseNext(*link_, static_cast<std::int32_t>(i));
+  }
 }
 
 Status Worker::Begin(Trainees trainees) {
@@ -117,6 +144,7 @@ Status Worker::TakeOutcome(Trainees trainees) {
 }
 
 Status Worker::Record(Trainees trainees) {
+  ChooseParameters();
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     if (batches_[b].rows() > 0) trainees[b].learner->Record(batches_[b]);
     batches_[b] = {};  // what the learner had staged is its own again
@@ -140,7 +168,7 @@ Status Worker::ConnectAnew(std::uint64_t seed) {
                 (same.ok() ? "another number of environments" : protocol2::FaultText(same))};
   }
   next_link_ = std::move(*link);
-  return Reset(seed);
+  return BeginWorld(seed);
 }
 
 void Worker::Adopt() {

@@ -4,11 +4,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "consac/env/buffer.h"
 #include "consac/env/gathered.h"
+#include "environment_parameters.h"
 #include "link.h"
 #include "trainee.h"
 
@@ -32,6 +34,13 @@ class Worker {
 
   /// The world.
   WorldLink& link() { return *link_; }
+
+  /// The world's parameters are chosen by these from now on.
+  void UseParameters(const EnvironmentParameters& parameters) { parameters_.emplace(parameters); }
+  /// Their exact state; nothing without.
+  void VisitParameters(Archive& archive) {
+    if (parameters_.has_value()) archive("environment_parameters", *parameters_);
+  }
 
   /// The world afresh; the learners hear of it by Begin.
   Status Reset(std::uint64_t seed);
@@ -76,11 +85,16 @@ class Worker {
     std::span<const std::uint8_t> GoingOn(std::span<const std::uint8_t> present);
   };
 
+  Status BeginWorld(std::uint64_t seed);
   void FindActing(std::size_t b);
+  /// Parameters of the episodes behind those that have just begun.
+  void ChooseParameters();
   static Status BeginArriving(Part& part, Trainee& trainee);
 
   std::unique_ptr<WorldLink> link_, next_link_;
   const Connect connect_;
+  std::optional<EnvironmentParameters> parameters_;
+  std::vector<std::uint8_t> began_;  // [environments]
   std::vector<Part> parts_;
   std::vector<Batch> batches_;        // as the learners see the step
   std::vector<Batch> world_batches_;  // as the world does

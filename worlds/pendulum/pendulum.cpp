@@ -9,10 +9,8 @@ namespace consac::worlds {
 namespace {
 
 constexpr double kHalfTurn = 3.141592653589793;
-constexpr double kMaxSpeed = 8.0, kStep = 0.05;          // rad/s, s
-constexpr float kMaxTorque = 2.0f;                       // N m
-constexpr double kG = 10.0, kMass = 1.0, kLength = 1.0;  // m/s^2, kg, m
-constexpr float kPull = static_cast<float>(3.0 / (kMass * kLength * kLength));
+constexpr double kMaxSpeed = 8.0, kStep = 0.05;  // rad/s, s
+constexpr float kMaxTorque = 2.0f;               // N m
 
 // Python's %: the result has the sign of the divisor.
 double WrappedAngle(double angle) {
@@ -23,8 +21,19 @@ double WrappedAngle(double angle) {
 }  // namespace
 
 EnvSpec Pendulum::Spec(std::int32_t copies) {
-  return SimpleSpec("pendulum-v1", Space::Box({-1, -1, -kMaxSpeed}, {1, 1, kMaxSpeed}, {3}),
-                    Space::Box(-kMaxTorque, kMaxTorque, {1}), copies, 200, std::numeric_limits<double>::quiet_NaN());
+  EnvSpec spec =
+      SimpleSpec("pendulum-v1", Space::Box({-1, -1, -kMaxSpeed}, {1, 1, kMaxSpeed}, {3}),
+                 Space::Box(-kMaxTorque, kMaxTorque, {1}), copies, 200, std::numeric_limits<double>::quiet_NaN());
+  spec.parameters = {{"gravity", 10.0, 0.0, 100.0, "m/s^2"},
+                     {"mass", 1.0, 0.01, 100.0, "of the pendulum, kg"},
+                     {"length", 1.0, 0.01, 100.0, "of the pendulum, m"}};
+  return spec;
+}
+
+void Pendulum::SetParameters(std::span<const double> values) {
+  gravity_ = values[0];
+  mass_ = values[1];
+  length_ = values[2];
 }
 
 void Pendulum::Observe(float* observation) const {
@@ -44,7 +53,8 @@ StepResult Pendulum::Step(const Action* action, Rng&, float* observation) {
   const float torque = std::clamp(*action, -kMaxTorque, kMaxTorque);
   const double angle = WrappedAngle(angle_);
   const double cost = angle * angle + 0.1 * (speed_ * speed_) + static_cast<double>(0.001f * (torque * torque));
-  const double acceleration = 3.0 * kG / (2.0 * kLength) * std::sin(angle_) + static_cast<double>(kPull * torque);
+  const auto pull = static_cast<float>(3.0 / (mass_ * length_ * length_));
+  const double acceleration = 3.0 * gravity_ / (2.0 * length_) * std::sin(angle_) + static_cast<double>(pull * torque);
   speed_ = std::clamp(speed_ + acceleration * kStep, -kMaxSpeed, kMaxSpeed);
   angle_ += speed_ * kStep;
   Observe(observation);
@@ -59,6 +69,9 @@ void Pendulum::SetState(const double (&state)[2]) {
 void Pendulum::Visit(Archive& archive) {
   archive("angle", angle_);
   archive("speed", speed_);
+  archive("gravity", gravity_);
+  archive("mass", mass_);
+  archive("length", length_);
 }
 
 }  // namespace consac::worlds

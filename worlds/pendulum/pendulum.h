@@ -12,6 +12,8 @@ class Pendulum {
 
   /// What it offers: observation (cos angle, sin angle, angle' rad/s), one torque.
   static EnvSpec Spec(std::int32_t copies);
+  /// Gravity (m/s^2), mass (kg), length (m).
+  void SetParameters(std::span<const double> values);
   /// Angle uniform in +-pi, speed in +-1.
   void Reset(Rng& rng, float* observation);
   /// One step of 0.05 s.
@@ -24,8 +26,9 @@ class Pendulum {
  private:
   void Observe(float* observation) const;
 
-  double angle_ = 0.0;  // rad, 0 is upright
-  double speed_ = 0.0;  // rad/s
+  double angle_ = 0.0;                                 // rad, 0 is upright
+  double speed_ = 0.0;                                 // rad/s
+  double gravity_ = 10.0, mass_ = 1.0, length_ = 1.0;  // m/s^2, kg, m: of this episode
 };
 
 }  // namespace consac::worlds

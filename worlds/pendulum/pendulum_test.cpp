@@ -40,5 +40,31 @@ TEST(Pendulum, TorqueAndSpeedHaveLimits) {
   EXPECT_EQ(swing.seen[2], 8.0f);
 }
 
+TEST(Pendulum, ItsParametersPullAndWeigh) {
+  Swing swing;
+  const double weightless[3] = {0.0, 2.0, 1.0};
+  swing.pendulum.SetParameters(weightless);
+  swing.Turn(0.5 * kHanging, 0.0, 0.0f);
+  EXPECT_EQ(swing.seen[2], 0.0f);
+  swing.Turn(0.0, 0.0, 2.0f);  // 3 rad/s^2 for 0.05 s
+  EXPECT_NEAR(swing.seen[2], 0.15f, 1e-6f);
+  const double longer[3] = {10.0, 1.0, 2.0};
+  swing.pendulum.SetParameters(longer);
+  swing.Turn(0.5 * kHanging, 0.0, 0.0f);  // 7.5 rad/s^2
+  EXPECT_NEAR(swing.seen[2], 0.375f, 1e-6f);
+}
+
+// A world of defaults that were set is bit for bit one that nobody has touched.
+TEST(Pendulum, ItsDefaultsAreWhatItIsWithout) {
+  const double defaults[3] = {10.0, 1.0, 1.0};
+  Swing touched, untouched;
+  touched.pendulum.SetParameters(defaults);
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_EQ(touched.Turn(0.1 * i, 0.2 * i - 4.0, 0.05f * static_cast<float>(i)).reward,
+              untouched.Turn(0.1 * i, 0.2 * i - 4.0, 0.05f * static_cast<float>(i)).reward);
+    EXPECT_EQ(touched.seen[2], untouched.seen[2]);
+  }
+}
+
 }  // namespace
 }  // namespace consac::worlds

@@ -13,4 +13,10 @@ BehaviourSpec BehaviourSpec::Of(std::string name, Space observation_space, Space
   return behaviour;
 }
 
+void SetDefaultParameters(VectorEnv& env) {
+  const std::vector<double> defaults = DefaultsOf(env.spec().parameters);
+  for (std::int32_t world = 0; world < env.spec().environments() && !defaults.empty(); ++world)
+    env.SetParameters(world, defaults);
+}
+
 }  // namespace consac

@@ -26,9 +26,42 @@ Blocks::Blocks(const EnvSpec& env) : environments(static_cast<std::size_t>(env.e
     result = AlignBlock(at.masks + mask_bytes);
     finals += AlignBlock(observation_bytes);
   }
+  parameters = env.parameters.size();
+  groups = env.groups.size();
   step_bytes = step;
   result_bytes = result;
-  largest_result = result + finals;
+  largest_result = result + finals + group_bytes();
+}
+
+ResultParts FindParts(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload) {
+  std::uint32_t parts = 0;
+  std::memcpy(&parts, payload.data(), sizeof(parts));
+  ResultParts at;
+  at.end = at.finals = blocks.result_bytes;
+  for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
+    const std::byte* states = payload.data() + blocks.behaviours[b].states;
+    std::size_t rows = 0;
+    for (std::int32_t i = 0; i < env.behaviours[b].slots; ++i)
+      rows += (states[i] & std::byte{kFinal}) != std::byte{0} ? 1 : 0;
+    at.end = AlignBlock(at.end + rows * env.behaviours[b].observation_layout.row_bytes);
+    at.rows_with_final += rows;
+  }
+  at.finals_end = at.end;
+  if ((parts & kPartGroups) != 0) {
+    at.groups = at.end;
+    at.end += blocks.group_bytes();
+  }
+  const auto text = [&](std::uint32_t part, std::size_t* begin, std::size_t* end) {
+    if ((parts & part) == 0) return;
+    *begin = at.end;
+    std::uint32_t length = 0;
+    if (payload.size() >= at.end + sizeof(length)) std::memcpy(&length, payload.data() + at.end, sizeof(length));
+    *end = at.end + sizeof(length) + length;
+    at.end = AlignBlock(*end);
+  };
+  text(kPartStatistics, &at.statistics, &at.statistics_end);
+  text(kPartInfos, &at.infos, &at.infos_end);
+  return at;
 }
 
 namespace {

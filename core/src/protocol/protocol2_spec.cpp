@@ -1,6 +1,8 @@
 // CONFIGURE and SPEC: what an engine offers, what a trainer expects of it, and what a whole SPEC may cost.
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "consac/base/budget.h"
 #include "consac/base/hash.h"
@@ -15,6 +17,7 @@
 namespace consac::protocol2 {
 namespace {
 
+constexpr std::size_t kMostParameters = 1024;
 constexpr std::string_view kAutoresetNames[] = {"same_step", "next_step", "disabled"};
 
 Json RowJson(const Layout& layout) {
@@ -212,6 +215,95 @@ Result<SharedMemorySpec> SharedMemoryFromJson(const Json& json) {
   return members.Checked("shm", shared);
 }
 
+Json ParametersToJson(std::span<const ParameterSpec> parameters) {
+  const auto bound = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  Json list = Json::array();
+  for (const ParameterSpec& parameter : parameters) {
+    list.push_back({{"name", parameter.name},
+                    {"default", parameter.default_value},
+                    {"low", bound(parameter.low)},
+                    {"high", bound(parameter.high)},
+                    {"description", parameter.description}});
+  }
+  return list;
+}
+
+Json GroupsToJson(const EnvSpec& env) {
+  Json list = Json::array();
+  for (const GroupSpec& group : env.groups) {
+    Json agents = Json::array();
+    for (const GroupSpec::Member& member : group.members) {
+      const BehaviourSpec& behaviour = env.behaviours[member.behaviour];
+      agents.push_back({{"behaviour", behaviour.name}, {"agent", behaviour.agents[member.agent]}});
+    }
+    list.push_back({{"name", group.name}, {"agents", agents}});
+  }
+  return list;
+}
+
+Result<GroupSpec::Member> MemberFromJson(const Json& json, const EnvSpec& env) {
+  if (!json.is_object()) return Fault("MALFORMED", "an agent of a group of SPEC is no object");
+  const Members members{json};
+  for (const char* required : {"behaviour", "agent"}) members.Need(required);
+  const std::string behaviour = members.Text("behaviour"), agent = members.Text("agent");
+  if (!members.wrong.empty()) return Fault("MALFORMED", "an agent of a group of SPEC: " + members.wrong);
+  for (std::size_t b = 0; b < env.behaviours.size(); ++b) {
+    if (env.behaviours[b].name != behaviour) continue;
+    const std::vector<std::string>& agents = env.behaviours[b].agents;
+    const auto found = std::find(agents.begin(), agents.end(), agent);
+    if (found != agents.end()) return GroupSpec::Member{b, static_cast<std::size_t>(found - agents.begin())};
+  }
+  return Fault("MALFORMED",
+               "a group of SPEC has agent " + Quote(agent) + " of " + Quote(behaviour) + ", which there is not");
+}
+
+Status ReadGroups(const Json& list, EnvSpec* env) {
+  if (!list.is_array() || list.empty()) return Fault("MALFORMED", "groups is no list of at least one");
+  std::vector<std::string> names;
+  std::vector<std::vector<std::uint8_t>> taken;
+  for (const BehaviourSpec& behaviour : env->behaviours) taken.emplace_back(behaviour.agents.size());
+  for (const Json& json : list) {
+    if (!json.is_object()) return Fault("MALFORMED", "a group of SPEC is no object");
+    const Members members{json};
+    members.Need("name");
+    GroupSpec group{members.Text("name"), {}};
+    const Json* agents = members.List("agents");
+    if (!members.wrong.empty()) return Fault("MALFORMED", "a group of SPEC: " + members.wrong);
+    if (agents == nullptr || agents->empty()) return Fault("MALFORMED", "a group of SPEC has no list of agents");
+    for (const Json& agent : *agents) {
+      const Result<GroupSpec::Member> member = MemberFromJson(agent, *env);
+      if (!member.ok()) return member.status();
+      if (std::exchange(taken[member->behaviour][member->agent], std::uint8_t{1}) != 0)
+        return Fault("MALFORMED", "an agent of group " + Quote(group.name) + " is in a group already");
+      group.members.push_back(*member);
+    }
+    names.push_back(group.name);
+    env->groups.push_back(std::move(group));
+  }
+  return Malformed(CheckNamesApart("group", names));
+}
+
+Result<std::vector<ParameterSpec>> ParametersFromJson(const Json& list) {
+  if (!list.is_array() || list.empty() || list.size() > kMostParameters)
+    return Fault("MALFORMED", "parameters is no list of 1 to " + std::to_string(kMostParameters));
+  std::vector<ParameterSpec> parameters;
+  for (const Json& json : list) {
+    if (!json.is_object()) return Fault("MALFORMED", "a parameter of SPEC is no object");
+    const Members members{json};
+    for (const char* required : {"name", "default"}) members.Need(required);
+    const auto bound = [&](const char* name, double none) {
+      const Json* value = members.Find(name);
+      return value == nullptr || value->is_null() ? none : members.Number(name, none);
+    };
+    const ParameterSpec unbounded;
+    parameters.push_back({members.Text("name"), members.Number("default", 0.0), bound("low", unbounded.low),
+                          bound("high", unbounded.high), members.Text("description")});
+    if (!members.wrong.empty()) return Fault("MALFORMED", "a parameter of SPEC: " + members.wrong);
+  }
+  if (const Status fits = CheckParameters(parameters); !fits.ok()) return Fault("MALFORMED", fits.message());
+  return parameters;
+}
+
 }  // namespace
 
 std::string EncodeConfigure(const Configure& configure) {
@@ -284,11 +376,13 @@ std::string EncodeSpec(const SpecMessage& spec) {
                {"deterministic", true},
                {"hash", Sha256Hex(pieces)},
                {"behaviours", behaviours}};
+  if (!spec.env.parameters.empty()) json["parameters"] = ParametersToJson(spec.env.parameters);
+  if (!spec.env.groups.empty()) json["groups"] = GroupsToJson(spec.env);
   if (!spec.shared_memory.path.empty()) json["shm"] = SharedMemoryToJson(spec.shared_memory);
   return JsonText(json);
 }
 
-Result<SpecMessage> ParseSpec(std::span<const std::byte> payload) {
+Result<SpecMessage> ParseSpec(std::span<const std::byte> payload, const Agreed& agreed) {
   constexpr std::size_t kMostBehaviours = 1024;
   const Result<Json> json = ParseObject(payload);
   if (!json.ok()) return json.status();
@@ -319,6 +413,18 @@ Result<SpecMessage> ParseSpec(std::span<const std::byte> payload) {
     Result<BehaviourSpec> behaviour = BehaviourFromJson(entry, environments, budget);
     if (!behaviour.ok()) return behaviour.status();
     spec.env.behaviours.push_back(std::move(*behaviour));
+  }
+  if (agreed.parameters) {
+    const Json* said = members.Find("parameters");
+    if (said == nullptr) return Fault("MALFORMED", "SPEC lacks parameters, the capability that was agreed (R100)");
+    Result<std::vector<ParameterSpec>> parameters = ParametersFromJson(*said);
+    if (!parameters.ok()) return parameters.status();
+    spec.env.parameters = std::move(*parameters);
+  }
+  if (agreed.groups) {
+    const Json* said = members.Find("groups");
+    if (said == nullptr) return Fault("MALFORMED", "SPEC lacks groups, the capability that was agreed (R106)");
+    CONSAC_RETURN_IF_ERROR(ReadGroups(*said, &spec.env));
   }
   CONSAC_RETURN_IF_ERROR(CheckSpecNames(spec));
   return members.Checked("SPEC", std::move(spec));

@@ -81,8 +81,8 @@ std::string ColumnFault(const nlohmann::json& column, std::span<const std::uint8
 
 }  // namespace
 
-ResultCheck::ResultCheck(const EnvSpec& env, Autoreset autoreset, Numbers numbers)
-    : env_(&env), blocks_(env), autoreset_(autoreset), numbers_(numbers) {
+ResultCheck::ResultCheck(const EnvSpec& env, Autoreset autoreset, Numbers numbers, Agreed agreed)
+    : env_(&env), blocks_(env), autoreset_(autoreset), numbers_(numbers), agreed_(agreed) {
   chosen_.assign(blocks_.environments, 1);
   over_.assign(blocks_.environments, 0);
   for (const BehaviourSpec& behaviour : env.behaviours) {
@@ -101,8 +101,9 @@ std::uint8_t ResultCheck::StateIn(std::span<const std::byte> payload, std::size_
 }
 
 Status ResultCheck::Judge(std::span<const std::byte> payload, std::span<const std::byte> before) {
-  std::size_t finals = 0, infos = 0;
-  CONSAC_RETURN_IF_ERROR(JudgeSize(payload, &finals, &infos));
+  ResultParts parts;
+  CONSAC_RETURN_IF_ERROR(JudgeSize(payload, &parts));
+  std::size_t finals = parts.finals;
   for (std::size_t b = 0; b < states_.size(); ++b) {
     const BehaviourSpec& behaviour = env_->behaviours[b];
     const std::size_t agents = behaviour.agents.size();
@@ -126,55 +127,53 @@ Status ResultCheck::Judge(std::span<const std::byte> payload, std::span<const st
     }
     finals = AlignBlock(finals);
   }
-  if (infos != 0) CONSAC_RETURN_IF_ERROR(JudgeInfos(payload, infos));
+  if (parts.groups != 0) CONSAC_RETURN_IF_ERROR(JudgeGroups(payload, parts.groups));
+  if (parts.statistics != 0) {
+    std::vector<Statistic> noted;
+    const std::size_t begin = parts.statistics + sizeof(std::uint32_t);
+    CONSAC_RETURN_IF_ERROR(ReadStatistics(payload.subspan(begin, parts.statistics_end - begin), &noted));
+  }
+  if (parts.infos != 0) CONSAC_RETURN_IF_ERROR(JudgeInfos(payload, parts));
   Remember(payload);
   return Status::Ok();
 }
 
-/// Where final rows begin, and infos (0: none).
-Status ResultCheck::JudgeSize(std::span<const std::byte> payload, std::size_t* finals, std::size_t* infos) const {
+/// Where final rows begin, and what comes behind them.
+Status ResultCheck::JudgeSize(std::span<const std::byte> payload, ResultParts* parts) const {
   if (payload.size() < blocks_.result_bytes) {
     return Breaks("R60", "it has " + std::to_string(payload.size()) + " bytes, too few for its " +
                              std::to_string(blocks_.result_bytes) + " of rows, rewards, states and masks");
   }
-  const std::uint32_t parts = WordAt(payload, 0);
-  if ((parts & ~(kPartFinals | kPartInfos)) != 0)
-    return Breaks("R61", "its parts are " + std::to_string(parts) + "; 1 (final rows) and 2 (infos) are known");
-  std::size_t end = *finals = blocks_.result_bytes, with_final = 0;
-  for (std::size_t b = 0; b < states_.size(); ++b) {
-    std::size_t rows = 0;
-    for (std::size_t slot = 0; slot < states_[b].size(); ++slot) rows += (StateIn(payload, b, slot) & kFinal) != 0;
-    end = AlignBlock(end + rows * env_->behaviours[b].observation_layout.row_bytes);
-    with_final += rows;
+  const std::uint32_t said = WordAt(payload, 0);
+  const std::uint32_t known =
+      kPartFinals | kPartInfos | (agreed_.statistics ? kPartStatistics : 0) | (agreed_.groups ? kPartGroups : 0);
+  if ((said & ~known) != 0) {
+    return Breaks("R61", "its parts are " + std::to_string(said) + "; 1 (final rows) and 2 (infos) are known" +
+                             (agreed_.statistics ? ", and 4 (statistics)" : "") +
+                             (agreed_.groups ? ", and 8 (groups)" : ""));
   }
-  if ((with_final > 0) != ((parts & kPartFinals) != 0)) {
-    return Breaks("R61", std::to_string(with_final) + " slots have state 4 (a final row follows), but its parts are " +
-                             std::to_string(parts));
+  *parts = FindParts(*env_, blocks_, payload);
+  if ((parts->rows_with_final > 0) != ((said & kPartFinals) != 0)) {
+    return Breaks("R61", std::to_string(parts->rows_with_final) +
+                             " slots have state 4 (a final row follows), but its parts are " + std::to_string(said));
   }
-  std::size_t infos_end = end;
-  if ((parts & kPartInfos) != 0) {
-    *infos = end;
-    if (payload.size() < end + sizeof(std::uint32_t))
-      return Breaks("R60", "it ends at byte " + std::to_string(payload.size()) + ", before its infos");
-    infos_end = end + sizeof(std::uint32_t) + WordAt(payload, end);
-    end = AlignBlock(infos_end);
+  if (payload.size() != parts->end) {
+    return Breaks("R60", "it has " + std::to_string(payload.size()) + " bytes, by its parts and states " +
+                             std::to_string(parts->end));
   }
-  if (payload.size() != end) {
-    return Breaks(
-        "R60", "it has " + std::to_string(payload.size()) + " bytes, by its parts and states " + std::to_string(end));
-  }
-  return JudgePadding(payload, infos_end);
+  return JudgePadding(payload, *parts);
 }
 
-/// Between blocks, behind final rows and infos, there are zeros.
-Status ResultCheck::JudgePadding(std::span<const std::byte> payload, std::size_t infos_end) const {
+/// Between blocks, behind final rows, statistics and infos, there are zeros.
+Status ResultCheck::JudgePadding(std::span<const std::byte> payload, const ResultParts& parts) const {
   const auto zero = [&](std::size_t from) {
     for (std::size_t at = from; at < std::min(AlignBlock(from), payload.size()); ++at) {
       if (payload[at] != std::byte{0}) return at;
     }
     return std::size_t{0};
   };
-  std::size_t wrong = zero(infos_end), finals = blocks_.result_bytes;
+  std::size_t wrong = zero(parts.statistics_end), finals = blocks_.result_bytes;
+  if (wrong == 0) wrong = zero(parts.infos_end);
   for (std::size_t b = 0; b < states_.size() && wrong == 0; ++b) {
     const BehaviourSpec& spec = env_->behaviours[b];
     const BehaviourBlocks& at = blocks_.behaviours[b];
@@ -192,6 +191,22 @@ Status ResultCheck::JudgePadding(std::span<const std::byte> payload, std::size_t
   if (wrong == 0) return Status::Ok();
   return Breaks("R62", "byte " + std::to_string(wrong) + " is " + std::to_string(std::to_integer<int>(payload[wrong])) +
                            ", but padding is 0");
+}
+
+Status ResultCheck::JudgeGroups(std::span<const std::byte> payload, std::size_t at) const {
+  for (std::size_t i = 0; i < blocks_.environments * blocks_.groups; ++i) {
+    double paid = 0.0;
+    std::memcpy(&paid, payload.data() + at + i * sizeof(paid), sizeof(paid));
+    const std::size_t environment = i / blocks_.groups;
+    const std::string group = Quote(env_->groups[i % blocks_.groups].name) + " of environment ";
+    if (!std::isfinite(paid))
+      return Breaks("R107", "what group " + group + std::to_string(environment) + " is paid is NaN or infinite",
+                    StatusCode::kNonFinite);
+    if (paid != 0.0 && (chosen_[environment] == 0 || asked_ != FrameType::kStep))
+      return Breaks("R107", "group " + group + std::to_string(environment) + ", which was not stepped, is paid " +
+                                NumberText(paid));
+  }
+  return Status::Ok();
 }
 
 Status ResultCheck::JudgeSlot(const Site& site) const {
@@ -290,12 +305,12 @@ Status ResultCheck::JudgeRow(const Site& site, const std::byte* row, const char*
                            NumberText(fault.low) + " to " + NumberText(fault.high));
 }
 
-Status ResultCheck::JudgeInfos(std::span<const std::byte> payload, std::size_t at) const {
-  const std::uint32_t length = WordAt(payload, at);
-  const std::string_view text(reinterpret_cast<const char*>(payload.data()) + at + sizeof(length), length);
+Status ResultCheck::JudgeInfos(std::span<const std::byte> payload, const ResultParts& parts) const {
+  const std::size_t begin = parts.infos + sizeof(std::uint32_t), length = parts.infos_end - begin;
+  const std::string_view text(reinterpret_cast<const char*>(payload.data()) + begin, length);
   if (length > kLargestJson)
     return Breaks("R74", "its infos are " + std::to_string(length) + " bytes of JSON; at most 1 MiB is taken");
-  const Result<nlohmann::json> infos = ParseObject(payload.subspan(at + sizeof(length), length));
+  const Result<nlohmann::json> infos = ParseObject(payload.subspan(begin, length));
   if (!infos.ok()) return Breaks("R74", "its infos are no JSON object: " + Quote(text));
   std::vector<std::uint8_t> states;
   for (std::size_t b = 0; b < states_.size(); ++b) {

@@ -53,9 +53,9 @@ Status Client2::Reset(std::uint64_t seed, std::span<Batch> batches) {
 }
 
 Status Client2::ResetAll(std::optional<std::uint64_t> seed, std::span<Batch> batches) {
-  std::byte* payload = BeginMessage(seed.has_value() ? blocks_.options : blocks_.seeds);
+  std::byte* payload =
+      BeginMove(seed.has_value() ? protocol2::kWithSeeds : 0, seed.has_value() ? blocks_.options : blocks_.seeds);
   std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
-  if (seed.has_value()) std::memcpy(payload, &protocol2::kWithSeeds, sizeof(protocol2::kWithSeeds));
   for (std::size_t i = 0; seed.has_value() && i < blocks_.environments; ++i) {
     const std::uint64_t own = *seed + i;
     std::memcpy(payload + blocks_.seeds + i * sizeof(own), &own, sizeof(own));
@@ -64,7 +64,7 @@ Status Client2::ResetAll(std::optional<std::uint64_t> seed, std::span<Batch> bat
 }
 
 Status Client2::Step(std::span<Batch> batches, MoreSteps) {
-  std::byte* payload = BeginMessage(blocks_.step_bytes);
+  std::byte* payload = BeginMove(0, blocks_.step_bytes);
   std::memset(payload + protocol2::kActiveOffset, 1, blocks_.environments);
   for (std::size_t b = 0; b < std::min(batches.size(), spec_.behaviours.size()); ++b) {
     const BehaviourSpec& behaviour = spec_.behaviours[b];
@@ -142,6 +142,28 @@ const char* Client2::WhoseStep() const {
 std::byte* Client2::BeginMessage(std::size_t payload_bytes) {
   message_.assign(protocol2::kHeaderBytes + payload_bytes, std::byte{0});
   return message_.data() + protocol2::kHeaderBytes;
+}
+
+std::byte* Client2::BeginMove(std::uint32_t flags, std::size_t payload_bytes) {
+  if (!sets_parameters_) {
+    std::byte* payload = BeginMessage(payload_bytes);
+    std::memcpy(payload, &flags, sizeof(flags));
+    return payload;
+  }
+  flags |= protocol2::kWithParameters;
+  std::byte* payload = BeginMessage(payload_bytes + blocks_.parameter_bytes());
+  std::memcpy(payload, &flags, sizeof(flags));
+  std::memcpy(payload + payload_bytes, parameters_.data(), blocks_.parameter_bytes());
+  return payload;
+}
+
+void Client2::SetParameters(std::int32_t environment, std::span<const double> values) {
+  const std::size_t count = spec_.parameters.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::isnan(values[i])) continue;
+    parameters_[static_cast<std::size_t>(environment) * count + i] = values[i];
+    sets_parameters_ = true;
+  }
 }
 
 Status Client2::SendControl(FrameType type, const std::string& json) {
@@ -239,8 +261,11 @@ Status Client2::Exchange(FrameType type, std::span<Batch> batches) {
     return {judged.code(), transport_->peer() + ": " + judged.message()};
   CONSAC_RETURN_IF_ERROR(protocol2::ReadResult(spec_, blocks_, answer->payload, batches));
   CONSAC_RETURN_IF_ERROR(CheckRewards(answer->payload.data(), batches));
+  CONSAC_RETURN_IF_ERROR(ReadExtras(answer->payload));
   engine_seconds_ = protocol2::ReadEngineTime(answer->payload.data());
   ReadPresence(answer->payload.data());
+  std::fill(parameters_.begin(), parameters_.end(), std::numeric_limits<double>::quiet_NaN());
+  sets_parameters_ = false;  // they arrived; what was refused goes with the next request again
   return CheckAnyone();
 }
 
@@ -260,6 +285,23 @@ Status Client2::CheckRewards(const std::byte* payload, std::span<const Batch> ba
     }
   }
   return Status::Ok();
+}
+
+Status Client2::ReadExtras(std::span<const std::byte> payload) {
+  statistics_.clear();
+  std::fill(group_rewards_.begin(), group_rewards_.end(), 0.0f);
+  std::uint32_t said = 0;
+  std::memcpy(&said, payload.data(), sizeof(said));
+  if ((said & (protocol2::kPartStatistics | protocol2::kPartGroups)) == 0) return Status::Ok();
+  const protocol2::ResultParts parts = protocol2::FindParts(spec_, blocks_, payload);
+  for (std::size_t i = 0; i < group_rewards_.size() && parts.groups != 0; ++i) {
+    double paid = 0.0;
+    std::memcpy(&paid, payload.data() + parts.groups + i * sizeof(paid), sizeof(paid));
+    group_rewards_[i] = static_cast<float>(paid);
+  }
+  if (parts.statistics == 0) return Status::Ok();
+  const std::size_t begin = parts.statistics + sizeof(std::uint32_t);
+  return protocol2::ReadStatistics(payload.subspan(begin, parts.statistics_end - begin), &statistics_);
 }
 
 void Client2::ReadPresence(const std::byte* payload) {

@@ -57,6 +57,9 @@ class Client2 final : public EnvClient {
   Status Step(std::span<Batch> batches, MoreSteps) override;
   std::span<const std::uint8_t> present(std::size_t b) const override;
   double engine_seconds() const override { return engine_seconds_; }
+  void SetParameters(std::int32_t environment, std::span<const double> values) override;
+  std::span<const Statistic> statistics() const override { return statistics_; }
+  std::span<const float> group_rewards() const override { return group_rewards_; }
   bool prices_goals() const override;
   Status PriceGoals(std::size_t b, const std::byte* observations, std::int64_t rows, float* rewards) override;
 
@@ -88,6 +91,8 @@ class Client2 final : public EnvClient {
 
   /// Room for a request's payload behind its header; zeroed.
   std::byte* BeginMessage(std::size_t payload_bytes);
+  /// The same of a RESET or STEP: parameters that have been set go with it.
+  std::byte* BeginMove(std::uint32_t flags, std::size_t payload_bytes);
   Status SendControl(FrameType type, const std::string& json);
 
   /// Sends what BeginMessage prepared and waits for its answer, over a new connection if the first breaks. A session
@@ -109,6 +114,8 @@ class Client2 final : public EnvClient {
   /// Rewards that are numbers on the wire and none in a batch: an error, or said to a caller that looks for itself.
   Status CheckRewards(const std::byte* payload, std::span<const Batch> batches);
   void ReadPresence(const std::byte* payload);
+  /// Statistics, and what groups were paid.
+  Status ReadExtras(std::span<const std::byte> payload);
 
   /// An engine that steps on and on with nobody in it has forgotten to say who takes part.
   Status CheckAnyone();
@@ -140,12 +147,15 @@ class Client2 final : public EnvClient {
   protocol2::ResultCheck check_;
   std::optional<SharedChannel> shared_;
   std::vector<std::byte> message_;  // the request under way
+  std::vector<double> parameters_;  // [environments, parameters] to go with the next RESET or STEP; NaN: as it is
   std::uint64_t request_ = 0;
   std::int64_t steps_ = 0;
   std::vector<std::vector<std::uint8_t>> present_;  // [behaviours][slots]
+  std::vector<Statistic> statistics_;
+  std::vector<float> group_rewards_;  // [environments, groups]
   double engine_seconds_ = 0.0, deserted_at_ = -1.0;
   double alive_at_ = 0.0;  // when the engine last answered us, or was sent a PING
-  bool agents_leave_ = false, open_ = false, refused_ = false, takes_seeds_ = true;
+  bool agents_leave_ = false, sets_parameters_ = false, open_ = false, refused_ = false, takes_seeds_ = true;
   std::string refusal_;  // the code of the latest refusal
   std::string over_;     // by what the session ended, where we have ended it
   bool paused_ = false;  // the engine said so on this connection

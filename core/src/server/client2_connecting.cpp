@@ -1,6 +1,7 @@
 // How a session with an engine begins, and how it is taken up again over a new connection.
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "consac/base/text.h"
@@ -23,7 +24,9 @@ Status Client2::AskForSpec(bool share) {
   if (share && unsupported) return AskWithoutSharing(answer.status());
   if (!answer.ok()) return answer.status();
   if (answer->header.type != FrameType::kSpec) return Unexpected(*answer, "SPEC");
-  Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload);
+  const auto agree = [&](std::string_view name) { return protocol2::HasCapability(welcome_.capabilities, name); };
+  const protocol2::Agreed agreed{agree(kParameters), agree(kStatistics), agree(kGroups)};
+  Result<protocol2::SpecMessage> spec = protocol2::ParseSpec(answer->payload, agreed);
   if (!spec.ok()) return spec.status();
   if (spec->autoreset != configure.autoreset) {
     return {StatusCode::kProtocol, transport_->peer() + " begins episodes in another way than same_step, which was " +
@@ -36,13 +39,16 @@ Status Client2::AskForSpec(bool share) {
     shared_ = std::move(*channel);
   }
   spec_ = std::move(spec->env);
+  group_rewards_.assign(blocks_.environments * blocks_.groups, 0.0f);
+  parameters_.assign(blocks_.environments * blocks_.parameters, std::numeric_limits<double>::quiet_NaN());
   check_ = protocol2::ResultCheck(spec_, configure.autoreset,
-                                  options_.refuse_non_finite ? protocol2::Numbers::kJudged : protocol2::Numbers::kLeft);
+                                  options_.refuse_non_finite ? protocol2::Numbers::kJudged : protocol2::Numbers::kLeft,
+                                  agreed);
   present_.clear();
   for (const BehaviourSpec& behaviour : spec_.behaviours)
     present_.emplace_back(static_cast<std::size_t>(behaviour.slots), std::uint8_t{1});
   request_ask_ = {spec->training_length, spec->model_name};
-  message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options));
+  message_.reserve(protocol2::kHeaderBytes + std::max(blocks_.step_bytes, blocks_.options) + blocks_.parameter_bytes());
   return Status::Ok();
 }
 
@@ -57,7 +63,8 @@ Status Client2::SayHello() {
   hello.client = std::string("consac ") + kVersion;
   hello.token = options_.token;
   hello.resume = welcome_.resume;
-  hello.capabilities.emplace_back(kRelabelling);
+  for (const std::string_view name : {kRelabelling, kParameters, kStatistics, kGroups})
+    hello.capabilities.emplace_back(name);
   if (options_.shared_memory) hello.capabilities.emplace_back(kSharedMemory);
   CONSAC_RETURN_IF_ERROR(SendControl(FrameType::kHello, protocol2::EncodeHello(hello)));
   reader_ = protocol2::FrameReader();

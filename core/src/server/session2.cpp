@@ -64,14 +64,18 @@ Status Session2Server::Connect(Arrival arrival) {
   shares_ = agree(kSharedMemory, true);
   renders_ = agree(kRendering, env_.renders());
   relabels_ = agree(kRelabelling, env_.prices_goals());
+  agreed_.parameters = agree(kParameters, !env_.spec().parameters.empty());
+  agreed_.statistics = agree(kStatistics, env_.tells_statistics());
+  agreed_.groups = agree(kGroups, !env_.spec().groups.empty());
+  stepper_.Agree(agreed_);
   welcome.server = std::string("consac ") + kVersion;
   welcome.session = number_;
   welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
   welcome.resume = resume_;
   max_frame_ = welcome.max_frame = std::min(arrival.hello.max_frame, protocol2::kLargestFrame);
   stepper_.LimitInfos(max_frame_);
-  if (welcome.resumed && stepper_.result_room() > max_frame_)
-    return Fatal(Fault("AUTH_FAILED", "a RESULT may take " + std::to_string(stepper_.result_room()) +
+  if (welcome.resumed && stepper_.blocks().largest_result > max_frame_)
+    return Fatal(Fault("AUTH_FAILED", "a RESULT may take " + std::to_string(stepper_.blocks().largest_result) +
                                           " bytes, which does not fit over TCP; begin a new session"));
   welcome.last_request = request_;
   reader_.SetLimit(std::min(welcome.max_frame, LargestRequest()));
@@ -160,6 +164,7 @@ Status Session2Server::SayPaused() {
 std::size_t Session2Server::LargestRequest() const {
   const protocol2::Blocks& blocks = stepper_.blocks();
   std::size_t largest = std::max(blocks.step_bytes, blocks.options + protocol2::kLargestJson);
+  if (agreed_.parameters) largest += blocks.parameter_bytes();
   for (const BehaviourSpec& behaviour : env_.spec().behaviours)
     if (relabels_) largest = std::max({largest, protocol2::kMostRelabelled, protocol2::RelabelBytes(behaviour, 1)});
   return largest;

@@ -130,6 +130,7 @@ class Session2Server final : public Session2 {
   double connected_at_ = 0.0, last_heard_ = 0.0, broke_at_ = 0.0;
   std::size_t max_frame_ = protocol2::kLargestFrame;
   bool renders_ = false, relabels_ = false, shares_ = false;  // were agreed
+  protocol2::Agreed agreed_;
   bool connected_ = false, finished_ = false, resumable_ = false, refused_ = false;
   bool damaged_ = false;  // what it ended by was changed on its way: a loss, and nobody's fault
   bool paused_ = false;   // the engine stands still

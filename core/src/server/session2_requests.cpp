@@ -78,7 +78,10 @@ Status Session2Server::OnConfigure(const Frame& frame) {
         protocol2::CompareBehaviours(configure->expect_json, protocol2::BehavioursJson(env_.spec()), &path);
     if (!same.ok()) return Refuse(same, path);
   }
-  const std::size_t largest = std::max(stepper_.blocks().largest_result, stepper_.blocks().step_bytes);
+  const protocol2::Blocks& blocks = stepper_.blocks();
+  std::size_t largest = std::max(blocks.largest_result, blocks.step_bytes);
+  if (agreed_.parameters)
+    largest = std::max(largest, std::max(blocks.step_bytes, blocks.options) + blocks.parameter_bytes());
   if (!configure->shared_memory && largest > max_frame_) {
     return Refuse(Fault("UNSUPPORTED", "STEP or RESULT may take " + std::to_string(largest) +
                                            " bytes, more than the trainer's max_frame of " +
@@ -88,6 +91,8 @@ Status Session2Server::OnConfigure(const Frame& frame) {
   if (!autoreset.ok()) return Refuse(autoreset);
   protocol2::SpecMessage spec;
   spec.env = env_.spec();
+  if (!agreed_.parameters) spec.env.parameters.clear();
+  if (!agreed_.groups) spec.env.groups.clear();
   spec.autoreset = configure->autoreset;
   spec.training_length = options_.training_length;
   spec.model_name = options_.model_name;

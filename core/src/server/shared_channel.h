@@ -29,7 +29,8 @@ struct SharedChannel {
     SharedChannel channel;
     const bool relabels = also == Also::kRelabels;
     channel.request_bytes = protocol2::AlignBlock(
-        protocol2::kHeaderBytes + std::max({blocks.step_bytes, blocks.options, relabels ? kRelabelRoom : 0}));
+        protocol2::kHeaderBytes +
+        std::max(std::max(blocks.step_bytes, blocks.options) + blocks.parameter_bytes(), relabels ? kRelabelRoom : 0));
     // The first observation row begins a cache line.
     const std::size_t before_rows =
         protocol2::kHeaderBytes + (blocks.behaviours.empty() ? 0 : blocks.behaviours[0].observations);

@@ -2,6 +2,7 @@
 #include "server/stepper.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -27,11 +28,21 @@ Stepper::Group::Group(const BehaviourSpec& behaviour)
   some_slots.reserve(active.size());
 }
 
+namespace {
+
+constexpr std::size_t kStatisticsRoom = std::size_t{32} << 10;  // bytes of a RESULT's
+
+}  // namespace
+
 Stepper::Stepper(VectorEnv& env) : env_(env), spec_(env.spec()), blocks_(env.spec()) {
-  request_.Resize(blocks_.step_bytes);
+  request_.Resize(blocks_.step_bytes + blocks_.parameter_bytes());
   pending_.resize(blocks_.environments);
   stepped_.resize(blocks_.environments);
   begins_.resize(blocks_.environments);
+  outdated_.resize(blocks_.environments);
+  const std::vector<double> defaults = DefaultsOf(spec_.parameters);
+  for (std::size_t world = 0; world < blocks_.environments; ++world)
+    parameters_.insert(parameters_.end(), defaults.begin(), defaults.end());
   std::size_t slots = 0;
   for (std::size_t b = 0; b < spec_.behaviours.size(); ++b) {
     Group& group = groups_.emplace_back(spec_.behaviours[b]);
@@ -46,6 +57,7 @@ Stepper::Stepper(VectorEnv& env) : env_(env), spec_(env.spec()), blocks_(env.spe
   for (const InfoColumn& column : env.infos())
     info_room_ += 2 * (kColumnText + 6 * column.name.size()) + slots * kValueText;
   if (info_room_ > 0) info_room_ += kColumnText;
+  if (env.tells_statistics()) statistics_room_ = kStatisticsRoom;
 }
 
 void Stepper::WriteTo(std::byte* payload) {
@@ -63,6 +75,11 @@ void Stepper::Forget() {
   std::fill_n(payload_, result_room(), std::byte{0});
   std::fill(pending_.begin(), pending_.end(), std::uint8_t{0});
   begins_next_ = false;
+  std::fill(outdated_.begin(), outdated_.end(), std::uint8_t{0});
+  SetDefaultParameters(env_);
+  env_.TakeStatistics(&noted_);  // of the session before
+  for (std::size_t i = 0; i < parameters_.size(); ++i)
+    parameters_[i] = spec_.parameters[i % blocks_.parameters].default_value;
 }
 
 Status Stepper::SetAutoreset(Autoreset autoreset) {
@@ -125,7 +142,7 @@ Status Stepper::CheckChosen(std::span<const std::byte> request, const char* name
 
 /// In the order of R18.
 Status Stepper::CheckReset(std::span<const std::byte> request) {
-  CONSAC_RETURN_IF_ERROR(CheckWords(request, protocol2::kWithSeeds | protocol2::kWithOptions, "RESET"));
+  CONSAC_RETURN_IF_ERROR(CheckWords(request, KnownFlags(protocol2::kWithSeeds | protocol2::kWithOptions), "RESET"));
   const std::uint32_t flags = WordAt(request, 0);
   std::size_t end = (flags & protocol2::kWithSeeds) != 0 ? blocks_.options : blocks_.seeds;
   const std::size_t options = end + sizeof(std::uint32_t);
@@ -134,8 +151,9 @@ Status Stepper::CheckReset(std::span<const std::byte> request) {
     if (request.size() < options) return WrongSize("RESET", request.size(), options);
     const std::size_t length = WordAt(request, end);
     end = protocol2::AlignBlock(options + length);
-    if (request.size() == end) text = request.subspan(options, length);
+    if (request.size() >= end) text = request.subspan(options, length);
   }
+  if ((flags & protocol2::kWithParameters) != 0) end += blocks_.parameter_bytes();
   if (request.size() != end) return WrongSize("RESET", request.size(), end);
   CONSAC_RETURN_IF_ERROR(CheckChosen(request, "RESET"));
   for (std::size_t world = 0; world < blocks_.environments && (flags & protocol2::kWithSeeds) != 0; ++world) {
@@ -146,8 +164,44 @@ Status Stepper::CheckReset(std::span<const std::byte> request) {
     return Fault("OUT_OF_RANGE",
                  "seed " + std::to_string(seed) + " of environment " + std::to_string(world) + "; seeds are 0 or more");
   }
-  if ((flags & protocol2::kWithOptions) == 0) return Status::Ok();
-  return protocol2::ParseObject(text).status();
+  if ((flags & protocol2::kWithOptions) != 0) CONSAC_RETURN_IF_ERROR(protocol2::ParseObject(text).status());
+  return CheckParameters(ParametersIn(request));
+}
+
+std::vector<double> Stepper::ParametersIn(std::span<const std::byte> request) const {
+  if ((WordAt(request, 0) & protocol2::kWithParameters) == 0) return {};
+  std::vector<double> values(blocks_.environments * blocks_.parameters);
+  std::memcpy(values.data(), request.data() + request.size() - blocks_.parameter_bytes(), blocks_.parameter_bytes());
+  return values;
+}
+
+Status Stepper::CheckParameters(std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    const Status legal = CheckValue(spec_.parameters[i % blocks_.parameters], values[i]);
+    if (legal.ok()) continue;
+    blamed_ = static_cast<std::int64_t>(i / blocks_.parameters);
+    return Fault(legal.code() == StatusCode::kNonFinite ? "NON_FINITE" : "OUT_OF_RANGE",
+                 "environment " + std::to_string(blamed_) + ": " + legal.message());
+  }
+  return Status::Ok();
+}
+
+void Stepper::SetParameters(std::span<const double> values) {
+  if (values.empty()) return;
+  for (std::size_t world = 0; world < blocks_.environments; ++world) {
+    const std::span<const double> own = values.subspan(world * blocks_.parameters, blocks_.parameters);
+    bool changes = false;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      double& now = parameters_[world * blocks_.parameters + i];
+      if (std::isnan(own[i]) || own[i] == now) continue;
+      now = own[i];
+      changes = true;
+    }
+    if (!changes) continue;
+    env_.SetParameters(static_cast<std::int32_t>(world), own);
+    outdated_[world] = pending_[world];
+  }
 }
 
 Status Stepper::Reset(std::span<const std::byte> shared, bool first, std::uint64_t seed) {
@@ -164,12 +218,19 @@ Status Stepper::Reset(std::span<const std::byte> shared, bool first, std::uint64
     stepped_[world] = std::to_integer<std::uint8_t>(request[protocol2::kActiveOffset + world]);
     all = all && stepped_[world] != 0;
   }
-  const bool seeded = !seeds.empty();
   if (first && !all) return Fault("BAD_STATE", "the first RESET is of every environment");
+  const std::vector<double> before = parameters_;
+  SetParameters(ParametersIn(request));
+  const Status begun = Begin(seeds, first, all, seed);
+  if (!begun.ok()) SetParameters(before);
+  return begun;
+}
+
+Status Stepper::Begin(const std::vector<std::uint64_t>& seeds, bool first, bool all, std::uint64_t seed) {
   BeginResult();
   std::fill(begins_.begin(), begins_.end(), std::uint8_t{0});
   own_seed_ = first ? seed : own_seed_ + blocks_.environments;
-  if (!first || seeded) return ResetChosen(seeds, all);
+  if (!first || !seeds.empty()) return ResetChosen(seeds, all);
   BeginAll(own_seed_);
   return Status::Ok();
 }
@@ -203,7 +264,7 @@ Status Stepper::ResetChosen(const std::vector<std::uint64_t>& seeds, bool all) {
 }
 
 Status Stepper::ResetOne(std::size_t world, std::optional<std::uint64_t> seed) {
-  if (!seed.has_value() && pending_[world] != 0) {
+  if (!seed.has_value() && pending_[world] != 0 && outdated_[world] == 0) {
     BeginNext(world);
     return Status::Ok();
   }
@@ -217,11 +278,15 @@ Status Stepper::ResetOne(std::size_t world, std::optional<std::uint64_t> seed) {
 
 Status Stepper::ReadStep(std::span<const std::byte> request) {
   // Copied, since in shared memory it might change while it is looked at.
-  const std::size_t taken = std::min(request.size(), blocks_.step_bytes);
+  const std::size_t taken = std::min(request.size(), blocks_.step_bytes + blocks_.parameter_bytes());
   std::memcpy(request_.data(), request.data(), taken);
-  CONSAC_RETURN_IF_ERROR(CheckWords({request_.data(), taken}, 0, "STEP"));
-  if (request.size() != blocks_.step_bytes) return WrongSize("STEP", request.size(), blocks_.step_bytes);
+  CONSAC_RETURN_IF_ERROR(CheckWords({request_.data(), taken}, KnownFlags(0), "STEP"));
+  const bool sets = (WordAt({request_.data(), taken}, 0) & protocol2::kWithParameters) != 0;
+  const std::size_t expected = blocks_.step_bytes + (sets ? blocks_.parameter_bytes() : 0);
+  if (request.size() != expected) return WrongSize("STEP", request.size(), expected);
   CONSAC_RETURN_IF_ERROR(CheckChosen({request_.data(), taken}, "STEP"));
+  step_parameters_ = ParametersIn({request_.data(), taken});
+  CONSAC_RETURN_IF_ERROR(CheckParameters(step_parameters_));
   const std::byte* wanted = request_.data() + protocol2::kActiveOffset;
   stepped_count_ = 0;
   begins_next_ = false;
@@ -278,6 +343,8 @@ Status Stepper::CheckActions() {
 void Stepper::Step() {
   BeginResult();
   agents_stepped_ = 0;
+  SetParameters(step_parameters_);
+  std::fill(begins_.begin(), begins_.end(), std::uint8_t{0});
   if (begins_next_) {
     const std::byte* wanted = request_.data() + protocol2::kActiveOffset;
     for (std::size_t world = 0; world < blocks_.environments; ++world) {
@@ -292,6 +359,9 @@ void Stepper::Step() {
 }
 
 void Stepper::FinishStep() {
+  for (std::size_t world = 0; world < blocks_.environments && begins_next_; ++world) {
+    if (begins_[world] != 0) MarkFirst(world);
+  }
   for (std::size_t b = 0; b < groups_.size() && stepped_count_ > 0; ++b) {
     const bool all = stepped_count_ == blocks_.environments;
     if (!all) Scatter(b);

@@ -33,7 +33,7 @@ class Stepper {
   /// Where everything lies in the messages.
   const protocol2::Blocks& blocks() const { return blocks_; }
   /// The largest payload of a RESULT.
-  std::size_t result_room() const { return blocks_.largest_result + info_room_; }
+  std::size_t result_room() const { return blocks_.largest_result + statistics_room_ + info_room_; }
   /// Infos with which a RESULT would have more bytes are left out.
   void LimitInfos(std::size_t bytes) { most_with_infos_ = bytes; }
   /// From now on RESULT's payload is written to `payload` (8-byte aligned); what was there must have been moved.
@@ -41,6 +41,8 @@ class Stepper {
 
   /// A new session begins: nothing is left of the one before.
   void Forget();
+  /// What RESET and STEP may set, and RESULT may say.
+  void Agree(const protocol2::Agreed& agreed) { agreed_ = agreed; }
   /// How next episodes begin; UNSUPPORTED when the world cannot do it.
   Status SetAutoreset(protocol2::Autoreset autoreset);
   /// Carries out a RESET. The first of a session must be of every environment, and takes `seed` when it brings none.
@@ -80,7 +82,16 @@ class Stepper {
   std::byte* States(std::size_t b) { return payload_ + blocks_.behaviours[b].states; }
   Status CheckChosen(std::span<const std::byte> request, const char* name);
   Status CheckReset(std::span<const std::byte> request);
+  std::uint32_t KnownFlags(std::uint32_t flags) const {
+    return flags | (agreed_.parameters ? protocol2::kWithParameters : 0);
+  }
+  /// The values in the last block of `request`, where it has that.
+  std::vector<double> ParametersIn(std::span<const std::byte> request) const;
+  Status CheckParameters(std::span<const double> values);
+  /// NaN leaves a value as it is.
+  void SetParameters(std::span<const double> values);
   Status ResetChosen(const std::vector<std::uint64_t>& seeds, bool all);
+  Status Begin(const std::vector<std::uint64_t>& seeds, bool first, bool all, std::uint64_t seed);
   void BeginAll(std::uint64_t seed);
   Status ResetOne(std::size_t world, std::optional<std::uint64_t> seed);
   Status CheckActions();
@@ -97,13 +108,17 @@ class Stepper {
   bool EpisodeOver(std::size_t world);
   enum class Infos : std::uint8_t { kWithout, kWith };
   void FinishResult(Infos infos);
+  bool WriteGroups();
+  bool WriteStatistics();
   bool WriteInfos();
+  bool WriteText(const std::string& text);
   nlohmann::json InfoColumns(bool final);
 
   VectorEnv& env_;
   const EnvSpec& spec_;
   const protocol2::Blocks blocks_;
-  std::size_t info_room_ = 0;
+  std::size_t info_room_ = 0, statistics_room_ = 0;
+  protocol2::Agreed agreed_;
   std::size_t most_with_infos_ = protocol2::kLargestFrame;
   bool agents_leave_ = false;  // the world says who is present
   protocol2::Autoreset autoreset_ = protocol2::Autoreset::kSameStep;
@@ -114,11 +129,15 @@ class Stepper {
   std::vector<Batch> whole_, some_;              // one per behaviour
   std::vector<std::uint8_t> pending_, stepped_;  // per environment: has ended; is stepped (or begins) now
   std::vector<std::uint8_t> begins_;             // per environment: its first rows are still to come
+  std::vector<std::uint8_t> outdated_;           // per environment: its hidden episode has parameters that are so
+  std::vector<double> parameters_;               // [environments, parameters] as they were set
+  std::vector<Statistic> noted_;
+  std::vector<double> step_parameters_;  // the same, that the STEP taken in sets; NaN: as it was
   std::size_t stepped_count_ = 0, result_bytes_ = 0;
   std::uint64_t own_seed_ = 0;  // of the latest RESET, where the trainer gives none
   std::int64_t agents_stepped_ = 0;
   std::int64_t blamed_ = -1;
-  bool begins_next_ = false, has_finals_ = false, said_no_choice_ = false;
+  bool begins_next_ = false, has_finals_ = false, said_statistics_are_long_ = false, said_no_choice_ = false;
 };
 
 }  // namespace consac

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "consac/base/json.h"
 #include "server/stepper.h"
@@ -27,13 +28,15 @@ void Stepper::BeginResult() {
 
 void Stepper::FinishResult(Infos infos) {
   std::uint32_t parts = has_finals_ ? protocol2::kPartFinals : 0;
+  if (infos == Infos::kWith && agreed_.groups && WriteGroups()) parts |= protocol2::kPartGroups;
+  if (statistics_room_ > 0 && WriteStatistics()) parts |= protocol2::kPartStatistics;
   if (infos == Infos::kWith && info_room_ > 0 && WriteInfos()) parts |= protocol2::kPartInfos;
   std::memcpy(payload_, &parts, sizeof(parts));
 }
 
 /// Every present agent of the world stands at the beginning of an episode.
 void Stepper::MarkFirst(std::size_t world) {
-  pending_[world] = 0;
+  pending_[world] = outdated_[world] = 0;
   for (std::size_t b = 0; b < groups_.size(); ++b) {
     Group& group = groups_[b];
     for (std::size_t slot = world * group.agents; slot < (world + 1) * group.agents; ++slot) {
@@ -43,8 +46,13 @@ void Stepper::MarkFirst(std::size_t world) {
   }
 }
 
-/// The episode that the world has begun already becomes visible.
+/// The episode that the world has begun already becomes visible; another begins in its place where parameters have been
+/// set since.
 void Stepper::BeginNext(std::size_t world) {
+  if (outdated_[world] != 0) {
+    begins_[world] = env_.ResetWorld(static_cast<std::int32_t>(world), std::nullopt, whole_) ? 1 : 0;
+    if (begins_[world] != 0) return;
+  }
   for (std::size_t b = 0; b < groups_.size(); ++b) {
     const Group& group = groups_[b];
     const std::size_t at = world * group.agents * group.row_bytes;
@@ -171,10 +179,39 @@ nlohmann::json Stepper::InfoColumns(bool final) {
   return columns;
 }
 
+/// What the groups of the worlds that were stepped were paid; left out where it is nothing.
+bool Stepper::WriteGroups() {
+  const std::span<const float> paid = env_.group_rewards();
+  bool any = false;
+  for (std::size_t i = 0; i < paid.size(); ++i) any = any || (stepped_[i / blocks_.groups] != 0 && paid[i] != 0.0f);
+  if (!any) return false;
+  for (std::size_t i = 0; i < paid.size(); ++i) {
+    const double reward = stepped_[i / blocks_.groups] != 0 ? static_cast<double>(paid[i]) : 0.0;
+    std::memcpy(payload_ + result_bytes_ + i * sizeof(reward), &reward, sizeof(reward));
+  }
+  result_bytes_ += blocks_.group_bytes();
+  return true;
+}
+
+bool Stepper::WriteStatistics() {
+  noted_.clear();
+  env_.TakeStatistics(&noted_);
+  if (!agreed_.statistics || noted_.empty()) return false;
+  const std::string text = protocol2::EncodeStatistics(noted_);
+  if (text.size() + 2 * sizeof(std::uint64_t) <= statistics_room_ && WriteText(text)) return true;
+  if (!std::exchange(said_statistics_are_long_, true))
+    Log(LogLevel::kWarning, "statistics of " + std::to_string(text.size()) +
+                                " bytes in one step are left out; note fewer numbers in a step");
+  return false;
+}
+
 /// The last block: length, then JSON; left out where it would not fit.
 bool Stepper::WriteInfos() {
   const nlohmann::json all = {{"infos", InfoColumns(false)}, {"final_infos", InfoColumns(true)}};
-  const std::string text = JsonText(all);
+  return WriteText(JsonText(all));
+}
+
+bool Stepper::WriteText(const std::string& text) {
   const auto length = static_cast<std::uint32_t>(text.size());
   const std::size_t end = result_bytes_ + sizeof(length) + text.size();
   if (protocol2::AlignBlock(end) > std::min(result_room(), most_with_infos_)) return false;

@@ -263,6 +263,7 @@ Status CheckTextSession(const EnvSpec& spec, const EnvServerOptions& options) {
 
 Result<std::unique_ptr<ServerSession>> BeginTextSession(const SessionHost& host, std::unique_ptr<Transport> transport,
                                                         std::span<const std::byte> first, std::int64_t number) {
+  SetDefaultParameters(host.env);  // whatever a trainer of protocol 2 has set before
   auto session = std::make_unique<TextSession>(host, std::move(transport));
   session->Begin(number);
   Status status = session->Take(first);

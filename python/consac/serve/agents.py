@@ -55,7 +55,7 @@ class AgentBatch(Batch):
                 actions[agent] = rows.action(slot)
         observations, rewards, terminations, truncations, infos = self.envs[env].step(actions)
         check_info(infos, "what it gave as infos")
-        ended_now, seen, going_on = [], [], False
+        ended_now, seen, going_on, prefixed = [], [], False, len(self.parts) > 1
         for agent in self.place:
             rows, slot, number = self._slot(env, agent)
             took_part = agent in actions or agent in observations and agent not in self.ended[env]
@@ -66,6 +66,8 @@ class AgentBatch(Batch):
             rows.rewards[slot] = reward
             if not took_part:
                 continue
+            if self.world.statistics:
+                self._note(infos.get(agent) or {}, f"{rows.behaviour.name}/" * prefixed)
             if agent in observations:
                 self._show(rows, slot, number, observations[agent], infos.get(agent) or {}, seen)
             terminated, truncated = terminations.get(agent, False), truncations.get(agent, False)

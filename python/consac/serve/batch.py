@@ -49,6 +49,9 @@ class Batch:
         self.infos: list[tuple[int, dict]] = []  # slots, and what JSON has of their infos
         self.final_infos: list[tuple[int, dict]] = []
         self.dropped: set[str] = set()
+        self.agreed: set[str] = set()  # capabilities of the present connection
+        self.parameters = np.tile([one.default for one in world.parameters] or np.empty(0), (count, 1))  # as they were set
+        self.noted: dict[str, list[float]] = {}  # statistics
 
     @staticmethod
     def step_bytes(world: World) -> int:
@@ -78,7 +81,9 @@ class Batch:
     def reset(self, payload) -> None:
         count = len(self.envs)
         flags = self._flags(payload, wire.WITH_SEEDS | wire.WITH_OPTIONS, "RESET")
-        end, seeds, options, text = 8 + count, None, None, None
+        size, end, seeds, options, text = len(payload), 8 + count, None, None, None
+        if flags & wire.WITH_PARAMETERS:
+            size -= self.world.parameter_bytes
         if len(payload) < end:
             raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; {end} are the least for {count} environments")
         if flags & wire.WITH_SEEDS:
@@ -91,17 +96,19 @@ class Batch:
             length = _U32.unpack_from(payload, at)[0] if len(payload) >= at + 4 else 0
             end = at + 4 + length
             text = payload[at + 4:end]
-        if len(payload) != align(end):
-            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; by its flags it has {align(end)}")
+        if size != align(end):
+            raise Refused("WRONG_SIZE", f"a RESET of {len(payload)} bytes; by its flags it has {align(end) + len(payload) - size}")
         chosen = self._chosen(bytes(payload[8:8 + count]), "RESET")
         for env in chosen if seeds else ():
             if seeds[env] < 0:
                 raise Refused("OUT_OF_RANGE", f"seed {seeds[env]} of environment {env}; seeds are 0 or more", env=env)
         if text is not None:
             options = wire.load_json(text)
+        setting = self._setting(flags, payload)
         if not self.started and len(chosen) != count:
             raise Refused("BAD_STATE", f"the first RESET resets {len(chosen)} of {count} environments; reset all of them first")
         self._forget(every=True)
+        self.parameters = setting
         before = bytes(self.buffer)
         for env in chosen:
             self.broken[env] = True
@@ -117,20 +124,22 @@ class Batch:
         self.started = True
 
     def step(self, payload) -> None:
-        self._flags(payload, 0, "STEP")
-        if len(payload) != len(self.request):
-            raise Refused("WRONG_SIZE", f"a STEP of {len(payload)} bytes; with these spaces and {len(self.envs)} environments it has {len(self.request)}")
+        flags = self._flags(payload, 0, "STEP")
+        size = len(self.request) + (self.world.parameter_bytes if flags & wire.WITH_PARAMETERS else 0)
+        if len(payload) != size:
+            raise Refused("WRONG_SIZE", f"a STEP of {len(payload)} bytes; with these spaces and {len(self.envs)} environments it has {size}")
         chosen = self._chosen(bytes(payload[8:8 + len(self.envs)]), "STEP")
+        setting = self._setting(flags, payload)
         for env in chosen:
             if self.broken[env] or self.over[env] and self.autoreset == "disabled":
                 raise Refused("RESET_REQUIRED", f"environment {env} {'failed' if self.broken[env] else 'has ended its episode'}; reset it before it is stepped", env=env)
-        self.request[:] = payload
+        self.request[:] = payload[:len(self.request)]
         for rows in self.parts:
             agents, states, at = len(rows.behaviour.agents), self.buffer, rows.states_at
             slots = [slot for env in chosen for slot in range(env * agents, env * agents + agents) if states[at + slot] & ACTIVE]
             if slots:
                 rows.check(slots, agents)
-        before = bytes(self.buffer)
+        before, self.parameters = bytes(self.buffer), setting
         self._forget(every=len(chosen) != len(self.envs))
         for env in chosen:
             try:
@@ -157,15 +166,27 @@ class Batch:
             raise Refused("UNSUPPORTED", f"the environment draws {image.dtype} of shape {image.shape}; wanted are bytes of height x width x 3", env=env)
         return _TWO_U32.pack(*image.shape[:2]) + image.tobytes()
 
-    @staticmethod
-    def _flags(payload, known: int, what: str) -> int:
+    def _flags(self, payload, known: int, what: str) -> int:
         """The first of the two words that RESET and STEP begin with."""
         if len(payload) < 8:
             raise Refused("WRONG_SIZE", f"a {what} of {len(payload)} bytes; its first words alone have 8")
         flags, zero = _TWO_U32.unpack_from(payload)
+        known |= wire.WITH_PARAMETERS if "parameters" in self.agreed else 0
         if flags & ~known or zero:
             raise Refused("MALFORMED", f"a {what} begins with {flags:#x} and {zero}; what is not known is 0")
         return flags
+
+    def _setting(self, flags: int, payload) -> np.ndarray:
+        """The parameters as a request sets them, whose last block they are."""
+        if not flags & wire.WITH_PARAMETERS:
+            return self.parameters
+        values = np.frombuffer(bytes(payload[len(payload) - self.world.parameter_bytes:]), "<f8").reshape(self.parameters.shape)
+        for env, place in np.argwhere(~np.isnan(values)):
+            try:
+                self.world.parameters[place].check(float(values[env, place]))
+            except ValueError as error:
+                raise Refused("NON_FINITE" if np.isinf(values[env, place]) else "OUT_OF_RANGE", f"environment {env}: {error}", env=int(env)) from None
+        return np.where(np.isnan(values), self.parameters, values)
 
     def _chosen(self, mask: bytes, what: str):
         if mask == self.all_ones:
@@ -188,6 +209,8 @@ class Batch:
             self.infos = []
         if self.final_infos:
             self.final_infos = []
+        if self.noted:
+            self.noted = {}
 
     def _guard(self, env: int, act, *arguments) -> None:
         try:
@@ -214,12 +237,16 @@ class Batch:
         self.over[env] = False
 
     def _reset(self, env: int, seed, options):
+        if self.world.parameters:
+            options = (options or {}) | {one.name: float(value) for one, value in zip(self.world.parameters, self.parameters[env])}
         return self.envs[env].reset(seed=seed) if options is None else self.envs[env].reset(seed=seed, options=options)
 
     def _advance(self, env: int) -> None:
         rows = self.parts[0]
         observation, reward, terminated, truncated, info = self.envs[env].step(rows.action(env))
         rows.write(env, observation)
+        if self.world.statistics:
+            self._note(info, "")
         state = ACTIVE
         if terminated or truncated:
             state = (TERMINATED if terminated else 0) | (TRUNCATED if truncated else 0)
@@ -241,6 +268,13 @@ class Batch:
         if rows.masks is not None:
             rows.write_mask(env, info)
 
+    def _note(self, info: dict, prefix: str) -> None:
+        """The numbers of an info that are statistics; what is no finite number is none."""
+        for name in self.world.statistics:
+            value = info.get(name)
+            if isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)) and np.isfinite(value):
+                self.noted.setdefault(prefix + name, []).append(float(value))
+
     def _keep(self, slot: int, info, infos: list, whose: str = "the info") -> None:
         """Adds to `infos` what JSON has of an info, while what it raises is still its environment's failure."""
         kept = plain_info(info, whose, self._drop, "action_mask" if self.masked else None)
@@ -253,11 +287,12 @@ class Batch:
         """The RESULT frame; a view of the buffer where nothing of changing size belongs to it."""
         with_finals = any(rows.finals for rows in self.parts)
         infos = self._infos_json() if self.infos or self.final_infos else b""
+        noted = wire.dump_json(self.noted) if self.noted and "statistics" in self.agreed else b""
         flags = wire.FLAG_CRC if crc else 0
-        if not with_finals and not infos and not crc:
+        if not with_finals and not infos and not noted and not crc:
             HEADER.pack_into(self.buffer, 0, wire.MAGIC, wire.RESULT, 0, self.size - HEADER.size, 0, request, session, 0)
             return memoryview(self.buffer)[:self.size]
-        out = bytearray(_TWO_U32.pack((wire.PART_FINALS if with_finals else 0) | (wire.PART_INFOS if infos else 0), 0))
+        out = bytearray(_TWO_U32.pack((wire.PART_FINALS if with_finals else 0) | (wire.PART_INFOS if infos else 0) | (wire.PART_STATISTICS if noted else 0), 0))
         for rows in self.parts:
             pad(out)
             out += memoryview(self.buffer)[rows.begin:rows.end]
@@ -265,9 +300,10 @@ class Batch:
             pad(out)
             out += b"".join(row for _, row in sorted(rows.finals))
         pad(out)
-        if infos:
-            out += _U32.pack(len(infos)) + infos
-            pad(out)
+        for text in (noted, infos):
+            if text:
+                out += _U32.pack(len(text)) + text
+                pad(out)
         return wire.pack(wire.Frame(wire.RESULT, out, request, session, flags))
 
     def _infos_json(self) -> bytes:
@@ -295,7 +331,7 @@ class Batch:
 
     def drop_infos(self, why: str) -> None:
         """The answer is sent without infos."""
-        self.infos, self.final_infos = [], []
+        self.infos, self.final_infos, self.noted = [], [], {}
         self._drop("", why)
 
     def _drop(self, key: str, why: str) -> None:

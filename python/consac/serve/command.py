@@ -6,12 +6,25 @@ import os
 import signal
 import sys
 
+from consac.extras import Parameter
 from consac.names import printable_line
 
 from .limits import Limits
 from .refusal import INTERRUPTIBLE, describe, place_of, traceback_of
 from .server import Server
 from .world import GROUPS, environment_maker, pettingzoo_maker
+
+
+def parameter_of(text: str) -> Parameter:
+    """What --parameter says."""
+    name, equals, numbers = text.partition("=")
+    try:
+        values = [float(number) for number in numbers.split(":")]
+        if not equals or len(values) not in (1, 3):
+            raise ValueError
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; expected name=value or name=value:low:high") from None
+    return Parameter(name, *values)
 
 
 def main(arguments=None) -> int:
@@ -31,6 +44,8 @@ def main(arguments=None) -> int:
     parser.add_argument("--protocol", choices=["auto", "text1", "2"], default="auto")
     parser.add_argument("--no-render", action="store_true", help="make environments that do not draw")
     parser.add_argument("--group", choices=GROUPS, default="kind", help="of several agents those of one kind (a name, and a number behind it) share a policy, or all with equal spaces")
+    parser.add_argument("--parameter", action="append", default=[], type=parameter_of, metavar="NAME=VALUE[:LOW:HIGH]", help="a number that trainers may set, what it is unless they do, and its bounds; reset() finds it in its options, by name. May come again")
+    parser.add_argument("--statistic", action="append", default=[], metavar="NAME", help="a number in the environment's infos that goes into the trainer's log. May come again")
     options = parser.parse_args(arguments)
     log = lambda line: print(line, file=sys.stderr, flush=True)
     if (options.world is None) == (options.pettingzoo is None):
@@ -39,7 +54,7 @@ def main(arguments=None) -> int:
         factory = environment_maker(options.world, not options.no_render) if options.world else pettingzoo_maker(options.pettingzoo, not options.no_render)
         server = Server(factory, options.envs, host=options.host, port=options.port, token=options.token, protocol=options.protocol,
                         training_length=options.steps, model_name=options.model, seed=options.seed, sessions=options.sessions,
-                        limits=Limits(max_sessions=options.max_sessions), group=options.group, log=log)
+                        limits=Limits(max_sessions=options.max_sessions), group=options.group, parameters=options.parameter, statistics=options.statistic, log=log)
     except INTERRUPTIBLE as error:
         if place_of(error):
             for line in traceback_of(error):

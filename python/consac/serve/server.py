@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from consac import __version__, shared_memory, wire
 from consac.address import is_here, is_loopback
+from consac.extras import Parameter
 from consac.names import printable_line
 from consac.wire import WireError
 
@@ -38,11 +39,13 @@ class Server:
     """Serves environments from `make_env`, a callable, or a Gymnasium id, on `host`:`port` (0: a free one).
 
     `group`: which of several agents are one behaviour and so share a policy: those of one "kind" (a name, and a number behind it) or of equal "spaces".
+    `parameters`: what a trainer may set; the environment finds their values in reset(options=...), by name. `statistics`: numbers of infos that go into the
+    trainer's log, by name.
     `log` takes lines; the traceback of an environment that fails is among them."""
 
     def __init__(self, make_env, envs: int = 1, *, host: str = "127.0.0.1", port: int = 0, token: str = "", protocol: str = "auto",
                  training_length: int = 0, model_name: str = "", seed: int | None = None, sessions: int = 0, name: str = "", group: str = "kind",
-                 limits: Limits = Limits(), log=None):
+                 parameters: list[Parameter] = (), statistics: list[str] = (), limits: Limits = Limits(), log=None):
         if protocol not in ("auto", "text1", "2"):
             raise ValueError(f"protocol {protocol!r}; it is auto, text1 or 2")
         if not token and not is_loopback(host):
@@ -53,7 +56,7 @@ class Server:
         self.token, self.protocol, self.limits, self.sessions_wanted = token, protocol, limits, sessions
         self._log = (lambda line: log(printable_line(line))) if log else lambda line: None
         self._refusals, self._failures = Refusals(self._log), Refusals(self._log)
-        self.world = World.probe(self.make_env, envs, name, group)
+        self.world = World.probe(self.make_env, envs, name, group, parameters, statistics)
         self._offer = Offer(self.world, self.make_env, seed, training_length, model_name, self._log, self._failures)
         self.text_misfit = text1.misfit(self._offer) if not token else "it has no access token"
         if protocol == "text1" and self.text_misfit:
@@ -348,11 +351,13 @@ class Server:
         most = max(most, wire.LARGEST_BEFORE_WELCOME)
         if self._ending:
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
-        has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "relabel": self.world.prices, "crc": True}
+        has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "relabel": self.world.prices, "crc": True,
+               "parameters": bool(self.world.parameters), "statistics": bool(self.world.statistics)}
         capabilities = [name for name in has if name in offered and has[name]]
         session, resumed = self._take_up(connection, resume, min(most, self.limits.max_frame)) if resume else self._open(connection)
         connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
         session.renders, session.relabels, session.limit = "render" in capabilities, "relabel" in capabilities, connection.limit
+        session.agreed = set(capabilities)
         answer = connection.pack(wire.WELCOME, wire.dump_json({
             "protocol": wire.VERSION, "server": f"consac-python {__version__}", "session": session.number, "resume": session.token, "capabilities": capabilities,
             "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), 0, session.number)

@@ -52,6 +52,7 @@ class Session:
         self.configured = False
         self.stepped = False  # by now
         self.renders = self.relabels = False
+        self.agreed: set[str] = set()  # capabilities of the present connection
         self.limit = 0  # max_frame of its WELCOME
         self.deadline: float | None = None  # for CONFIGURE
 
@@ -102,6 +103,7 @@ class Session:
         if kind == wire.STEP or kind == wire.RESET:
             if not self.configured:
                 raise Refused("BAD_STATE", f"{'STEP' if kind == wire.STEP else 'RESET'} before CONFIGURE; configure first")
+            batch.agreed = self.agreed
             if kind == wire.RESET:
                 batch.reset(payload)
             elif not batch.started:
@@ -144,7 +146,7 @@ class Session:
             raise Refused("UNSUPPORTED", f"autoreset {quote(autoreset)}; there are {', '.join(AUTORESETS)}", path="autoreset")
         if transport != "tcp" and not (transport == "shm" and connection.shares):
             raise Refused("UNSUPPORTED", f"transport {quote(transport)}; this connection has tcp{' and shm' * connection.shares}", path="transport")
-        spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name)
+        spec = self.offer.world.to_json(autoreset, self.offer.training_length, self.offer.model_name, self.agreed)
         if "expect" in wanted:
             difference = first_difference(expect, spec["behaviours"], "behaviours")
             if difference:
@@ -161,6 +163,8 @@ class Session:
         except WireError as error:
             raise Refused("UNSUPPORTED", f"SPEC is more than JSON of a message may be: {error.message} (R7)") from None
         largest = max(Batch.largest_result(self.offer.world), Batch.step_bytes(self.offer.world), len(text))
+        if "parameters" in self.agreed:
+            largest = max(largest, max(Batch.step_bytes(self.offer.world), reset_bytes(self.offer.world)) + self.offer.world.parameter_bytes)
         if largest > connection.limit:
             raise Refused("UNSUPPORTED", f"this world's frames have up to {largest} bytes, over max_frame {connection.limit}; raise it or serve fewer environments")
         if self.batch is None:
@@ -173,9 +177,8 @@ class Session:
     def _share(self) -> tuple[shared_memory.Channel, dict]:
         """Memory for the requests and answers of this world."""
         world = self.offer.world
-        reset = align(8 + world.environments) + 8 * world.environments
         try:
-            return shared_memory.create_channel(HEADER.size + max(Batch.step_bytes(world), reset, ROOM * world.prices), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
+            return shared_memory.create_channel(HEADER.size + max(max(Batch.step_bytes(world), reset_bytes(world)) + world.parameter_bytes, ROOM * world.prices), HEADER.size + Batch.largest_result(world) + INFOS_ROOM)
         except OSError as error:
             raise Refused("UNSUPPORTED", f"memory cannot be shared: {error}; ask for the transport tcp", path="transport") from error
 
@@ -190,3 +193,8 @@ class Session:
             self.offer.failures.tell(error)
             raise Refused("ENV_FAILED", f"environment {len(envs)} cannot be made: {describe(error)}", env=len(envs)) from error
         return (AgentBatch if self.offer.world.multi_agent else Batch)(self.offer.world, envs, self.offer.seed, self.offer.log, self.offer.failures)
+
+
+def reset_bytes(world: World) -> int:
+    """Of a RESET with seeds."""
+    return align(8 + world.environments) + 8 * world.environments

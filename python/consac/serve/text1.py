@@ -12,6 +12,7 @@ from .connection import Connection
 from .limits import TICK, Limits
 from .refusal import Gone
 from .session import Offer
+from .world import defaults_of
 
 UNBOUNDED = 3.4028235e+38  # how text protocol 1 writes a side without bound
 
@@ -40,7 +41,8 @@ def play(connection: Connection, offer: Offer, limits: Limits, env) -> None:
     say = lambda text: connection.write(text.encode() + b"\n")
     name = f"#{offer.model_name}" if offer.model_name else ""
     say(f"{_text_space(env.action_space)}#{_text_space(env.observation_space)}#{offer.training_length}{name}")
-    observation, _ = env.reset(seed=offer.seed)
+    options = {"options": defaults_of(offer.world.parameters)} if offer.world.parameters else {}
+    observation, _ = env.reset(seed=offer.seed, **options)
     say(f"{_text_row(observation)}#0#0")
     done = 0
     while True:
@@ -57,7 +59,7 @@ def play(connection: Connection, offer: Offer, limits: Limits, env) -> None:
         over = bool(terminated or truncated)
         say(f"{_text_row(observation)}#{_text_number(reward)}#{int(over)}")
         if over:
-            observation, _ = env.reset()
+            observation, _ = env.reset(**options)
             say(f"{_text_row(observation)}#0#0")
 
 

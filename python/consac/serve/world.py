@@ -6,13 +6,14 @@ import hashlib
 import importlib
 import inspect
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
 from consac import wire
+from consac.extras import Parameter, check_parameters
 from consac.goals import has_goals
 from consac.layout import Behaviour, Layout, space_to_json
 from consac.names import check_names_apart, check_names_together, printable_line
@@ -37,9 +38,14 @@ class World:
     max_episode_steps: int = 0
     deterministic: bool = True
     ids: dict | None = None  # of several agents: what the environment calls them, by their names
+    parameters: list[Parameter] = field(default_factory=list)  # that go to reset(options=...)
+    statistics: list[str] = field(default_factory=list)  # numbers of infos that are told as statistics
 
     @classmethod
-    def probe(cls, make_env, environments: int, name: str = "", group: str = "kind") -> "World":
+    def probe(cls, make_env, environments: int, name: str = "", group: str = "kind", parameters: list[Parameter] = (), statistics: list[str] = ()) -> "World":
+        """`parameters`: what may be set; `statistics`: which numbers of infos are told as such. ValueError where names or bounds are wrong."""
+        check_parameters(parameters)
+        check_names_apart("statistic", statistics)
         env = make_env()
         lacks = [part for part in ("reset", "step", "close", "observation_space", "action_space") if not hasattr(env, part)]
         if lacks:
@@ -56,7 +62,7 @@ class World:
             for _, agents, observation, action in groups:
                 _check_size(environments * len(agents), observation, "observation")
                 _check_size(environments * len(agents), action, "action")
-            begun = env.reset()
+            begun = env.reset(options=defaults_of(parameters)) if parameters else env.reset()
             if not (isinstance(begun, tuple) and len(begun) == 2 and isinstance(begun[1], dict)):
                 raise TypeError(f"{known}.reset() gave a {type(begun).__name__}, expected an observation and a dict of infos" + _OLD)
             info = begun[1]
@@ -71,15 +77,26 @@ class World:
             return cls(printable_line(known, 255), environments, behaviours, multi_agent, getattr(env, "render_mode", None) == "rgb_array" and "rgb_array" in (getattr(env, "metadata", None) or {}).get("render_modes", ()),
                        not multi_agent and has_goals(env.observation_space) and reward_function(env) is not None,
                        int(getattr(spec, "max_episode_steps", 0) or 0), not getattr(spec, "nondeterministic", False),
-                       {str(agent): agent for agent in env.possible_agents} if multi_agent else None)
+                       {str(agent): agent for agent in env.possible_agents} if multi_agent else None, list(parameters), list(statistics))
         finally:
             env.close()
 
-    def to_json(self, autoreset: str, training_length: int, model_name: str) -> dict:
+    @property
+    def parameter_bytes(self) -> int:
+        """Of their block in RESET and STEP."""
+        return 8 * self.environments * len(self.parameters)
+
+    def to_json(self, autoreset: str, training_length: int, model_name: str, agreed: set[str] = frozenset()) -> dict:
         behaviours = [behaviour.to_json() for behaviour in self.behaviours]
-        return {"id": self.name, "environments": self.environments, "max_episode_steps": self.max_episode_steps, "autoreset": autoreset,
+        extra = {"parameters": [one.to_json() for one in self.parameters]} if "parameters" in agreed else {}
+        return extra | {"id": self.name, "environments": self.environments, "max_episode_steps": self.max_episode_steps, "autoreset": autoreset,
                 "training_length": training_length, "model_name": model_name, "deterministic": self.deterministic,
                 "hash": hashlib.sha256(wire.canonical_json(behaviours)).hexdigest(), "behaviours": behaviours}
+
+
+def defaults_of(parameters: list[Parameter]) -> dict:
+    """What reset() finds in its options where nobody has set anything."""
+    return {one.name: float(one.default) for one in parameters}
 
 
 def _groups(env, by: str) -> list[tuple]:

@@ -14,6 +14,7 @@
 #include "report/budget.h"
 #include "report/console.h"
 #include "report/console_table.h"
+#include "report/game_statistics.h"
 #include "report/progress.h"
 #include "report/progress_csv.h"
 #include "report/report_on.h"
@@ -52,6 +53,7 @@ class AllSinks final : public Report {
   void OnUpdates(std::span<const UpdateReport> updates, std::int64_t steps) override;
   void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) override;
   void OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) override;
+  void OnStatistics(std::span<const Statistic> noted) override;
   void OnTime(const TimeSpent& round) override { budget_.Add(round, looked_); }
   void Line(std::string_view line) override { console_.Line(line); }
   Status Finish() override;
@@ -95,6 +97,8 @@ class AllSinks final : public Report {
   bool stepped_ = false, over_ = false;
   int calls_per_look_ = 1, calls_left_ = 1;
   Budget budget_;
+  GameStatistics game_;
+  bool said_names_ = false;
   double told_budget_ = 0.0;
   Row row_;                            // as it is written
   std::int64_t updated_steps_ = 0;     // of the latest update
@@ -132,6 +136,13 @@ void AllSinks::Begin(double now) {
 
 void AllSinks::OnEpisode(const EpisodeEnd& episode) {
   logs_[episode.behaviour].OnEpisode(episode, Elapsed(Now()), events_.get(), WallTime());
+}
+
+void AllSinks::OnStatistics(std::span<const Statistic> noted) {
+  const std::string left_out = game_.Add(noted);
+  if (left_out.empty() || std::exchange(said_names_, true)) return;
+  Line(fmt::format("warning: the game notes more than {} names; '{}' and others are left out",
+                   GameStatistics::kMostNames, left_out));
 }
 
 void AllSinks::OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) {
@@ -197,6 +208,10 @@ void AllSinks::OnUpdates(std::span<const UpdateReport> updates, std::int64_t ste
     if (update.reports % interval == 0 || (IsSb2() && update.reports == 1)) shown_[update.behaviour] = 0;
     if (events_ != nullptr) log.WriteScalars(update, steps, WallTime(), *events_);
   }
+  game_.Tell();
+  for (const Cell& cell : game_.row()) {
+    if (events_ != nullptr) events_->Scalar(WallTime(), steps, cell.key, cell.value);
+  }
   if (progress_csv_ != nullptr) {
     GatherRow(updated_);
     progress_csv_->Append(row_);
@@ -213,6 +228,7 @@ void AllSinks::GatherRow(const std::vector<std::uint8_t>& behaviours) {
   for (std::size_t b = 0; b < logs_.size(); ++b) {
     if (behaviours[b] != 0) row_.insert(row_.end(), logs_[b].row().begin(), logs_[b].row().end());
   }
+  row_.insert(row_.end(), game_.row().begin(), game_.row().end());
   SortByKey(&row_);
 }
 

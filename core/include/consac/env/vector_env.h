@@ -12,6 +12,7 @@
 
 #include "consac/base/archive.h"
 #include "consac/env/batch.h"
+#include "consac/env/parameters.h"
 #include "consac/space/layout.h"
 
 namespace consac {
@@ -31,6 +32,16 @@ struct BehaviourSpec {
   static BehaviourSpec Of(std::string name, Space observation_space, Space action_space, std::int32_t slots);
 };
 
+/// Agents of one world that are rewarded together.
+struct GroupSpec {
+  /// An agent by its places in EnvSpec::behaviours and BehaviourSpec::agents.
+  struct Member {
+    std::size_t behaviour = 0, agent = 0;
+  };
+  std::string name;             ///< unique within the environment
+  std::vector<Member> members;  ///< at least one; an agent is in one group at most
+};
+
 /// What an environment offers.
 struct EnvSpec {
   std::string id;                         ///< "road-v0"; "" for a foreign engine that has not said
@@ -38,6 +49,8 @@ struct EnvSpec {
   std::int64_t max_episode_steps = 0;     ///< time limit that truncates; 0: none
   double reward_threshold =
       std::numeric_limits<double>::quiet_NaN();  ///< mean return at which the world counts as solved; NaN: none
+  std::vector<ParameterSpec> parameters;         ///< that a trainer may set; none unless SetParameters works
+  std::vector<GroupSpec> groups;                 ///< the same in every world; mostly none
 
   /// Copies of the world: the same for every behaviour.
   std::int32_t environments() const {
@@ -49,6 +62,12 @@ struct EnvSpec {
 struct InfoColumn {
   std::string name;               ///< unique within the environment
   std::span<const float> values;  ///< [slots of all behaviours, in their order]; NaN: nothing to tell
+};
+
+/// A number that the game has noted, for logs: their mean over a while is told.
+struct Statistic {
+  std::string name;
+  double value = 0.0;
 };
 
 /// What a world looks like.
@@ -99,10 +118,21 @@ class VectorEnv {
   virtual void Abandon() {}
   /// Columns as of the latest Step; their names and number never change.
   virtual std::span<const InfoColumn> infos() const { return {}; }
+  /// True when TakeStatistics ever brings any.
+  virtual bool tells_statistics() const { return false; }
+  /// Adds what was noted since the call before, a name as often as it was, and forgets it.
+  virtual void TakeStatistics(std::vector<Statistic>* noted) { (void)noted; }
+  /// What each of spec().groups was paid in the latest Step, [worlds, groups]; the rewards of its agents hold it
+  /// already. Worlds that were not stepped are not looked at. Empty: nothing.
+  virtual std::span<const float> group_rewards() const { return {}; }
   /// True when Render works.
   virtual bool renders() const { return false; }
   /// Draws world `world` as it is.
   virtual void Render(std::int32_t world, Picture* picture) { (void)world, (void)picture; }
+  /// What episodes of world `world` have that begin from now on: `values` of spec().parameters, in their order, each
+  /// legal for it, or NaN to leave it as it was set last; to begin with all are at their defaults. An episode under way
+  /// goes on with what it has.
+  virtual void SetParameters(std::int32_t world, std::span<const double> values) { (void)world, (void)values; }
   /// True when PriceGoals works.
   virtual bool prices_goals() const { return false; }
   /// What steps of behaviour `b` would have paid had they led to `observations`, [rows, observation row_bytes], whose
@@ -114,5 +144,8 @@ class VectorEnv {
   /// Exact state of all worlds, generators included.
   virtual void Visit(Archive& archive) = 0;
 };
+
+/// Every parameter of every world is at its default, as before anybody set one.
+void SetDefaultParameters(VectorEnv& env);
 
 }  // namespace consac

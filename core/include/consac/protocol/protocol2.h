@@ -121,6 +121,13 @@ struct Hello {
   std::size_t max_frame = kLargestFrame;
 };
 
+/// Capabilities that SPEC and the blocks depend on.
+struct Agreed {
+  bool parameters = false;  ///< SPEC says parameters, RESET and STEP may set them
+  bool statistics = false;  ///< RESULT may have them
+  bool groups = false;      ///< SPEC says groups, RESULT may have what they are paid
+};
+
 /// The server's answer.
 struct Welcome {
   std::string server;
@@ -185,8 +192,9 @@ std::string EncodeWelcome(const Welcome& welcome);
 Result<Welcome> ParseWelcome(std::span<const std::byte> payload);
 std::string EncodeConfigure(const Configure& configure);
 Result<Configure> ParseConfigure(std::span<const std::byte> payload);
+/// Of a session without parameters or groups `spec.env` has none.
 std::string EncodeSpec(const SpecMessage& spec);
-Result<SpecMessage> ParseSpec(std::span<const std::byte> payload);
+Result<SpecMessage> ParseSpec(std::span<const std::byte> payload, const Agreed& agreed = {});
 std::string EncodeError(const ErrorMessage& error);
 Result<ErrorMessage> ParseError(std::span<const std::byte> payload);
 /// GOAWAY: why no further requests are taken.
@@ -225,11 +233,18 @@ class Blocks {
   std::size_t step_bytes = 0;      // whole payload of STEP
   std::size_t result_bytes = 0;    // payload of RESULT without finals and infos, which follow
   std::size_t largest_result = 0;  // with a final row for every slot
+  std::size_t parameters = 0;      // of one environment
+  std::size_t groups = 0;          // of one environment
+  /// Bytes of the block of what groups are paid.
+  std::size_t group_bytes() const { return environments * groups * sizeof(double); }
+  /// Bytes of the block of parameters, the last of RESET and STEP.
+  std::size_t parameter_bytes() const { return environments * parameters * sizeof(double); }
   std::vector<BehaviourBlocks> behaviours;
 };
 
 inline constexpr std::size_t kActiveOffset = 8;  ///< of the byte per environment in RESET and STEP
-inline constexpr std::uint32_t kWithSeeds = 1, kWithOptions = 2, kPartFinals = 1, kPartInfos = 2;
+inline constexpr std::uint32_t kWithSeeds = 1, kWithOptions = 2, kWithParameters = 4;  ///< flags of RESET and STEP
+inline constexpr std::uint32_t kPartFinals = 1, kPartInfos = 2, kPartStatistics = 4, kPartGroups = 8;  ///< of RESULT
 
 /// Writes into RESULT's payload how long the engine took, and reads it from there [s].
 void WriteEngineTime(double seconds, std::byte* payload);
@@ -239,6 +254,21 @@ double ReadEngineTime(const std::byte* payload);
 constexpr std::size_t AlignBlock(std::size_t offset) {
   return (offset + 7) & ~std::size_t{7};
 }
+
+/// Where the blocks of a RESULT lie whose size differs from one to the next; 0: not there.
+struct ResultParts {
+  std::size_t rows_with_final = 0;
+  std::size_t finals = 0, finals_end = 0;
+  std::size_t groups = 0, statistics = 0, infos = 0;
+  std::size_t statistics_end = 0, infos_end = 0;  // of their JSON, which begins 4 bytes behind the block
+  std::size_t end = 0;                            // by all that; the payload's size unless it is wrong
+};
+/// Of a payload that has at least blocks.result_bytes. Nothing beyond `end` may be read where that is not its size.
+ResultParts FindParts(const EnvSpec& env, const Blocks& blocks, std::span<const std::byte> payload);
+/// Adds what RESULT's statistics say (R105); kProtocol where they are wrong.
+Status ReadStatistics(std::span<const std::byte> json, std::vector<Statistic>* statistics);
+/// The same as JSON, without what is not finite; "" where there are none.
+std::string EncodeStatistics(std::span<const Statistic> statistics);
 
 /// Reads a RESULT of a `same_step` session into `batches`, one per behaviour with all its slots; MALFORMED when it is
 /// too short for what it claims.

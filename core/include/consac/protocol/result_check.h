@@ -20,7 +20,7 @@ class ResultCheck {
  public:
   ResultCheck() = default;
   /// `env` must outlive it.
-  ResultCheck(const EnvSpec& env, Autoreset autoreset, Numbers numbers = Numbers::kJudged);
+  ResultCheck(const EnvSpec& env, Autoreset autoreset, Numbers numbers = Numbers::kJudged, Agreed agreed = {});
 
   /// The request that the next RESULT answers: a RESET or a STEP of the environments of `chosen` (one byte each).
   void Ask(FrameType type, std::span<const std::byte> chosen);
@@ -35,14 +35,15 @@ class ResultCheck {
 
  private:
   struct Site;  // a slot and what is to be said of it
-  Status JudgeSize(std::span<const std::byte> payload, std::size_t* finals, std::size_t* infos) const;
-  Status JudgePadding(std::span<const std::byte> payload, std::size_t infos_end) const;
+  Status JudgeSize(std::span<const std::byte> payload, ResultParts* parts) const;
+  Status JudgePadding(std::span<const std::byte> payload, const ResultParts& parts) const;
+  Status JudgeGroups(std::span<const std::byte> payload, std::size_t at) const;
   Status JudgeSlot(const Site& site) const;
   Status JudgeEnd(const Site& site) const;
   Status JudgeMask(const Site& site) const;
   Status JudgeRow(const Site& site, const std::byte* row, const char* what) const;
   Status JudgeRepeated(const Site& site) const;
-  Status JudgeInfos(std::span<const std::byte> payload, std::size_t at) const;
+  Status JudgeInfos(std::span<const std::byte> payload, const ResultParts& parts) const;
   std::uint8_t StateIn(std::span<const std::byte> payload, std::size_t b, std::size_t slot) const;
   void Remember(std::span<const std::byte> payload);
 
@@ -50,6 +51,7 @@ class ResultCheck {
   Blocks blocks_;
   Autoreset autoreset_ = Autoreset::kSameStep;
   Numbers numbers_ = Numbers::kJudged;
+  Agreed agreed_;
   FrameType asked_ = FrameType::kReset;
   std::vector<std::uint8_t> chosen_, over_;         // [environments]
   std::vector<std::vector<std::uint8_t>> states_;   // [behaviours][slots] of the RESULT before

@@ -69,6 +69,15 @@ class EnvClient {
     (void)b;
     return {};
   }
+  /// VectorEnv::SetParameters: goes to the engine with the next Reset or Step (protocol 2, capability `parameters`).
+  /// Without spec().parameters there is nothing to set.
+  virtual void SetParameters(std::int32_t environment, std::span<const double> values) {
+    (void)environment, (void)values;
+  }
+  /// What the engine has noted for the latest Reset or Step (capability `statistics`); until the next.
+  virtual std::span<const Statistic> statistics() const { return {}; }
+  /// VectorEnv::group_rewards, of the latest Step (capability `groups`).
+  virtual std::span<const float> group_rewards() const { return {}; }
   /// True when PriceGoals works.
   virtual bool prices_goals() const { return false; }
   /// VectorEnv::PriceGoals, asked of the engine (protocol 2, capability `relabel`). A session in which it fails is

@@ -48,6 +48,7 @@ struct RunConfig {
   std::string token;                          ///< access token that an engine asks for
   bool lockstep = false;                      ///< no step is under way while the model learns
   bool answer_done = false;                   ///< text protocol 1: answer an episode's last observation
+  std::string environment_parameters;         ///< "gravity=uniform 5 15, mass=2": of the world; "": its defaults
   std::string non_finite = "error";           ///< error or replace: what is done with NaN and infinity from a world
   double max_abs_reward = 0.0;                ///< a larger reward is treated as NaN is; 0: any finite one is taken
   bool one_step_episodes = false;             ///< episodes of a single step are no fault of the world

@@ -14,6 +14,7 @@
 #include "consac/base/archive.h"
 #include "consac/base/file.h"
 #include "consac/base/status.h"
+#include "consac/env/vector_env.h"
 #include "consac/learn/algo/learner.h"
 
 namespace consac::run {
@@ -100,6 +101,9 @@ class Report {
   /// Cheap; call every step with the agent steps so far and what the step brought to each behaviour: refreshes the
   /// progress bar at most ten times a second, and feeds the curve of worlds whose episodes do not end.
   virtual void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) = 0;
+  /// Numbers that the game has noted; the mean of each since its latest report stands beside the numbers of the next
+  /// update, as "game/NAME". Those of a new name beyond 256 are left out.
+  virtual void OnStatistics(std::span<const Statistic> noted) = 0;
   /// What the latest round took; told now and then as the budget of a step.
   virtual void OnTime(const TimeSpent& round) = 0;
   /// The models of now were judged, `steps` agent steps into the run: one verdict per behaviour, in the world's order.
