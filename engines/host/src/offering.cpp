@@ -193,6 +193,25 @@ float TickWorld::Reward(AgentId agent) const {
   return herd.goals.pays() ? worth : place.reward;
 }
 
+void TickWorld::SetParameters(std::int32_t world, std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isnan(values[i])) state_->set[static_cast<std::size_t>(world) * values.size() + i] = values[i];
+  }
+}
+
+bool TickWorld::tells_statistics() const {
+  return state_->notes;
+}
+
+void TickWorld::TakeStatistics(std::vector<Statistic>* noted) {
+  noted->insert(noted->end(), state_->noted.begin(), state_->noted.end());
+  state_->noted.clear();
+}
+
+std::span<const float> TickWorld::group_rewards() const {
+  return state_->paid;
+}
+
 void TickWorld::Visit(Archive& archive) {
   archive("steps", state_->steps);
 }
@@ -261,6 +280,8 @@ Status TickWorld::Offer() {
     for (std::size_t i = 0; i < herd.places.size(); ++i) {
       Place& place = herd.places[i];
       const bool begins = place.joined && (!place.takes_part || (state.cue == Cue::kReset && place.resets));
+      if (begins || place.going != Going::kOn || place.fresh)
+        state.TakeParameters(herd.first + static_cast<AgentId>(i));
       if (begins || !place.joined) {
         place.length = 0;
         place.sum = 0.0;
@@ -273,6 +294,9 @@ Status TickWorld::Offer() {
       herd.present[i] = place.joined ? 1 : 0;
     }
   }
+  state.paid = state.earned;
+  if (state.cue == Cue::kReset) std::fill(state.paid.begin(), state.paid.end(), 0.0f);
+  std::fill(state.earned.begin(), state.earned.end(), 0.0f);
   state.asked.clear();
   state.cue = Cue::kWait;
   return first;

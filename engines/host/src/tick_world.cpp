@@ -2,6 +2,7 @@
 #include "consac/host/tick_world.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -69,6 +70,32 @@ Result<BehaviourSpec> BehaviourOfOffering(const Offering& offering, bool alone) 
   for (std::int32_t a = 0; a < offering.agents; ++a)
     behaviour.agents.push_back(offering.name + "_" + std::to_string(a));
   return behaviour;
+}
+
+/// Groups are of one world's agents, each of one group; a world of one offering has one agent.
+Status CheckGroups(const std::vector<GroupSpec>& groups, const EnvSpec& spec) {
+  const auto wrong = [](const GroupSpec& group, const std::string& what) {
+    return Status{StatusCode::kInvalidArgument, "group '" + group.name + "' " + what};
+  };
+  std::vector<std::string> names;
+  std::vector<GroupSpec::Member> taken;
+  for (const GroupSpec& group : groups) {
+    names.push_back(group.name);
+    if (spec.behaviours.size() == 1)
+      return wrong(group,
+                   "is of agents of one kind, each of which has a world of its own; give the kinds two behaviours");
+    if (group.members.empty()) return wrong(group, "has no agents");
+    for (const GroupSpec::Member& member : group.members) {
+      if (member.behaviour >= spec.behaviours.size() || member.agent >= spec.behaviours[member.behaviour].agents.size())
+        return wrong(group, "has an agent that there is no place for");
+      for (const GroupSpec::Member& other : taken) {
+        if (other.behaviour == member.behaviour && other.agent == member.agent)
+          return wrong(group, "has an agent that is in a group already");
+      }
+      taken.push_back(member);
+    }
+  }
+  return CheckNamesApart("group", names);
 }
 
 }  // namespace
@@ -145,6 +172,18 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
     state->behaviour_of.insert(state->behaviour_of.end(), herd.places.size(), state->spec.behaviours.size());
     state->spec.behaviours.push_back(std::move(*behaviour));
   }
+  CONSAC_RETURN_IF_ERROR(CheckParameters(options.parameters));
+  CONSAC_RETURN_IF_ERROR(CheckGroups(options.groups, state->spec));
+  state->spec.parameters = std::move(options.parameters);
+  state->spec.groups = std::move(options.groups);
+  state->notes = options.notes;
+  const std::vector<double> defaults = DefaultsOf(state->spec.parameters);
+  for (std::int32_t i = 0; i < state->spec.environments(); ++i)
+    state->set.insert(state->set.end(), defaults.begin(), defaults.end());
+  for (std::size_t i = 0; i < state->behaviour_of.size(); ++i)
+    state->has.insert(state->has.end(), defaults.begin(), defaults.end());
+  state->earned.resize(state->spec.groups.size());
+  state->paid.resize(state->spec.groups.size());
   return std::unique_ptr<TickWorld>(new TickWorld(std::move(state)));
 }
 
@@ -266,6 +305,31 @@ bool TickWorld::Ending(AgentId agent) const {
   if (!Acts(agent) || state_->cue != Cue::kAct) return false;
   const Place& place = state_->At(agent);
   return place.going != Going::kOn || (state_->max_episode_steps > 0 && place.length + 1 >= state_->max_episode_steps);
+}
+
+double TickWorld::Parameter(AgentId agent, std::size_t index) const {
+  State& state = *state_;
+  const std::size_t count = state.spec.parameters.size();
+  if (!state.Known(agent) || index >= count) return 0.0;
+  const bool begins = Resets(agent) || Ending(agent) || state.At(agent).fresh;
+  return begins ? state.set[state.EnvironmentOf(agent) * count + index]
+                : state.has[static_cast<std::size_t>(agent) * count + index];
+}
+
+Status TickWorld::Note(std::string_view name, double value) {
+  constexpr std::size_t kMostNoted = 4096;  // in a step, or while nobody takes them
+  CONSAC_RETURN_IF_ERROR(CheckName("statistic", name));
+  if (!std::isfinite(value))
+    return {StatusCode::kNonFinite, "the statistic '" + std::string(name) + "' is NaN or infinite; it is left out"};
+  if (state_->notes && state_->noted.size() < kMostNoted) state_->noted.push_back({std::string(name), value});
+  return Status::Ok();
+}
+
+void TickWorld::AddGroupReward(std::size_t group, float reward) {
+  if (group >= state_->earned.size() || !std::isfinite(reward)) return;
+  state_->earned[group] += reward;
+  for (const GroupSpec::Member& member : state_->spec.groups[group].members)
+    AddReward(state_->herds[member.behaviour].first + static_cast<AgentId>(member.agent), reward);
 }
 
 Tally TickWorld::tally() const {

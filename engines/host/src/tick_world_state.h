@@ -81,10 +81,22 @@ struct TickWorld::State {
   std::vector<Batch> asked;  // one per behaviour while something is wanted
   std::int64_t steps = 0;
   Window window;
+  std::vector<double> set;  // [environments, parameters] what episodes have that begin from now on
+  std::vector<double> has;  // [agents, parameters] what those under way have
+  bool notes = false;
+  std::vector<Statistic> noted;
+  std::vector<float> earned, paid;  // [groups] since the latest Offer; in the step that it ended
 
   Herd& HerdOf(AgentId agent) { return herds[behaviour_of[static_cast<std::size_t>(agent)]]; }
   std::size_t PlaceOf(AgentId agent) { return static_cast<std::size_t>(agent - HerdOf(agent).first); }
   Place& At(AgentId agent) { return HerdOf(agent).places[PlaceOf(agent)]; }
+  std::size_t EnvironmentOf(AgentId agent) { return herds.size() == 1 ? PlaceOf(agent) : 0; }
+  /// The episode that the agent begins has what is set by now.
+  void TakeParameters(AgentId agent) {
+    const std::size_t count = spec.parameters.size();
+    for (std::size_t i = 0; i < count; ++i)
+      has[static_cast<std::size_t>(agent) * count + i] = set[EnvironmentOf(agent) * count + i];
+  }
   bool Known(AgentId agent) const { return agent >= 0 && static_cast<std::size_t>(agent) < behaviour_of.size(); }
 };
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "consac/base/hooks.h"
+#include "consac/env/parameter_laws.h"
 #include "consac/learn/algo/learn_pieces.h"
 #include "consac/learn/algo/learner.h"
 #include "consac/policy/policy.h"
@@ -65,6 +66,10 @@ class TrainingDriver final : public Driver {
       pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
+    Result<std::vector<ParameterLaw>> laws = ParseParameterLaws(options_.environment_parameters);
+    if (!laws.ok()) return laws.status();
+    CONSAC_RETURN_IF_ERROR(CheckParameterLaws(*laws, world_.spec().parameters));
+    if (!laws->empty()) chooser_.emplace(std::move(*laws), world_.spec().parameters, options_.seed, 0);
     options_.start_from.clear();  // models are large, and are not begun with again
     at_every_step_ = pupils_[0].learner->steps_per_update() == 0;
     TakeOverLearned();
@@ -75,6 +80,7 @@ class TrainingDriver final : public Driver {
     if (!world_.settled()) return Status::Ok();
     const double began = Now();
     if (phase_ == Phase::kBegin) {
+      ChooseForAll();
       turn_.Reset(options_.seed);
       phase_ = Phase::kFirst;
       return Status::Ok();
@@ -152,7 +158,22 @@ class TrainingDriver final : public Driver {
     return {status.code(), "behaviour '" + behaviour.name + "' cannot begin with this model: " + status.message()};
   }
 
+  void ChooseForAll() {
+    for (std::int32_t i = 0; chosen() && i < world_.spec().environments(); ++i)
+      world_.SetParameters(i, chooser_->Choose(learned_from_));
+  }
+  bool chosen() const { return chooser_.has_value(); }
+  /// For the episodes behind those that have begun with the step that `outcome` is of.
+  void ChooseNext(std::size_t b, const Batch& outcome) {
+    const auto agents = static_cast<std::int32_t>(world_.spec().behaviours[b].agents.size());
+    for (std::size_t row = 0; row < outcome.slots.size(); ++row) {
+      if ((outcome.terminated[row] | outcome.truncated[row]) != 0)
+        world_.SetParameters(outcome.slots[row] / agents, chooser_->Choose(learned_from_));
+    }
+  }
+
   void BeginEveryone() {
+    if (chosen() && !chooser_->fixed()) ChooseForAll();  // for the episodes behind those that begin now
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       const Batch& first = turn_.First(b);
       if (first.rows() > 0) pupils_[b].learner->Begin(first);
@@ -165,6 +186,7 @@ class TrainingDriver final : public Driver {
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       const Batch& outcome = turn_.Outcome(b);
       if (outcome.rows() > 0) pupils_[b].learner->Record(outcome);
+      if (chosen() && !chooser_->fixed()) ChooseNext(b, outcome);
       const Batch& arrived = turn_.Arrived(b);
       if (arrived.rows() > 0) pupils_[b].learner->Begin(arrived);
     }
@@ -303,6 +325,7 @@ class TrainingDriver final : public Driver {
   Turn turn_;
   TrainOptions options_;  // start_from is empty once everybody has begun
   Rng rng_;
+  std::optional<ParameterChooser> chooser_;
   std::vector<Pupil> pupils_;
   Phase phase_ = Phase::kBegin;
   bool at_every_step_ = false;  // the learners learn

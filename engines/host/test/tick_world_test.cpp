@@ -440,5 +440,95 @@ TEST(TickWorld, WhatWasAbandonedIsWrittenNowhere) {
   EXPECT_EQ(w.world->Offer().code(), StatusCode::kFailedPrecondition);
 }
 
+/// One step in which nobody ends unless `ends` is an agent.
+void StepAll(World& world, AgentId ends = kNoAgent) {
+  for (BatchBuffer& buffer : world.buffers) buffer.Advance();
+  for (std::size_t b = 0; b < world.buffers.size(); ++b) world.batches[b] = world.buffers[b].batch();
+  world.world->Step(world.batches);
+  if (ends != kNoAgent) world.world->EndEpisode(ends, EpisodeEnd::kTerminated);
+}
+
+TEST(TickWorld, AnEpisodeHasTheParametersThatWereSetWhenItBegan) {
+  TickWorldOptions options = Walkers(2, 3);
+  options.parameters = {{"gravity", 9.8, 0.0, 20.0}, {"wind", 0.0}};
+  World world(options);
+  world.JoinAll();
+  TickWorld& ticks = *world.world;
+  EXPECT_EQ(*ticks.ParameterNamed("wind"), 1u);
+  EXPECT_THAT(ticks.ParameterNamed("gravty").status().message(), HasSubstr("is 'gravity' meant?"));
+  EXPECT_EQ(ticks.Parameter(0, 0), 9.8);
+  const double low[2] = {3.0, std::numeric_limits<double>::quiet_NaN()}, high[2] = {12.0, 1.0};
+  ticks.SetParameters(0, low);
+  ticks.Reset(1, world.batches);
+  EXPECT_EQ(ticks.Parameter(0, 0), 3.0) << "it is being reset";
+  EXPECT_EQ(ticks.Parameter(1, 0), 9.8) << "another's";
+  ASSERT_TRUE(ticks.Offer().ok());
+  ticks.SetParameters(0, high);
+  StepAll(world);
+  EXPECT_EQ(ticks.Parameter(0, 0), 3.0) << "under way";
+  ASSERT_TRUE(ticks.Offer().ok());
+  StepAll(world, 0);
+  EXPECT_EQ(ticks.Parameter(0, 0), 12.0) << "it ends, and is put at its next start";
+  EXPECT_EQ(ticks.Parameter(0, 1), 1.0);
+  ASSERT_TRUE(ticks.Offer().ok());
+  EXPECT_EQ(ticks.Parameter(0, 0), 12.0);
+  StepAll(world);  // the third step of the other: out of time
+  ticks.SetParameters(1, low);
+  EXPECT_EQ(ticks.Parameter(1, 0), 3.0);
+  ASSERT_TRUE(ticks.Offer().ok());
+  options.parameters[1].high = -1.0;
+  EXPECT_THAT(TickWorld::Create(options).status().message(), HasSubstr("parameter 'wind' is 0"));
+}
+
+TEST(TickWorld, WhatTheHostNotesIsTakenOnce) {
+  TickWorldOptions options = Walkers(1);
+  World silent(options);
+  EXPECT_TRUE(silent.world->Note("hit", 1.0).ok());
+  EXPECT_FALSE(silent.world->tells_statistics());
+  options.notes = true;
+  World world(options);
+  EXPECT_TRUE(world.world->Note("hit", 1.0).ok());
+  EXPECT_TRUE(world.world->Note("hit", 0.0).ok());
+  EXPECT_EQ(world.world->Note("hit", std::nan("")).code(), StatusCode::kNonFinite);
+  EXPECT_EQ(world.world->Note("a\nb", 1.0).code(), StatusCode::kInvalidArgument);
+  std::vector<Statistic> noted;
+  silent.world->TakeStatistics(&noted);
+  EXPECT_TRUE(noted.empty());
+  world.world->TakeStatistics(&noted);
+  world.world->TakeStatistics(&noted);
+  ASSERT_EQ(noted.size(), 2u);
+  EXPECT_EQ(noted[0].name, "hit");
+  EXPECT_EQ(noted[1].value, 0.0);
+}
+
+TEST(TickWorld, WhatAGroupEarnsIsInItsAgentsRewards) {
+  TickWorldOptions options = Walkers(2);
+  options.groups = {{"pair", {{0, 0}, {0, 1}}}};
+  EXPECT_THAT(TickWorld::Create(options).status().message(), HasSubstr("group 'pair' is of agents of one kind"));
+  options.offerings.push_back(Walker(1));
+  options.offerings[1].name = "runner";
+  options.groups = {{"pair", {{0, 1}, {1, 0}}}, {"other", {{1, 0}}}};
+  EXPECT_THAT(TickWorld::Create(options).status().message(), HasSubstr("in a group already"));
+  options.groups = {{"pair", {{0, 1}, {1, 1}}}};
+  EXPECT_THAT(TickWorld::Create(options).status().message(), HasSubstr("no place for"));
+  options.groups = {{"pair", {{0, 1}, {1, 0}}}};
+  World world(options);
+  world.JoinAll();
+  world.world->Reset(1, world.batches);
+  ASSERT_TRUE(world.world->Offer().ok());
+  StepAll(world);
+  world.world->AddReward(1, 1.0f);
+  world.world->AddGroupReward(0, 0.5f);
+  world.world->AddGroupReward(0, 0.25f);
+  ASSERT_TRUE(world.world->Offer().ok());
+  EXPECT_EQ(world.batches[0].rewards[0], 0.0f);
+  EXPECT_EQ(world.batches[0].rewards[1], 1.75f);
+  EXPECT_EQ(world.batches[1].rewards[0], 0.75f);
+  EXPECT_EQ(world.world->group_rewards()[0], 0.75f);
+  StepAll(world);
+  ASSERT_TRUE(world.world->Offer().ok());
+  EXPECT_EQ(world.world->group_rewards()[0], 0.0f);
+}
+
 }  // namespace
 }  // namespace consac::host

@@ -81,6 +81,8 @@ struct TrainOptions {
   std::int64_t total_steps = 100000;                                 ///< of single agents
   std::uint64_t seed = 0;                                            ///< of learner and world
   WhileLearning while_learning = WhileLearning::kWait;               ///< see there
+  /// What is set of the world's parameters, "gravity=uniform 5 15, mass=2" (ParseParameterLaws); "": nothing.
+  std::string environment_parameters;
   std::vector<std::vector<std::byte>> start_from;  ///< a model file's bytes for each behaviour; none: from nothing
 };
 /// Learns on a thread of its own; after total_steps the agents go on by what was learned. The error names the

@@ -20,6 +20,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "consac/base/status.h"
@@ -77,6 +78,10 @@ struct TickWorldOptions {
   std::vector<Offering> offerings;     ///< at least one
   std::int64_t max_episode_steps = 0;  ///< then an agent's episode is truncated; 0: never
   bool agents_leave = false;           ///< Join and Leave while it runs; false: every agent joins before the first cue
+  std::vector<ParameterSpec> parameters;  ///< that a trainer may set; Parameter() says what an episode has of them
+  bool notes = false;                     ///< the host calls Note(): a trainer's log has what it notes
+  /// Agents that are rewarded together, by offering and place; with several offerings, whose agents share one world.
+  std::vector<GroupSpec> groups;
 };
 
 /// What the host is to do now.
@@ -133,6 +138,16 @@ class TickWorld final : public VectorEnv {
   bool Resets(AgentId agent) const;
   /// kReset: what to seed the agent's episode with; empty: go on with its own random numbers.
   std::optional<std::uint64_t> Seed(AgentId agent) const;
+  /// What the agent's episode has of parameter `index` (of TickWorldOptions::parameters): of one that Resets, is Ending
+  /// or has just joined, what its next one has. So it is read where the agent is put at its start, or at any time.
+  double Parameter(AgentId agent, std::size_t index) const;
+  /// Its place by name; kNotFound names the nearest.
+  Result<std::size_t> ParameterNamed(std::string_view name) const { return FindParameter(spec().parameters, name); }
+  /// A number for the trainer's log, which tells the mean of those since it told it last. kInvalidArgument for what is
+  /// no name, kNonFinite; then nothing is noted. Without `notes` nothing is either.
+  Status Note(std::string_view name, double value);
+  /// What the agents of a group earn together since the latest Offer: AddReward to each of them that takes part.
+  void AddGroupReward(std::size_t group, float reward);
   /// kAct: what the agent is to do; [action row_bytes]. The host may write it, where a person plays.
   std::byte* Action(AgentId agent);
   /// Reward since the latest Offer is summed. Where goals pay (Goals::pays) it counts for nothing.
@@ -165,6 +180,10 @@ class TickWorld final : public VectorEnv {
   bool steps_some() const override;
   std::span<const std::uint8_t> present(std::size_t b) const override;
   bool settled() const override;
+  void SetParameters(std::int32_t world, std::span<const double> values) override;
+  bool tells_statistics() const override;
+  void TakeStatistics(std::vector<Statistic>* noted) override;
+  std::span<const float> group_rewards() const override;
   /// True where some behaviour has a GoalReward, and each that has goals does.
   bool prices_goals() const override;
   /// Any thread may ask while the world lives, but of a GoalReward::kFunction.
