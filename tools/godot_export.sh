@@ -34,11 +34,16 @@ if [ -f "$source/addons/consac/bin/consac.gdextension" ]; then
 fi
 sed -i "s|^run/main_scene=.*|run/main_scene=\"$scene\"|" "$work/project/project.godot"
 export XDG_DATA_HOME=$work/data XDG_CONFIG_HOME=$work/config XDG_CACHE_HOME=$work/cache  # nobody's editor settings
+limit_s=${CONSAC_GODOT_EXPORT_S:-300}  # for each of the engine's two runs
 run() {
-  if timeout 300 "$engine/godot" --headless --path "$work/project" "$@" >"$work/log" 2>&1 &&
-    ! grep -q '^\(SCRIPT \)\?ERROR' "$work/log"; then return; fi
+  local code=0 why error
+  timeout "$limit_s" "$engine/godot" --headless --path "$work/project" "$@" >"$work/log" 2>&1 || code=$?
+  error=$(grep -m 1 '^\(SCRIPT \)\?ERROR' "$work/log" || true)
+  if [ "$code" -eq 0 ] && [ -z "$error" ]; then return; fi
   tail -n 20 "$work/log" >&2
-  echo "godot_export: the engine could not do: $*" >&2
+  why="exit code $code"
+  if [ "$code" -eq 124 ]; then why="it was not done after $limit_s s (CONSAC_GODOT_EXPORT_S sets another time)"; fi
+  echo "godot_export: the engine could not do: $* ($why${error:+; $error})" >&2
   exit 1
 }
 # A project of somebody's own may have no preset for Linux yet.
@@ -48,5 +53,7 @@ run --export-pack Linux "$work/$name.pck"
 cp -L "$engine/godot-template" "$folder/$name.part"
 mv "$folder/$name.part" "$folder/$name"
 mv "$work/$name.pck" "$folder/$name.pck"
-if [ -d "$source/addons/consac/bin" ]; then cp "$source"/addons/consac/bin/lib* "$folder"; fi  # the engine looks beside the game
+for library in "$source"/addons/consac/bin/lib*; do  # the engine looks beside the game
+  if [ -e "$library" ]; then cp "$library" "$folder"; fi
+done
 echo "godot_export: $folder/$name"

@@ -68,6 +68,8 @@ def open_engine(url: str, autoreset: str | tuple[str, ...], given: dict):
     except ProtocolError as error:
         if protocol == "auto" and error.code == "BAD_MAGIC":
             return TextConnection(url, **text_options)
+        if error.code == "BAD_MAGIC":
+            raise ProtocolError(error.code, f'{error.message} An engine of text protocol 1 wants protocol="text1"') from None
         raise
 
 

@@ -61,6 +61,7 @@ def test_the_editor_as_a_person_uses_it(editor, tmp_path):
     assert 'drive: Lost: 0 joints, ["folder is empty; set it to what consac twin import has made."]' in output, output
     assert "drive: warnings of the road: []" in output and "drive: by hand of loop_mode: 0" in output, output
     assert int(re.search(r"points of the curve: (\d+)", output).group(1)) >= 6 and '"mean_episode_reward"' in output, output
+    assert "drive: caption: 20 steps, nothing new since 0.5 at 10" in output, output
     assert "drive: playing after stop: false" in output and "drive: saved: true" in output, output
     assert "drive: model: ConsacModelFile actor: box [1]; coin: box [1] -> (one without a name): discrete 3 choices" in output, output
     for picture in ("dock", "model", "help", "help_agent"):

@@ -1,4 +1,4 @@
-"""tools/godot.sh deletes nothing but what it made itself. Needs no engine and no network."""
+"""tools/godot.sh deletes nothing but what it made itself; tools/godot_export.sh says why it could not. Needs no engine and no network."""
 import os
 import subprocess
 
@@ -37,3 +37,37 @@ def test_its_own_folders_and_empty_ones_are_taken(tmp_path, file, text):
         (tmp_path / file).write_text(text)
     code, said = refresh(tmp_path / "home", tmp_path)
     assert code == 3 and "apt names no mirror" in said  # it went on, as far as this apt lets it
+
+
+def export(tmp_path, engine, **environment):
+    """Exit code and what it said, with an engine that is a script, of a project whose folder for the extension is empty."""
+    cache, project = tmp_path / "cache", tmp_path / "own"
+    for folder in (cache, project / "addons/consac/bin"):
+        folder.mkdir(parents=True)
+    (cache / "version").write_text("Godot Engine v4.6\n")
+    (cache / "godot-template").write_text("")
+    (cache / "godot").write_text(f'#!/bin/sh\neval pack=\\$$#\n{engine}\n')  # its last argument: what is to be made
+    (cache / "godot").chmod(0o755)
+    (project / "project.godot").write_text('run/main_scene=""\n')
+    (project / "one.tscn").write_text("")
+    done = subprocess.run([ROOT / "tools/godot_export.sh", "res://one.tscn", tmp_path / "games", project], capture_output=True,
+                          text=True, timeout=DEADLINE_S, env={**os.environ, "CONSAC_GODOT_CACHE": str(cache), **environment})
+    return done.returncode, done.stdout + done.stderr
+
+
+MAKES = 'case $pack in *.pck) echo game >"$pack" ;; esac'
+
+
+def test_a_game_is_made_without_the_extension(tmp_path):
+    code, said = export(tmp_path, MAKES)
+    assert code == 0 and said == f"godot_export: {tmp_path}/games/one\n", said
+    assert sorted(path.name for path in (tmp_path / "games").iterdir()) == ["one", "one.pck"]
+
+
+@pytest.mark.parametrize("engine, why", [
+    ("exit 7", "(exit code 7)"), ("echo ERROR: no preset; echo ERROR: two", "(exit code 0; ERROR: no preset)"),
+    ("exec sleep 60", "(it was not done after 0.2 s (CONSAC_GODOT_EXPORT_S sets another time))"),
+])
+def test_an_export_that_failed_says_why(tmp_path, engine, why):
+    code, said = export(tmp_path, engine, CONSAC_GODOT_EXPORT_S="0.2" if "sleep" in engine else "60")
+    assert code == 1 and said.splitlines()[-1] == "godot_export: the engine could not do: --import " + why, said

@@ -112,6 +112,21 @@ def test_a_bad_argument_ends_the_program_wherever_it_stands(godot, bad, said):
     assert code == 1 and f"argument '--consac-{bad}': {said}" in output, output
 
 
+def test_help_lists_the_arguments(godot):
+    code, output = play(godot, "road", "help").finish()
+    lines = output.splitlines()
+    at = lines.index("Arguments behind --, as this scene sets them, and what they take:")
+    table = dict(re.fullmatch(r"  --consac-([a-z-]+)=\S* +(\S.*)", line).groups() for line in lines[at + 1:])
+    assert code == 0 and table["mode"] == "serve, train, act, by_hand" and table["port"] == "a whole number, 0 to 65535", output
+    assert "  --consac-port=5005" in output and table["quit"] == "0, 1" and table["set"] == "NAME:VALUE,NAME:VALUE", output
+
+
+def test_numbers_that_no_trainer_takes_are_told_of_by_hand(godot):
+    output = finished(start(godot, "careless", "mode=by_hand", "steps=30", "sessions=1", "quit=1", SEES="[NAN, 3.0]", PLAYS="7.0"))
+    assert output.count("observe() gave nan for entry 'place', whose bounds are -1.0 to 1.0; mend where it comes from") == 1, output
+    assert output.count("heuristic() gave 7.0 for entry 'move', whose bounds are -1.0 to 1.0; widen them") == 1, output
+
+
 def test_agents_come_and_go_in_a_game_that_acts_from_none_on(godot, tmp_path):
     model = tmp_path / "model.consac"
     finished(start(godot, "spawning", *TRAIN, "steps=256", "set=n_steps:64", f"model={model}", AGENTS="1"))

@@ -5,6 +5,7 @@ extends Node2D
 const COMES_AND_GOES := false
 const LOSES_SENSOR := false
 const SEES := [true, false]
+const PLAYS := 0.0
 const NOTED := ""  # a metric's name
 const SYNCS := 1
 const AGENTS := 2
@@ -66,7 +67,7 @@ class Careless:
 
 	func heuristic(into: Dictionary) -> void:
 		err(&"heuristic")
-		into[&"move"] = 0.0
+		into[&"move"] = get_parent().PLAYS
 
 	func judge() -> void:
 		err(&"judge")

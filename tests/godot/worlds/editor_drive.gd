@@ -32,7 +32,7 @@ func _ready() -> void:
 	_dock._model.text = "res://docked.consac"
 	_dock._steps.value = 1e9
 	_dock._start.pressed.emit()
-	await _until(func() -> bool: return _dock._curve.count() >= 6)
+	await _until(func() -> bool: return _dock._curves.has("mean_episode_reward") and _dock._curve.count() >= 6)
 	await _picture("dock")
 	print("drive: points of the curve: ", _dock._curve.count(), ", curves: ", _dock._curves.keys())
 	_dock._stop.pressed.emit()
@@ -47,6 +47,13 @@ func _ready() -> void:
 		EditorInterface.get_file_system_dock().navigate_to_path("res://docked.stopped.consac")
 		await _wait(1.0)
 		await _picture("model")
+	# A number of the game's own that is told now and then.
+	for numbers: Dictionary in [{steps = 10, steps_per_s = 1.0, hit = 0.5}, {steps = 20, steps_per_s = 1.0}]:
+		_dock._hear("progress", [numbers, 100])
+	_dock._shown.select(range(_dock._shown.item_count).filter(
+			func(i: int) -> bool: return _dock._shown.get_item_metadata(i) == "hit")[0])
+	_dock._show_curve()
+	print("drive: caption: ", _dock._curve.caption())
 	EditorInterface.set_main_screen_editor("Script")
 	EditorInterface.get_script_editor().goto_help("class_method:ConsacWorld:poll")
 	await _wait(1.5)

@@ -7,6 +7,8 @@ extends RefCounted
 ## [/codeblock]
 
 const PREFIX := "--consac-"
+## Answered by [method help].
+const HELP := "--consac-help"
 ## Name of an argument: the property that it sets.
 const ARGUMENTS := {
 	"mode": &"mode",  # serve, train, act, by_hand
@@ -52,15 +54,49 @@ static func apply(sync: ConsacSync) -> String:
 	return first
 
 
+## All arguments with what a scene's [param sync] has of each and what it takes, a line each.
+static func help(sync: ConsacSync) -> String:
+	var lines := PackedStringArray(["Arguments behind --, as this scene sets them, and what they take:"])
+	for argument: String in ARGUMENTS:
+		var value: Variant = sync.get(ARGUMENTS[argument])
+		var takes := ""
+		if argument in ["mode", "protocol"]:
+			var names := _names(argument)
+			takes = ", ".join(names)
+			value = names[value]
+		else:
+			match typeof(value):
+				TYPE_STRING:
+					takes = "text"
+				TYPE_DICTIONARY:
+					takes = "NAME:VALUE,NAME:VALUE"
+					value = ",".join((value as Dictionary).keys().map(
+							func(key: Variant) -> String: return "%s:%s" % [key, sync.get(ARGUMENTS[argument])[key]]))
+				TYPE_BOOL:
+					takes = "0, 1"
+					value = int(value)
+				_:
+					var bounds := _bounds(sync, ARGUMENTS[argument])
+					takes = "a whole number" if value is int else "a number"
+					if bounds.size() >= 2:
+						takes += ", %s to %s" % [_plain(bounds[0]), _plain(bounds[1])]
+		lines.append("  %s  %s" % [("%s%s=%s" % [PREFIX, argument, value]).rpad(34), takes])
+	return "\n".join(lines)
+
+
+static func _names(argument: String) -> PackedStringArray:
+	var names: Array = ConsacSync.Mode.keys() if argument == "mode" else ConsacSync.Protocol.keys()
+	return ", ".join(names).to_lower().split(", ")
+
+
 static func _assign(sync: ConsacSync, argument: String, text: String) -> String:
 	if not ARGUMENTS.has(argument):
 		return "there are " + ", ".join(ARGUMENTS.keys())
 	var property: StringName = ARGUMENTS[argument]
 	if argument in ["mode", "protocol"]:
-		var names: Array = ConsacSync.Mode.keys() if argument == "mode" else ConsacSync.Protocol.keys()
-		var index := names.find(text.to_upper())
+		var index := _names(argument).find(text.to_lower())
 		if index < 0:
-			return "there are " + ", ".join(names).to_lower()
+			return "there are " + ", ".join(_names(argument))
 		sync.set(property, index)
 		return ""
 	match typeof(sync.get(property)):
@@ -88,14 +124,19 @@ static func _assign_number(sync: ConsacSync, property: StringName, text: String)
 	var whole := typeof(sync.get(property)) == TYPE_INT
 	if whole and (number != floorf(number) or absf(number) > 9e15):
 		return "'%s' is no whole number" % text
-	for known: Dictionary in sync.get_property_list():
-		if known.name != property or known.hint != PROPERTY_HINT_RANGE:
-			continue
-		var bounds := (known.hint_string as String).split_floats(",")
-		if number < bounds[0] or number > bounds[1]:
-			return "expected %s to %s" % [_plain(bounds[0]), _plain(bounds[1])]
+	var bounds := _bounds(sync, property)
+	if bounds.size() >= 2 and (number < bounds[0] or number > bounds[1]):
+		return "expected %s to %s" % [_plain(bounds[0]), _plain(bounds[1])]
 	sync.set(property, int(number) if whole else number)
 	return ""
+
+
+# What the inspector takes: least and most; empty where it takes everything.
+static func _bounds(sync: ConsacSync, property: StringName) -> PackedFloat64Array:
+	for known: Dictionary in sync.get_property_list():
+		if known.name == property and known.hint == PROPERTY_HINT_RANGE:
+			return (known.hint_string as String).split_floats(",")
+	return PackedFloat64Array()
 
 
 static func _plain(number: float) -> String:

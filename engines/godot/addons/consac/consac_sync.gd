@@ -153,6 +153,11 @@ func _ready() -> void:
 	process_mode = Node.PROCESS_MODE_ALWAYS
 	process_physics_priority = -1000  # before the world's own nodes
 	add_to_group(GROUP)
+	if ConsacCommandLine.HELP in OS.get_cmdline_user_args():
+		print(ConsacCommandLine.help(self))
+		_stopped = true
+		get_tree().quit()
+		return
 	_refused_argument = ConsacCommandLine.apply(self)
 	if show_budget:
 		_budget = ConsacBudget.new()

@@ -6,6 +6,7 @@ extends ConsacBackend
 var _agents: Array[ConsacAgent] = []
 var _begun := false
 var _doing: String
+var _told := {}  # what people were told of
 
 
 func _init(doing := "by hand") -> void:
@@ -27,6 +28,12 @@ func let_go() -> String:
 	return ""
 
 
+# What a trainer would refuse, or be told of, is played on with, but not in silence.
+func offer() -> void:
+	for agent in _agents:
+		_warn(agent, agent.row, agent.all_observations, "observe()")
+
+
 func poll(_wait_s: float) -> Cue:
 	if not error.is_empty():
 		return Cue.FAILED
@@ -38,4 +45,23 @@ func poll(_wait_s: float) -> Cue:
 		if not fault.is_empty():
 			error = fault
 			return Cue.FAILED
+		_warn(agent, agent.action_row, agent.actions, "heuristic()")
 	return Cue.ACT
+
+
+# Once for each entry of a behaviour.
+func _warn(agent: ConsacAgent, row: PackedFloat32Array, entries: Array[ConsacEntry], source: String) -> void:
+	var at := 0
+	for entry in entries:
+		var key := [agent.behaviour, source, entry.name]
+		var until := at + entry.numbers()
+		if entry.kind == ConsacEntry.Kind.BOX and not _told.has(key):
+			for i in range(at, until):
+				if row[i] >= entry.low and row[i] <= entry.high:  # and no NaN
+					continue
+				_told[key] = true
+				push_warning("%s: %s gave %s for entry '%s', whose bounds are %s to %s; %s" % [agent.name, source, row[i],
+						entry.name, entry.low, entry.high, "widen them, or keep within them" if is_finite(row[i])
+						else "mend where it comes from: who learns stops there"])
+				break
+		at = until

@@ -223,7 +223,7 @@ func _take(message: PackedByteArray) -> Cue:
 	var text := message.get_string_from_ascii() if _printable(message) else ""
 	var fault := ""
 	if text.is_empty():
-		fault = "no text; protocol 2 needs the native extension, and text protocol 1 --protocol text1"
+		fault = "no text; protocol 2 needs the native extension, and text protocol 1 --protocol text1 (in Python protocol=\"text1\")"
 	elif _choices > 0:
 		fault = _take_choice(text)
 	else:

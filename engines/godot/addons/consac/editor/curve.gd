@@ -10,6 +10,9 @@ var title := "":
 		title = value
 		queue_redraw()
 
+## Up to which step numbers were told, though perhaps not this one.
+var told_at := 0.0
+
 var _points := PackedVector2Array()
 
 
@@ -27,6 +30,16 @@ func add(steps: float, value: float) -> void:
 ## How many there are.
 func count() -> int:
 	return _points.size()
+
+
+## What stands below: the newest number, or that it was not told of late.
+func caption() -> String:
+	if _points.is_empty():
+		return ""
+	var value := String.num(_points[-1].y, 3)
+	if _points[-1].x < told_at:
+		return "%d steps, nothing new since %s at %d" % [told_at, value, _points[-1].x]
+	return "%d steps, now %s" % [_points[-1].x, value]
 
 
 ## Begins anew.
@@ -51,7 +64,7 @@ func _draw() -> void:
 		high = maxf(high, point.y)
 	var span := maxf(high - low, 1e-9)
 	var room := Rect2(MARGIN, 2.0 * MARGIN + font_size, size.x - 2.0 * MARGIN, size.y - 4.0 * MARGIN - 2.0 * font_size)
-	var last := maxf(_points[-1].x, 1.0)
+	var last := maxf(maxf(_points[-1].x, told_at), 1.0)
 	var line := PackedVector2Array()
 	for point in _points:
 		line.append(Vector2(room.position.x + room.size.x * point.x / last, room.end.y - room.size.y * (point.y - low) / span))
@@ -61,5 +74,5 @@ func _draw() -> void:
 	var dim := Color(text, 0.6)
 	draw_string(font, Vector2(MARGIN, room.position.y + font_size), String.num(high, 2), HORIZONTAL_ALIGNMENT_LEFT, -1, font_size, dim)
 	draw_string(font, Vector2(MARGIN, room.end.y), String.num(low, 2), HORIZONTAL_ALIGNMENT_LEFT, -1, font_size, dim)
-	draw_string(font, Vector2(MARGIN, size.y - MARGIN), "%d steps, now %s" % [last, String.num(_points[-1].y, 3)],
+	draw_string(font, Vector2(MARGIN, size.y - MARGIN), caption(),
 			HORIZONTAL_ALIGNMENT_RIGHT, size.x - 2.0 * MARGIN, font_size, text)

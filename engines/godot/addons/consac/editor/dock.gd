@@ -5,6 +5,7 @@ extends VBoxContainer
 
 const MODES: Array[Array] = [
 	["train", "Train in the game"], ["serve", "Wait for consac train"], ["act", "Act by the model"], ["by_hand", "By hand"]]
+const PATIENCE_MSEC := 15000  # for the editor to run a scene that it was asked to
 const LiveCurve := preload("res://addons/consac/editor/curve.gd")
 const Debugger := preload("res://addons/consac/editor/debugger.gd")
 
@@ -22,6 +23,8 @@ var _shown := OptionButton.new()
 var _curve := LiveCurve.new()
 var _curves := {}  # name: points
 var _ended := ""
+var _began := false  # the game's ConsacSync has said so
+var _asked_msec := 0
 
 
 ## Made with the plugin's debugger.
@@ -72,7 +75,10 @@ func _on_start() -> void:
 	_curves.clear()
 	_shown.clear()
 	_curve.clear()
+	_curve.told_at = 0.0
 	_ended = ""
+	_began = false
+	_asked_msec = Time.get_ticks_msec()
 	_state.text = "Starting"
 	EditorInterface.play_current_scene()
 	_stop.disabled = false
@@ -93,6 +99,7 @@ func _hear(message: String, data: Array) -> void:
 	match message:
 		"began":
 			_stop.disabled = false
+			_began = true
 			_state.text = data[0]
 		"progress":
 			var numbers: Dictionary = data[0]
@@ -107,6 +114,7 @@ func _hear(message: String, data: Array) -> void:
 					if key == "mean_episode_reward":
 						_shown.select(_shown.item_count - 1)
 				_curves[key].append(Vector2(numbers.steps, numbers[key]))
+			_curve.told_at = numbers.steps
 			_show_curve()
 		"failed":
 			_ended = data[0]
@@ -127,8 +135,16 @@ func _show_curve() -> void:
 
 
 func _process(_delta: float) -> void:
-	if not _stop.disabled and not EditorInterface.is_playing_scene() and arguments.is_empty():
+	if _stop.disabled or EditorInterface.is_playing_scene():
+		return
+	var unheard := not arguments.is_empty()
+	if not unheard or Time.get_ticks_msec() - _asked_msec > PATIENCE_MSEC:
 		_stop.disabled = true
-		if _ended.is_empty():
+		arguments = PackedStringArray()
+		if unheard:
+			_state.text = "The editor did not run the scene; Output says why, and Play Current Scene (F6) shows whether it can."
+		elif _ended.is_empty() and not _began:
+			_state.text = "The game ended before its ConsacSync began; the panels Output and Debugger say why."
+		elif _ended.is_empty():
 			_state.text = "Stopped. " + _state.text
 		EditorInterface.get_resource_filesystem().scan()  # the model that it saved appears
