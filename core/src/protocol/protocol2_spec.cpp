@@ -142,7 +142,7 @@ Status CheckExpectedNames(const Json& expect) {
 /// What a whole SPEC may make a trainer hold, all behaviours together (docs/faults.md, Budgets).
 struct SpecBudget {
   MemoryBudget spaces{std::uint64_t{256} << 20};   ///< made while SPEC is read
-  MemoryBudget frame{kLargestFrame};               ///< the rows of one STEP and one RESULT
+  MemoryBudget frame{kLargestFrame};               ///< the rows and numbers of one STEP and one RESULT
   MemoryBudget batches{std::uint64_t{768} << 20};  ///< made when the session begins
 };
 
@@ -426,6 +426,10 @@ Result<SpecMessage> ParseSpec(std::span<const std::byte> payload, const Agreed& 
     if (said == nullptr) return Fault("MALFORMED", "SPEC lacks groups, the capability that was agreed (R106)");
     CONSAC_RETURN_IF_ERROR(ReadGroups(*said, &spec.env));
   }
+  const std::uint64_t numbers = spec.env.parameters.size() + spec.env.groups.size();
+  const Status taken = budget.frame.Take("a frame with what all environments have of parameters and groups",
+                                         static_cast<std::uint64_t>(environments), numbers * sizeof(double));
+  if (!taken.ok()) return Fault("MALFORMED", taken.message());
   CONSAC_RETURN_IF_ERROR(CheckSpecNames(spec));
   return members.Checked("SPEC", std::move(spec));
 }

@@ -2,8 +2,13 @@
 // draws are mean + phi W, and a model that acts keeps a matrix for each agent.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "consac/nn/net_arch.h"
 #include "consac/policy/policy.h"
