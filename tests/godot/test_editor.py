@@ -31,6 +31,16 @@ folder = "YUMI"
 script = ExtResource("4")
 """
 
+# A game that ends before its sync begins.
+QUITS = """[gd_scene format=3]
+[ext_resource type="Script" path="res://quits.gd" id="1"]
+[ext_resource type="Script" path="res://addons/consac/consac_sync.gd" id="2"]
+[node name="World" type="Node2D"]
+script = ExtResource("1")
+[node name="ConsacSync" type="Node" parent="."]
+script = ExtResource("2")
+"""
+
 
 @pytest.fixture
 def editor(godot, display, yumi, tmp_path):
@@ -40,6 +50,8 @@ def editor(godot, display, yumi, tmp_path):
     source = (WORLDS / "editor_drive.gd").read_text().replace('const FOLDER := ""', f'const FOLDER := "{tmp_path}"')
     (plugin / "plugin.gd").write_text(source)
     (godot.project / "warned.tscn").write_text(WARNED.replace("YUMI", str(yumi)))
+    (godot.project / "quits.gd").write_text("extends Node2D\nfunc _ready() -> void:\n\tOS.kill(OS.get_process_id())\n")
+    (godot.project / "quits.tscn").write_text(QUITS)
     settings = godot.project / "project.godot"
     before = settings.read_text()
     settings.write_text(before.replace('cfg")', 'cfg", "res://addons/drive/plugin.cfg")'))
@@ -62,6 +74,7 @@ def test_the_editor_as_a_person_uses_it(editor, tmp_path):
     assert "drive: warnings of the road: []" in output and "drive: by hand of loop_mode: 0" in output, output
     assert int(re.search(r"points of the curve: (\d+)", output).group(1)) >= 6 and '"mean_episode_reward"' in output, output
     assert "drive: caption: 20 steps, nothing new since 0.5 at 10" in output, output
+    assert "drive: no game: The game ended before its ConsacSync began" in output, output
     assert "drive: playing after stop: false" in output and "drive: saved: true" in output, output
     assert "drive: model: ConsacModelFile actor: box [1]; coin: box [1] -> (one without a name): discrete 3 choices" in output, output
     for picture in ("dock", "model", "help", "help_agent"):
