@@ -63,7 +63,7 @@ Status CheckRequest(const std::string& offered, const protocol2::Agreed& agreed,
   const bool step = frame.header.type == protocol2::FrameType::kStep;
   if (step && result.empty()) return Failed("STEP comes before the first RESULT, which a RESET has to bring (R40)");
   std::uint32_t head[2] = {};
-  std::memcpy(head, frame.payload.data(), std::min(sizeof(head), frame.payload.size()));
+  if (!frame.payload.empty()) std::memcpy(head, frame.payload.data(), std::min(sizeof(head), frame.payload.size()));
   const std::uint32_t known = (step ? 0u : protocol2::kWithSeeds | protocol2::kWithOptions) |
                               (agreed.parameters ? protocol2::kWithParameters : 0u);
   if ((head[0] & ~known) != 0 || head[1] != 0) return Failed("what must be 0 in RESET and STEP is not (R42)");
