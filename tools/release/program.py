@@ -18,7 +18,7 @@ FIRST_STEPS = """CONSAC {version}, the trainer: reinforcement learning for Unrea
   consac --help                            and each verb has its own
 
 """
-LINUX = """One file, which asks for no library: it runs on every Linux of the last ten years. Put it where your shell looks for programs:
+LINUX = """One file, which asks for no library: any Linux should run it. Put it where your shell looks for programs:
 
   install consac ~/.local/bin/
 
@@ -31,7 +31,7 @@ first started: compare its checksum with SHA256SUMS (certutil -hashfile consac.e
 
   Unblock-File consac.exe
 
-It was tried by its authors under Wine, not on Windows.
+Its authors have no Windows to try it on.
 """
 MACOS = """One file, for macOS 11 and later. It was compiled on Linux; its authors have had no Mac to run it on. Please tell how it goes.
 
