@@ -24,15 +24,18 @@ class SlotExploration {
     return static_cast<std::size_t>(slots * head.exploration_size());
   }
 
-  /// These slots act: draws anew for those that begin a rollout or have taken sample_freq steps since the last draw;
-  /// `taken`(slot) is how many steps it has taken in the rollout.
+  /// These slots act: draws for those that have no matrix yet, begin a rollout or have taken sample_freq steps since
+  /// the last draw; `taken`(slot) is how many steps it has taken in the rollout.
   template <class Taken>
   SlotNoise Act(const ActionHead& head, std::span<const std::int32_t> slots, const float* log_std, Taken&& taken) {
     if (matrices_.empty()) return {};
     for (const std::int32_t slot : slots) {
       const std::int64_t steps = taken(slot);
-      if (steps != 0 && (head.sample_freq() <= 0 || steps % head.sample_freq() != 0)) continue;
-      head.DrawExploration(log_std, rng_, matrices_.data() + slot * head.exploration_size());
+      float* matrix = matrices_.data() + slot * head.exploration_size();
+      // One of zeros was never drawn: random actions of a warm-up need none, and it may end within a rollout.
+      const bool drawn = matrix[0] != 0.0f;
+      if (drawn && steps != 0 && (head.sample_freq() <= 0 || steps % head.sample_freq() != 0)) continue;
+      head.DrawExploration(log_std, rng_, matrix);
     }
     return {matrices_.data(), slots.data()};
   }

@@ -354,6 +354,13 @@ TEST(Sac, ExploresByTheState) {
   EXPECT_FALSE(same(actions(warming), 0, 6)) << "uniform";
   warming.push_back({"use_sde_at_warmup", "true"});
   EXPECT_TRUE(same(actions(warming), 0, 6));
+  Settings within = lasting;
+  within.push_back({"learning_starts", "3"});
+  Settings wider = within;
+  wider.push_back({"log_std_init", "1"});
+  const std::vector<float> narrow_actions = actions(within), wide_actions = actions(wider);
+  EXPECT_TRUE(same(narrow_actions, 3, 6));
+  EXPECT_NE(narrow_actions[3], wide_actions[3]) << "a warm-up that ends within a round is followed by noise";
 }
 
 TEST(Sac, ReportsUnderTheKeysThatWereAskedFor) {
