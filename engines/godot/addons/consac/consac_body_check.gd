@@ -54,10 +54,11 @@ func after() -> void:
 static func _bodies_of(agent: ConsacAgent) -> Array[Node]:
 	var found: Array[Node] = []
 	var around := agent.get_parent()
-	if _is_body(around):
-		found.append(around)
-	for kind: String in ["RigidBody2D", "RigidBody3D"]:
-		found.append_array(around.find_children("*", kind, true, false))
+	if around != null:  # a game may ask an agent that is in no scene
+		if _is_body(around):
+			found.append(around)
+		for kind: String in ["RigidBody2D", "RigidBody3D"]:
+			found.append_array(around.find_children("*", kind, true, false))
 	for property: Dictionary in agent.get_property_list():
 		if property.usage & PROPERTY_USAGE_SCRIPT_VARIABLE and property.type in [TYPE_OBJECT, TYPE_NIL]:
 			var value: Variant = agent.get(property.name)
