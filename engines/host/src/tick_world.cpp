@@ -73,7 +73,7 @@ Result<BehaviourSpec> BehaviourOfOffering(const Offering& offering, bool alone) 
 }
 
 /// Groups are of one world's agents, each of one group; a world of one offering has one agent.
-Status CheckGroups(const std::vector<GroupSpec>& groups, const EnvSpec& spec) {
+Status CheckGroups(const std::vector<GroupSpec>& groups, const EnvSpec& spec, const std::vector<Herd>& herds) {
   const auto wrong = [](const GroupSpec& group, const std::string& what) {
     return Status{StatusCode::kInvalidArgument, "group '" + group.name + "' " + what};
   };
@@ -88,6 +88,10 @@ Status CheckGroups(const std::vector<GroupSpec>& groups, const EnvSpec& spec) {
     for (const GroupSpec::Member& member : group.members) {
       if (member.behaviour >= spec.behaviours.size() || member.agent >= spec.behaviours[member.behaviour].agents.size())
         return wrong(group, "has an agent that there is no place for");
+      if (herds[member.behaviour].goals.reward() != GoalReward::kNone) {
+        return wrong(group, "has an agent of '" + spec.behaviours[member.behaviour].name +
+                                "', whose goals say what it is paid; leave it out of groups, or let no goals pay");
+      }
       for (const GroupSpec::Member& other : taken) {
         if (other.behaviour == member.behaviour && other.agent == member.agent)
           return wrong(group, "has an agent that is in a group already");
@@ -173,7 +177,7 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
     state->spec.behaviours.push_back(std::move(*behaviour));
   }
   CONSAC_RETURN_IF_ERROR(CheckParameters(options.parameters));
-  CONSAC_RETURN_IF_ERROR(CheckGroups(options.groups, state->spec));
+  CONSAC_RETURN_IF_ERROR(CheckGroups(options.groups, state->spec, state->herds));
   state->spec.parameters = std::move(options.parameters);
   state->spec.groups = std::move(options.groups);
   state->notes = options.notes;
@@ -182,6 +186,11 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
     state->set.insert(state->set.end(), defaults.begin(), defaults.end());
   for (std::size_t i = 0; i < state->behaviour_of.size(); ++i)
     state->has.insert(state->has.end(), defaults.begin(), defaults.end());
+  state->group_of.assign(state->behaviour_of.size(), kNoGroup);
+  for (std::size_t g = 0; g < state->spec.groups.size(); ++g) {
+    for (const GroupSpec::Member& member : state->spec.groups[g].members)
+      state->group_of[static_cast<std::size_t>(state->herds[member.behaviour].first) + member.agent] = g;
+  }
   state->earned.resize(state->spec.groups.size());
   state->paid.resize(state->spec.groups.size());
   return std::unique_ptr<TickWorld>(new TickWorld(std::move(state)));
@@ -196,19 +205,31 @@ const EnvSpec& TickWorld::spec() const {
 
 // ---- who is there
 
-Result<AgentId> TickWorld::Join(std::size_t b) {
+/// `there` says what places `fits` takes.
+template <class Fits>
+Result<AgentId> TickWorld::JoinWhere(std::size_t b, const char* there, const Fits& fits) {
   if (b >= state_->herds.size())
     return Status{StatusCode::kInvalidArgument, "there is no behaviour " + std::to_string(b)};
   Herd& herd = state_->herds[b];
-  const auto free = std::find_if(herd.places.begin(), herd.places.end(), [](const Place& p) { return !p.joined; });
-  if (free == herd.places.end()) {
-    return Status{StatusCode::kResourceExhausted, "behaviour '" + state_->spec.behaviours[b].name + "' has room for " +
-                                                      std::to_string(herd.places.size()) +
-                                                      " agents, and all of them are there"};
+  for (std::size_t i = 0; i < herd.places.size(); ++i) {
+    Place& place = herd.places[i];
+    const AgentId agent = herd.first + static_cast<AgentId>(i);
+    if (place.joined || !fits(agent)) continue;
+    place.joined = place.fresh = true;
+    place.resets = state_->cue == Cue::kReset;
+    return agent;
   }
-  free->joined = free->fresh = true;
-  free->resets = state_->cue == Cue::kReset;
-  return herd.first + static_cast<AgentId>(free - herd.places.begin());
+  return Status{StatusCode::kResourceExhausted, "behaviour '" + state_->spec.behaviours[b].name + "' has room for " +
+                                                    std::to_string(herd.places.size()) + " agents, and all of them " +
+                                                    there};
+}
+
+Result<AgentId> TickWorld::Join(std::size_t b) {
+  return JoinWhere(b, "are there", [](AgentId) { return true; });
+}
+
+Result<AgentId> TickWorld::JoinGroup(std::size_t b, std::size_t group) {
+  return JoinWhere(b, "are there or of other groups", [&](AgentId agent) { return GroupOf(agent) == group; });
 }
 
 void TickWorld::Leave(AgentId agent) {
@@ -321,8 +342,19 @@ Status TickWorld::Note(std::string_view name, double value) {
   CONSAC_RETURN_IF_ERROR(CheckName("statistic", name));
   if (!std::isfinite(value))
     return {StatusCode::kNonFinite, "the statistic '" + std::string(name) + "' is NaN or infinite; it is left out"};
+  (void)state_->means.Add(name, value);
   if (state_->notes && state_->noted.size() < kMostNoted) state_->noted.push_back({std::string(name), value});
   return Status::Ok();
+}
+
+std::vector<Statistic> TickWorld::TakeMeans() {
+  std::vector<Statistic> means;
+  state_->means.TellEach([&](const std::string& name, double mean) { means.push_back({name, mean}); });
+  return means;
+}
+
+std::size_t TickWorld::GroupOf(AgentId agent) const {
+  return state_->Known(agent) ? state_->group_of[static_cast<std::size_t>(agent)] : kNoGroup;
 }
 
 void TickWorld::AddGroupReward(std::size_t group, float reward) {

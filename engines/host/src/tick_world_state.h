@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "consac/env/noted_means.h"
 #include "consac/host/tick_world.h"
 #include "goal_prices.h"
 
@@ -84,8 +85,10 @@ struct TickWorld::State {
   std::vector<double> set;  // [environments, parameters] what episodes have that begin from now on
   std::vector<double> has;  // [agents, parameters] what those under way have
   bool notes = false;
-  std::vector<Statistic> noted;
-  std::vector<float> earned, paid;  // [groups] since the latest Offer; in the step that it ended
+  std::vector<Statistic> noted;       // for who drives
+  NotedMeans means;                   // for the host's log
+  std::vector<std::size_t> group_of;  // [places of all]
+  std::vector<float> earned, paid;    // [groups] since the latest Offer; in the step that it ended
 
   Herd& HerdOf(AgentId agent) { return herds[behaviour_of[static_cast<std::size_t>(agent)]]; }
   std::size_t PlaceOf(AgentId agent) { return static_cast<std::size_t>(agent - HerdOf(agent).first); }

@@ -6,6 +6,7 @@
 // it.
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "consac/base/hooks.h"
 #include "consac/env/parameter_laws.h"
@@ -80,8 +81,8 @@ class TrainingDriver final : public Driver {
     if (!world_.settled()) return Status::Ok();
     const double began = Now();
     if (phase_ == Phase::kBegin) {
-      ChooseForAll();
       turn_.Reset(options_.seed);
+      ChooseForAll();
       phase_ = Phase::kFirst;
       return Status::Ok();
     }
@@ -89,6 +90,8 @@ class TrainingDriver final : public Driver {
       BeginEveryone();
     else if (phase_ == Phase::kRecord)
       CONSAC_RETURN_IF_ERROR(Record());
+    else if (std::exchange(unrecorded_, false))
+      ChooseNextOfAll();
     if (phase_ == Phase::kLearning && thread_.Done(Waits() ? wait_s : 0.0)) CONSAC_RETURN_IF_ERROR(EndLearning());
     if (phase_ == Phase::kLearning && Waits()) return Status::Ok();
     AskForStep();
@@ -163,6 +166,10 @@ class TrainingDriver final : public Driver {
       world_.SetParameters(i, chooser_->Choose(learned_from_));
   }
   bool chosen() const { return chooser_.has_value(); }
+  /// After a step that nobody learns from: its episodes are drawn for as well.
+  void ChooseNextOfAll() {
+    for (std::size_t b = 0; chosen() && !chooser_->fixed() && b < pupils_.size(); ++b) ChooseNext(b, turn_.Outcome(b));
+  }
   /// For the episodes behind those that have begun with the step that `outcome` is of.
   void ChooseNext(std::size_t b, const Batch& outcome) {
     const auto agents = static_cast<std::int32_t>(world_.spec().behaviours[b].agents.size());
@@ -318,6 +325,7 @@ class TrainingDriver final : public Driver {
         pupils_[b].policy->Act(turn_.RowsOf(b), mode, rng_, batch.actions);
       }
     }
+    unrecorded_ = phase_ != Phase::kRecord;
     turn_.Step();
   }
 
@@ -328,6 +336,7 @@ class TrainingDriver final : public Driver {
   std::optional<ParameterChooser> chooser_;
   std::vector<Pupil> pupils_;
   Phase phase_ = Phase::kBegin;
+  bool unrecorded_ = false;     // the step under way is not learned from
   bool at_every_step_ = false;  // the learners learn
   bool here_only_ = false;      // and only this thread may price goals: the job is never begun
   mutable Sharing sharing_;     // of those, and of what follows, with the job

@@ -21,6 +21,7 @@ Turn::Turn(TickWorld& world) : world_(world) {
 
 void Turn::Reset(std::uint64_t seed) {
   for (EpisodeBegins& episodes : episodes_) episodes.Restart();
+  SetDefaultParameters(world_);  // whatever was set by who drove before
   world_.Reset(seed, whole_);
 }
 
@@ -48,7 +49,13 @@ ActRows Turn::RowsOf(std::size_t b) const {
 
 void Turn::Step() {
   for (std::size_t b = 0; b < whole_.size(); ++b) acting_[b].PutActions(parts_[b], whole_[b]);
+  ForgetNotes();
   world_.Step(whole_);
+}
+
+void Turn::ForgetNotes() {
+  world_.TakeStatistics(&noted_);
+  noted_.clear();
 }
 
 Batch& Turn::Outcome(std::size_t b) {

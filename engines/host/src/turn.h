@@ -20,7 +20,7 @@ class Turn {
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;
 
-  /// Asks for a beginning of everything.
+  /// Asks for a beginning of everything, with the world's parameters at their defaults.
   void Reset(std::uint64_t seed);
   /// After a beginning: first observations of everyone there, one batch for each behaviour.
   Batch& First(std::size_t b);
@@ -36,7 +36,10 @@ class Turn {
   Batch& Arrived(std::size_t b);
 
  private:
+  void ForgetNotes();
+
   TickWorld& world_;
+  std::vector<Statistic> noted_;  // nobody elsewhere hears of it
   std::vector<BatchBuffer> buffers_;
   std::vector<Batch> whole_, parts_, arrived_;
   std::vector<GatheredRows> acting_, arriving_;

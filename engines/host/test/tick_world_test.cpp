@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "consac/env/buffer.h"
+#include "consac/env/noted_means.h"
 
 namespace consac::host {
 namespace {
@@ -501,6 +502,24 @@ TEST(TickWorld, WhatTheHostNotesIsTakenOnce) {
   EXPECT_EQ(noted[1].value, 0.0);
 }
 
+TEST(TickWorld, MeansOfWhatTheHostNotesAreForItsLogToo) {
+  World world(Walkers(1));  // whether or not somebody elsewhere is told
+  ASSERT_TRUE(world.world->Note("hit", 1.0).ok());
+  ASSERT_TRUE(world.world->Note("far", 7.0).ok());
+  ASSERT_TRUE(world.world->Note("hit", 0.0).ok());
+  EXPECT_FALSE(world.world->Note("hit", std::nan("")).ok());
+  std::vector<Statistic> means = world.world->TakeMeans();
+  ASSERT_EQ(means.size(), 2u);
+  EXPECT_EQ(means[0].name, "far");
+  EXPECT_EQ(means[1].value, 0.5);
+  ASSERT_TRUE(world.world->Note("hit", 3.0).ok());
+  means = world.world->TakeMeans();
+  ASSERT_EQ(means.size(), 1u) << "what was told is told once";
+  EXPECT_EQ(means[0].value, 3.0);
+  for (int i = 0; i < 300; ++i) ASSERT_TRUE(world.world->Note("name" + std::to_string(i), 1.0).ok());
+  EXPECT_EQ(world.world->TakeMeans().size(), NotedMeans::kMostNames - 2) << "no endless list";
+}
+
 TEST(TickWorld, WhatAGroupEarnsIsInItsAgentsRewards) {
   TickWorldOptions options = Walkers(2);
   options.groups = {{"pair", {{0, 0}, {0, 1}}}};
@@ -512,6 +531,11 @@ TEST(TickWorld, WhatAGroupEarnsIsInItsAgentsRewards) {
   options.groups = {{"pair", {{0, 1}, {1, 1}}}};
   EXPECT_THAT(TickWorld::Create(options).status().message(), HasSubstr("no place for"));
   options.groups = {{"pair", {{0, 1}, {1, 0}}}};
+  TickWorldOptions goal = options;
+  goal.offerings[1].observations = {{"achieved_goal", *Space::Box(-1, 1, {2})},
+                                    {"desired_goal", *Space::Box(-1, 1, {2})}};
+  goal.offerings[1].goals.reward = GoalReward::kSparse;
+  EXPECT_THAT(TickWorld::Create(goal).status().message(), HasSubstr("group 'pair' has an agent of 'runner', whose"));
   World world(options);
   world.JoinAll();
   world.world->Reset(1, world.batches);
@@ -528,6 +552,28 @@ TEST(TickWorld, WhatAGroupEarnsIsInItsAgentsRewards) {
   StepAll(world);
   ASSERT_TRUE(world.world->Offer().ok());
   EXPECT_EQ(world.world->group_rewards()[0], 0.0f);
+}
+
+TEST(TickWorld, APlaceOfAGroupIsForItsAgents) {
+  TickWorldOptions options = Walkers(3);
+  options.agents_leave = true;
+  options.offerings.push_back(Walker(1));
+  options.offerings[1].name = "runner";
+  options.groups = {{"red", {{0, 0}, {1, 0}}}, {"blue", {{0, 1}}}};
+  World world(options);
+  TickWorld& ticks = *world.world;
+  EXPECT_EQ(*ticks.JoinGroup(0, 1), 1);
+  EXPECT_EQ(*ticks.JoinGroup(0, kNoGroup), 2);
+  EXPECT_THAT(ticks.JoinGroup(0, kNoGroup).status().message(), HasSubstr("all of them are there or of other groups"));
+  EXPECT_EQ(ticks.JoinGroup(0, 1).status().code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(*ticks.JoinGroup(0, 0), 0);
+  EXPECT_EQ(ticks.GroupOf(0), 0u);
+  EXPECT_EQ(ticks.GroupOf(1), 1u);
+  EXPECT_EQ(ticks.GroupOf(2), kNoGroup);
+  EXPECT_EQ(ticks.GroupOf(3), 0u) << "the runner's place";
+  EXPECT_EQ(ticks.GroupOf(99), kNoGroup);
+  ticks.Leave(1);
+  EXPECT_EQ(*ticks.JoinGroup(0, 1), 1);
 }
 
 }  // namespace

@@ -32,6 +32,8 @@ namespace consac::host {
 using AgentId = std::int32_t;
 /// No agent.
 inline constexpr AgentId kNoAgent = -1;
+/// No group, where the place of one in TickWorldOptions::groups is meant.
+inline constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
 
 /// A named part of what an agent sees or does.
 struct Entry {
@@ -81,6 +83,7 @@ struct TickWorldOptions {
   std::vector<ParameterSpec> parameters;  ///< that a trainer may set; Parameter() says what an episode has of them
   bool notes = false;                     ///< the host calls Note(): a trainer's log has what it notes
   /// Agents that are rewarded together, by offering and place; with several offerings, whose agents share one world.
+  /// None of an offering whose goals have a reward: what a group earns does not follow from goals.
   std::vector<GroupSpec> groups;
 };
 
@@ -119,6 +122,8 @@ class TickWorld final : public VectorEnv {
   /// An agent takes a free place of behaviour `b`; kResourceExhausted when there is none. While the world runs it takes
   /// part from the next Offer on.
   Result<AgentId> Join(std::size_t b);
+  /// The same for a place of this group alone, or kNoGroup: of none.
+  Result<AgentId> JoinGroup(std::size_t b, std::size_t group);
   /// Its place is free again; its episode, if one was under way, is truncated where it was last seen.
   void Leave(AgentId agent);
   /// Whether this agent is there.
@@ -143,9 +148,15 @@ class TickWorld final : public VectorEnv {
   double Parameter(AgentId agent, std::size_t index) const;
   /// Its place by name; kNotFound names the nearest.
   Result<std::size_t> ParameterNamed(std::string_view name) const { return FindParameter(spec().parameters, name); }
-  /// A number for the trainer's log, which tells the mean of those since it told it last. kInvalidArgument for what is
-  /// no name, kNonFinite; then nothing is noted. Without `notes` nothing is either.
+  /// A number for the trainer's log, which tells the mean of those since it told it last, and for the host's own
+  /// (TakeMeans). kInvalidArgument for what is no name, kNonFinite; then nothing is noted. Without `notes` no trainer
+  /// elsewhere hears of it.
   Status Note(std::string_view name, double value);
+  /// For a line in the host's log, whoever drives: the mean of what was noted since the call before, of each name once.
+  /// Names beyond NotedMeans::kMostNames are left out.
+  std::vector<Statistic> TakeMeans();
+  /// The group that a place is of; kNoGroup for none.
+  std::size_t GroupOf(AgentId agent) const;
   /// What the agents of a group earn together since the latest Offer: AddReward to each of them that takes part.
   void AddGroupReward(std::size_t group, float reward);
   /// kAct: what the agent is to do; [action row_bytes]. The host may write it, where a person plays.
@@ -204,6 +215,8 @@ class TickWorld final : public VectorEnv {
   bool Acts(AgentId agent) const;
   Status OfferPlace(std::size_t b, std::size_t index, std::size_t row, Batch& batch);
   void Count(struct Place& place);
+  template <class Fits>
+  Result<AgentId> JoinWhere(std::size_t b, const char* there, const Fits& fits);
   explicit TickWorld(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
