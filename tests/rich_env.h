@@ -14,7 +14,7 @@ namespace consac::testing {
 
 /// Two agents of each world walk `speed` a step, and see how far they are; an episode has kLength steps. `height` has
 /// no bounds and does nothing. Each notes "walked"; both are paid 0.5 as a group, and 1 of their own.
-class RichEnv final : public VectorEnv {
+class RichEnv : public VectorEnv {
  public:
   static constexpr std::int64_t kLength = 7;
 

@@ -92,7 +92,8 @@ void Training::VisitLearners(Archive& archive) {
     archive(name + "_episodes", trainee.episodes);
   }
   if (!IsUrl(config_.world)) archive("world", crew_[0].link());
-  crew_[0].VisitParameters(archive);
+  for (std::size_t i = 0; i < crew_.size(); ++i)
+    crew_[i].VisitParameters("environment_parameters" + (i == 0 ? "" : std::to_string(i)), archive);
 }
 
 void Training::Visit(Archive& archive) {

@@ -54,16 +54,15 @@ void Worker::FindActing(std::size_t b) {
 
 Status Worker::Reset(std::uint64_t seed) {
   if (parameters_.has_value()) parameters_->LookAtSteps();
-  return BeginWorld(seed);
+  return BeginWorld(*link_, seed, parameters_);
 }
 
-Status Worker::BeginWorld(std::uint64_t seed) {
+Status Worker::BeginWorld(WorldLink& link, std::uint64_t seed, std::optional<EnvironmentParameters>& parameters) {
   for (std::size_t b = 0; b < parts_.size(); ++b) world_batches_[b] = parts_[b].whole.batch();
-  WorldLink& link = next_link_ != nullptr ? *next_link_ : *link_;
-  if (parameters_.has_value()) parameters_->ChooseForAll(link);
+  if (parameters.has_value()) parameters->ChooseForAll(link);
   const Status status = link.Reset(seed, world_batches_);
-  if (!status.ok() || !parameters_.has_value()) return status;
-  for (std::int32_t i = 0; i < link.spec().environments(); ++i) parameters_->ChooseNext(link, i);
+  if (!status.ok() || !parameters.has_value()) return status;
+  for (std::int32_t i = 0; i < link.spec().environments(); ++i) parameters->ChooseNext(link, i);
   return status;
 }
 
@@ -168,11 +167,13 @@ Status Worker::ConnectAnew(std::uint64_t seed) {
                 (same.ok() ? "another number of environments" : protocol2::FaultText(same))};
   }
   next_link_ = std::move(*link);
-  return BeginWorld(seed);
+  next_parameters_ = parameters_;  // a copy, since a checkpoint may be saved meanwhile
+  return BeginWorld(*next_link_, seed, next_parameters_);
 }
 
 void Worker::Adopt() {
   link_ = std::move(next_link_);
+  parameters_ = std::move(next_parameters_);
 }
 
 }  // namespace consac::run

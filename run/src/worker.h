@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "consac/env/buffer.h"
@@ -37,9 +38,9 @@ class Worker {
 
   /// The world's parameters are chosen by these from now on.
   void UseParameters(const EnvironmentParameters& parameters) { parameters_.emplace(parameters); }
-  /// Their exact state; nothing without.
-  void VisitParameters(Archive& archive) {
-    if (parameters_.has_value()) archive("environment_parameters", *parameters_);
+  /// Their exact state under `name`; nothing without.
+  void VisitParameters(std::string_view name, Archive& archive) {
+    if (parameters_.has_value()) archive(name, *parameters_);
   }
 
   /// The world afresh; the learners hear of it by Begin.
@@ -85,7 +86,7 @@ class Worker {
     std::span<const std::uint8_t> GoingOn(std::span<const std::uint8_t> present);
   };
 
-  Status BeginWorld(std::uint64_t seed);
+  Status BeginWorld(WorldLink& link, std::uint64_t seed, std::optional<EnvironmentParameters>& parameters);
   void FindActing(std::size_t b);
   /// Parameters of the episodes behind those that have just begun.
   void ChooseParameters();
@@ -93,7 +94,7 @@ class Worker {
 
   std::unique_ptr<WorldLink> link_, next_link_;
   const Connect connect_;
-  std::optional<EnvironmentParameters> parameters_;
+  std::optional<EnvironmentParameters> parameters_, next_parameters_;
   std::vector<std::uint8_t> began_;  // [environments]
   std::vector<Part> parts_;
   std::vector<Batch> batches_;        // as the learners see the step

@@ -48,7 +48,8 @@ struct SharedChannel {
 
   /// The trainer's, of what SPEC says; every number is checked.
   static Result<SharedChannel> Open(const protocol2::SharedMemorySpec& spec, const protocol2::Blocks& blocks) {
-    const std::size_t step = protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options);
+    const std::size_t step =
+        protocol2::kHeaderBytes + std::max(blocks.step_bytes, blocks.options) + blocks.parameter_bytes();
     const bool fits = spec.bytes <= kLargestRegion && spec.request_offset >= kRequests &&
                       spec.request_offset % 8 == 0 && spec.result_offset % 8 == 0 && spec.request_bytes >= step &&
                       spec.result_bytes >= protocol2::kHeaderBytes + blocks.result_bytes &&
