@@ -21,8 +21,8 @@ namespace {
 using GltfJson = nlohmann::json;
 
 constexpr std::size_t kHeader = 12, kChunkHeader = 8;
-constexpr std::size_t kMostLooks = 1'000'000;                    // at primitives, each time a node shows them
-constexpr int kMostNesting = 64;                                 // of nodes
+constexpr std::size_t kMostShown = 1'000'000;                    // at primitives, each time a node shows them
+constexpr int kMostHanging = 64;                                 // of nodes
 constexpr Matrix kZUp = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};   // (x, y, z) is (x, -z, y)
 constexpr std::size_t kTriangles = 4, kStrip = 5, kFan = 6;      // modes of a primitive
 constexpr std::size_t kByte = 5121, kShort = 5123, kInt = 5125;  // types of numbers, as kFloat
@@ -164,7 +164,7 @@ class GltfReader {
   }
 
   void ReadNodes(const GltfJson& numbers, const Matrix& at, int nesting) {
-    if (nesting > kMostNesting) return Refuse("its nodes hang more than " + std::to_string(kMostNesting) + " deep");
+    if (nesting > kMostHanging) return Refuse("its nodes hang more than " + std::to_string(kMostHanging) + " deep");
     for (const GltfJson& each : numbers) {
       if (!status_.ok()) return;
       if (!each.is_number_unsigned() || each.get<std::uint64_t>() >= seen_.size())
@@ -234,7 +234,7 @@ class GltfReader {
   void ReadMesh(const GltfJson& mesh, const Matrix& at) {
     for (const GltfJson& primitive : List(mesh, "primitives")) {
       const std::size_t mode = Whole(primitive, "mode", kTriangles);
-      if (++looks_ > kMostLooks) Refuse("its nodes show more than " + std::to_string(kMostLooks) + " primitives");
+      if (++looks_ > kMostShown) Refuse("its nodes show more than " + std::to_string(kMostShown) + " primitives");
       if (!status_.ok()) return;
       if (mode != kTriangles && mode != kStrip && mode != kFan) continue;  // points and lines
       const Numbers points = NumbersOf(Member(primitive, "attributes"), "POSITION", "VEC3", 3);

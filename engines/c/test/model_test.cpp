@@ -60,6 +60,43 @@ TEST(CModel, DrawsTheSameFromTheSameSeed) {
   EXPECT_NE(first, best);
 }
 
+// gSDE: an agent's noise is a function of what it sees, which stays until it begins anew.
+TEST(CModel, ThatFollowsTheStateDrawsForEachAgent) {
+  host::TrainOptions options;
+  options.algorithm = "ppo";
+  options.total_steps = 512;
+  options.hyperparameters = {{"n_steps", "64"}, {"use_sde", "true"}};
+  const OwnedModel model = Handle(*Policy::Create(InProcess("pendulum-v1", 2, options, 0)->Snapshot(), 1));
+  ASSERT_TRUE(IsOk(consac_model_reserve(model.get(), 3)));
+  const std::vector<float> seen = {0.6f, 0.8f, 1.0f, 0.6f, 0.8f, 1.0f};  // two rows of the same
+  consac_acting acting{};
+  acting.size = sizeof(acting);
+  acting.observations = seen.data();
+  acting.rows = 2;
+  acting.sample = 1;
+  const auto act = [&](std::vector<std::int32_t> agents, std::vector<std::uint8_t> begins = {0, 0}) {
+    std::vector<float> torques(2);
+    acting.agents = agents.data();
+    acting.begins = begins.data();
+    acting.actions = torques.data();
+    EXPECT_TRUE(IsOk(consac_model_act_rows(model.get(), &acting)));
+    return torques;
+  };
+  const std::vector<float> first = act({0, 2}, {1, 1});
+  EXPECT_NE(first[0], first[1]) << "each has its own";
+  EXPECT_EQ(act({2, 0}), (std::vector<float>{first[1], first[0]})) << "which goes with the agent, not with the row";
+  const std::vector<float> anew = act({0, 2}, {1, 0});
+  EXPECT_NE(anew[0], first[0]) << "an episode has noise of its own";
+  EXPECT_EQ(anew[1], first[1]);
+  std::vector<float> best(2);
+  ASSERT_TRUE(IsOk(consac_model_act(model.get(), seen.data(), 24, best.data(), 8)));
+  EXPECT_EQ(best[0], best[1]) << "the best action has none";
+  std::vector<std::int32_t> far = {0, 3};
+  acting.agents = far.data();
+  EXPECT_TRUE(FailsWith(consac_model_act_rows(model.get(), &acting), CONSAC_INVALID_ARGUMENT,
+                        "row 1 is agent 3; there is room for 3"));
+}
+
 TEST(CModel, DoesWhatItsMaskLeaves) {
   const OwnedModel model = Handle(PolePolicy());
   const std::vector<float> seen = Poles(2);
