@@ -223,7 +223,7 @@ Status Conversation::DoExpect(const Case& what) {
     return Failed(
         fmt::format("the answer is to request {}, expected {}", frame->header.request, JsonText(what["request"])));
   if (what.contains("crc") && crc_ && !frame->header.checked) return Failed("crc was agreed, but flag 1 is not set");
-  if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
+  if (what.contains("text") && what["text"] != payload) return Failed("the payload is " + Quote(payload));
   CONSAC_RETURN_IF_ERROR(Compare(what, payload));
   return CheckMessage(what, *frame, payload);
 }

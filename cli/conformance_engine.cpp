@@ -212,7 +212,7 @@ Result<bool> EngineScript::Take(const Case& what, const Frame& frame) {
     return false;
   if (!awaited && type == FrameType::kBye && refused_) return EndsAtRefusal();
   if (!awaited) return Failed(fmt::format("expected {}, got {}", Wanted(what), FrameText(frame)));
-  if (what.contains("text") && payload != what["text"]) return Failed("the payload is " + Quote(payload));
+  if (what.contains("text") && what["text"] != payload) return Failed("the payload is " + Quote(payload));
   if (type == FrameType::kHello) return TakeHello(frame);
   if (type == FrameType::kPong) return true;
   CONSAC_RETURN_IF_ERROR(CheckNumbers(frame.header));

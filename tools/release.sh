@@ -5,8 +5,19 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:-dist}
-start=$SECONDS
-step() { printf 'release: %s (%d min)\n' "$1" $(((SECONDS - start) / 60)); }
+notes=build/release-notes
+start=$SECONDS last=0 spent=0
+# step WHAT: says that it is done, and notes its seconds, by the clock and of processors.
+step() {
+  local clock=$((SECONDS - start)) before=$spent
+  times >"$notes/spent"  # by itself: in a pipe it would be a child's
+  spent=$(sed -n '2s/[ms]/ /gp' "$notes/spent" | awk '{printf "%d", $1 * 60 + $2 + $3 * 60 + $4}')
+  printf '| %s | %d | %d |\n' "$1" $((clock - last)) $((spent - before)) >>"$notes/times.md"
+  printf 'release: %s (after %d min)\n' "$1" $((clock / 60))
+  last=$clock
+}
+mkdir -p "$notes"
+printf 'Commit %s, %s, %s processors.\n\n| what | seconds | of processors |\n|---|---|---|\n' "$(git describe --always --dirty=+ --abbrev=12)" "$(date +%F)" "$(nproc)" >"$notes/times.md"
 
 tools/setup.sh release
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
@@ -28,4 +39,6 @@ mkdir -p "$out"
 tools/package_unreal.py --out "$out"
 .venv/bin/python tools/wheels.py --out "$out" --epoch "$SOURCE_DATE_EPOCH"
 tools/package_release.py --out "$out" --epoch "$SOURCE_DATE_EPOCH"
-step "all is in $out"
+step packing
+printf '| all | %d | %d |\n' $((SECONDS - start)) "$spent" >>"$notes/times.md"
+echo "release: all is in $out"

@@ -27,7 +27,7 @@ root_of() {
 
 # again TARGET...: two folders, the same bytes. Without ccache, which would give the first's objects.
 again() {
-  local other target program differs=0
+  local other target program said differs=0
   other=$(mktemp -d)
   trap "rm -rf '$other'" EXIT
   git clone -q . "$other/another-folder"
@@ -38,7 +38,14 @@ again() {
     (cd "$other/another-folder" && CCACHE_DISABLE=1 ZIG_GLOBAL_CACHE_DIR=$other/zig tools/cross.sh "$target" consac) | tail -n 1
     for program in build/cross-"$target"/cli/consac{,.exe}; do
       [ -f "$program" ] || continue
-      if cmp "$program" "$other/another-folder/$program"; then echo "release_check: $target: the same bytes in another folder"; else differs=1; fi
+      if cmp "$program" "$other/another-folder/$program"; then
+        echo "release_check: $target: the same bytes in another folder"
+        said="the same bytes, $(sha256sum <"$program" | cut -c1-16)"
+      else
+        differs=1 said="FAILED: other bytes"
+      fi
+      mkdir -p build/release-notes
+      echo "- $target, commit $(git describe --always --abbrev=12): $said" >>build/release-notes/again.md
     done
   done
   return $differs

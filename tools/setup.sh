@@ -34,7 +34,7 @@ cross_packages=(g++-mingw-w64-x86-64-posix make xz-utils python3 python3-venv)
 windows_packages=(googletest wine wine64)
 godot_packages=(xvfb)
 release_packages=(git dpkg binutils)
-release_check_packages=(debootstrap qemu-user-static wine wine64)
+release_check_packages=(debootstrap qemu-user-static wine wine64 python3 python3-venv)
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -150,7 +150,7 @@ case $stage in
          python_environment tools/requirements-unreal.txt ;;
   release) install_packages "${build_packages[@]}" "${cross_packages[@]}" "${cad_packages[@]}" "${release_packages[@]}"
          sources "${cross_sources[@]}"; python_environment tools/requirements-unreal.txt; python_environment tools/requirements-release.txt ;;
-  release-check) install_packages "${release_check_packages[@]}" ;;
+  release-check) install_packages "${release_check_packages[@]}"; python_environment tools/requirements-release-check.txt .venv-release-check ;;
   windows) install_packages "${build_packages[@]}" "${test_packages[@]}" "${cross_packages[@]}" "${windows_packages[@]}"
            sources "${cross_sources[@]}"; python_environment tools/requirements-test.txt ;;
   godot) install_packages "${build_packages[@]}" "${test_packages[@]}" "${godot_packages[@]}"

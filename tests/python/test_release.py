@@ -2,6 +2,7 @@
 import hashlib
 import json
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -42,13 +43,13 @@ NEEDS = f"build/windows-needs/{TARGET}/prefix"
 def tree(tmp_path_factory):
     """A folder as CONSAC's, in which a tiny program has been compiled for one system."""
     root = tmp_path_factory.mktemp("tree")
-    parts = {part.name for part in (*COMPONENTS, *runtime(TARGET))}
+    parts = {part.text for part in (*COMPONENTS, *runtime(TARGET))}
     files = {"CMakeLists.txt": PROJECT, "core/include/consac/base/version.h": 'kVersion = "1.2.3"', "LICENSE": "ours\n", "main.cpp": "int Core();\nint main() { return Core(); }\n", "library.cpp": "int library;\n",
              "unused.cpp": "#include <CLI/CLI.hpp>\n",
              "core/CMakeLists.txt": "add_library(consac_core STATIC core.cpp)\n", "core/core.cpp": "#include <Eigen/Dense>\nint Core() { return 0; }\n",
              f"{NEEDS}/include/eigen3/Eigen/Dense": "", f"{NEEDS}/include/Eigen/Dense": "", f"{NEEDS}/include/CLI/CLI.hpp": "",
              "build/windows-needs/yaml-cpp_0.7.0+dfsg.orig.tar.xz": "",
-             } | {f"{NEEDS}/licenses/{name}.txt": f"licence of {name}\n" for name in parts}
+             } | {f"{NEEDS}/licenses/{name}": f"licence of {name.removesuffix('.txt')}\n" for name in parts}
     for name, text in files.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(text)
@@ -104,6 +105,13 @@ def test_a_program_without_a_licence_is_not_packed(tree, tmp_path):
     (root / NEEDS / "licenses/musl.txt").unlink()
     with pytest.raises(Missing, match="no licence of musl in"):
         program.of(root, TARGET, "consac", EPOCH)
+
+
+def test_licences_are_where_the_libraries_recipes_put_them():
+    script = (ROOT / "tools/cross_libraries.sh").read_text()
+    headers = re.search(r"^cross_headers=\((.*)\)$", script, re.M)[1].split()
+    put = {*re.findall(r"licence ([\w.-]+) [\"/]", script), "libcxx", "libcxxabi", "libunwind", *(name.removeprefix("lib").removesuffix("-dev") for name in headers)}
+    assert {part.text.removesuffix(".txt") for part in (*COMPONENTS, *runtime(TARGET), *runtime("windows-x86_64"))} == put
 
 
 def test_the_bill_of_materials_is_valid(out):

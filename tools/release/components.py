@@ -10,24 +10,29 @@ from unreal_stage.third_party import Missing
 
 @dataclass(frozen=True)
 class Component:
-    name: str  # also of its licence's text, NAME.txt
+    name: str
     licence: str  # an SPDX expression
     purl: str  # what a scanner knows it by, without the version
     library: str = ""  # libLIBRARY.a
     folder: str = ""  # first step of its headers' include paths
     source: str = ""  # Debian's: a source package in build/windows-needs, or a package of headers
     note: str = ""  # for its licence
+    called: str = ""  # its licence's file in a target's prefix, without .txt, where tools/cross_libraries.sh calls it otherwise
+
+    @property
+    def text(self) -> str:
+        return f"{self.called or self.name}.txt"
 
 
 MPL = "Its source, unchanged, is "
 COMPONENTS = (
     Component("highway", "Apache-2.0", "pkg:github/google/highway", "hwy", "hwy", "highway"),
-    Component("eigen", "MPL-2.0", "pkg:generic/eigen", "", "Eigen", "libeigen3-dev", MPL + "https://gitlab.com/libeigen/eigen"),
+    Component("eigen", "MPL-2.0", "pkg:generic/eigen", "", "Eigen", "libeigen3-dev", MPL + "https://gitlab.com/libeigen/eigen", "eigen3"),
     Component("asio", "BSL-1.0", "pkg:github/chriskohlhoff/asio", "", "asio", "libasio-dev"),
-    Component("fast_float", "Apache-2.0 OR MIT", "pkg:github/fastfloat/fast_float", "", "fast_float", "libfast-float-dev"),
-    Component("nlohmann-json", "MIT", "pkg:github/nlohmann/json", "", "nlohmann", "nlohmann-json3-dev"),
+    Component("fast_float", "Apache-2.0 OR MIT", "pkg:github/fastfloat/fast_float", "", "fast_float", "libfast-float-dev", called="fast-float"),
+    Component("nlohmann-json", "MIT", "pkg:github/nlohmann/json", "", "nlohmann", "nlohmann-json3-dev", called="nlohmann-json3"),
     Component("cli11", "BSD-3-Clause", "pkg:github/CLIUtils/CLI11", "", "CLI", "libcli11-dev"),
-    Component("fmt", "MIT", "pkg:github/fmtlib/fmt", "fmt", "fmt", "fmtlib"),
+    Component("fmt", "MIT", "pkg:github/fmtlib/fmt", "fmt", "fmt", "fmtlib", called="fmtlib"),
     Component("yaml-cpp", "MIT", "pkg:github/jbeder/yaml-cpp", "yaml-cpp", "yaml-cpp", "yaml-cpp"),
     Component("pugixml", "MIT", "pkg:github/zeux/pugixml", "pugixml", "", "pugixml"),
     Component("zlib", "Zlib", "pkg:github/madler/zlib", "z", "", "zlib"),

@@ -57,10 +57,10 @@ class Packed:
 
 
 def licence_texts(parts: list[Component], folder: pathlib.Path) -> Files:
-    absent = [part.name for part in parts if not (folder / f"{part.name}.txt").is_file()]
+    absent = [part.name for part in parts if not (folder / part.text).is_file()]
     if absent:
         raise Missing(f"no licence of {', '.join(absent)} in {folder}; run tools/cross.sh")
-    return {f"licenses/{part.name}.txt": (folder / f"{part.name}.txt").read_bytes() for part in parts}
+    return {f"licenses/{part.name}.txt": (folder / part.text).read_bytes() for part in parts}
 
 
 def table(parts: list[tuple[Component, str]]) -> str:

@@ -15,21 +15,31 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 import zipfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from release import wheel_trial  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUIET = ["--no-table", "--no-progress", "--no-tensorboard", "--json"]
 TRAININGS = {"ppo2, CartPole": ["train", "cartpole-v1", "--envs", "8", "--steps", "8192", "--seed", "1"],
              "sac, Pendulum": ["train", "pendulum-v1", "--algo", "sac", "--steps", "1000", "--seed", "1"]}
 HEAD = """# What a release was tried on
 
-Written by `make release-check` over what `make release` had put into `dist`; commit {commit}, {machine}.
-A root is the required packages of that suite of Debian, unpacked: its C library, no Python. A program that is static uses none of it;
-that it starts there at all is what is shown. The last columns are hashes of the weights after a short training: equal
-ones are the same training, bit for bit.
+Written by `make release-check` over what `make release` had put into `dist`; {date}, commit {commit}, {machine}.
+A root is the required packages of that suite of Debian, unpacked: its C library, no Python; the empty one holds the program alone.
+A program that is static uses none of it; that it starts there at all is what is shown. The last columns are hashes of the weights
+after a short training: equal ones are the same training, bit for bit.
 
 | what | where | `--version` | `demo` | {trainings} |
 |---|---|---|---|{lines}
+"""
+NOT_RUN = """
+Not run anywhere: what is for macOS (there is no Mac here), anything on Windows itself, ARM64 on a processor of that kind, Unreal's and
+Godot's archives (`make test` tries the plug-in and the add-on that they are packed from).
 """
 
 
@@ -96,35 +106,88 @@ def in_root(archive: pathlib.Path, root: pathlib.Path, emulator: list[str]) -> P
     return Place(archive.name, where, folder, ["chroot", root.as_posix(), *emulator, f"{within}/consac"], within)
 
 
-def places(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
-    found = []
-    for architecture, debian, emulator in (("x86_64", "amd64", []), ("aarch64", "arm64", ["/usr/bin/qemu-aarch64-static"])):
-        archive = next(dist.glob(f"consac-*-linux-{architecture}.tar.gz"))
-        here = unpack(archive, scratch / architecture)
-        found.append(Place(archive.name, "this machine" + (", emulated" if emulator else ""), here, [*emulator, str(here / "consac")]))
-        found += [in_root(archive, root, emulator) for root in sorted(roots.glob(f"*-{debian}")) if (root / "whole").exists()]
-    deb = next(dist.glob("consac_*_amd64.deb"))
+def in_nothing(archive: pathlib.Path, folder: pathlib.Path) -> Place:
+    """A root that holds the program and nothing else: no shell, no C library, no /tmp, no /proc."""
+    program = unpack(archive, folder / "unpacked") / "consac"
+    root = folder / "root"
+    root.mkdir()
+    shutil.copy(program, root)
+    return Place(archive.name, "an empty root", root, ["chroot", root.as_posix(), "/consac"], "")
+
+
+def the(dist: pathlib.Path, pattern: str) -> pathlib.Path:
+    """The one file of a release that is called so."""
+    found = sorted(dist.glob(pattern))
+    if not found:
+        raise Failed(f"there is no {pattern} in {dist.name}; run make release")
+    return found[0]
+
+
+def linux(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path, architecture: str, debian: str, emulator: list[str]) -> list[Place]:
+    archive = the(dist, f"consac-*-linux-{architecture}.tar.gz")
+    here = unpack(archive, scratch / architecture)
+    found = [Place(archive.name, "this machine" + (", emulated" if emulator else ""), here, [*emulator, str(here / "consac")])]
+    found += [in_root(archive, root, emulator) for root in sorted(roots.glob(f"*-{debian}")) if (root / "whole").exists()]
+    return found + ([] if emulator else [in_nothing(archive, scratch / "nothing")])
+
+
+def package(dist: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
+    deb = the(dist, "consac_*_amd64.deb")
     subprocess.run(["dpkg-deb", "-x", deb, scratch / "deb"], check=True)
-    found.append(Place(deb.name, "unpacked, this machine", scratch / "deb", [str(scratch / "deb/usr/bin/consac")]))
-    if shutil.which("wine"):
-        archive = next(dist.glob("consac-*-windows-x86_64.zip"))
-        here = unpack(archive, scratch / "windows")
-        found.append(Place(archive.name, "Wine, this machine", here, ["wine", str(here / "consac.exe")]))
-    return found
+    return [Place(deb.name, "unpacked, this machine", scratch / "deb", [str(scratch / "deb/usr/bin/consac")])]
+
+
+def windows(dist: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
+    archive = the(dist, "consac-*-windows-x86_64.zip")
+    here = unpack(archive, scratch / "windows")
+    return [Place(archive.name, "Wine, this machine", here, ["wine", str(here / "consac.exe")])]
+
+
+def rows_of(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path) -> Iterator[list[str]]:
+    """A row for each place; one that says so where there is nothing to try."""
+    groups = {"linux-x86_64": lambda: linux(dist, roots, scratch, "x86_64", "amd64", []),
+              "linux-aarch64": lambda: linux(dist, roots, scratch, "aarch64", "arm64", ["/usr/bin/qemu-aarch64-static"]),
+              ".deb": lambda: package(dist, scratch), "windows-x86_64": lambda: windows(dist, scratch)}
+    for name, group in groups.items():
+        try:
+            for place in group():
+                yield [place.what, place.where, *attempt(place)]
+        except Failed as error:
+            yield [name, "", f"FAILED: {error}", "", *[""] * len(TRAININGS)]
+    yield cad(dist, scratch)
 
 
 def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
     """consac-cad beside the program reads a STEP file."""
-    archive = next(dist.glob("consac-cad-*.tar.gz"))
-    here = unpack(archive, scratch / "cad")
-    shutil.copy(scratch / "deb/usr/bin/consac", here)
-    step = sorted(pathlib.Path(__file__).resolve().parents[2].glob("**/*.step"))[0]
+    name = "consac-cad"
     try:
+        archive = the(dist, "consac-cad-*.tar.gz")
+        name, here = archive.name, unpack(archive, scratch / "cad")
+        shutil.copy(unpack(the(dist, "consac-*-linux-x86_64.tar.gz"), scratch / "beside") / "consac", here)
+        step = sorted(path for path in ROOT.glob("examples/**/*.step"))[0]
         run([str(here / "consac"), "twin", "import", str(step), "--out", str(here / "twin")], here)
         told = f"imports {step.name}"
     except Failed as error:
         told = f"FAILED: {error}"
-    return [archive.name, "beside consac, this machine", told, "", *[""] * len(TRAININGS)]
+    return [name, "beside consac, this machine", told, "", *[""] * len(TRAININGS)]
+
+
+def programs_of(dist: pathlib.Path, scratch: pathlib.Path) -> dict[str, bytes]:
+    """The archives of programs, and each one's program."""
+    found = {}
+    for archive in sorted((*dist.glob("consac-[0-9]*-linux-*.tar.gz"), *dist.glob("consac-[0-9]*-macos-*.tar.gz"), *dist.glob("consac-[0-9]*-windows-*.zip"))):
+        folder = unpack(archive, scratch / archive.name)
+        found[archive.name] = next(path for path in folder.iterdir() if path.stem == "consac").read_bytes()
+    return found
+
+
+def beside(notes: pathlib.Path) -> str:
+    """What tools/release.sh and `release_check.sh again` have noted: times, and whether two folders gave the same bytes."""
+    text = ""
+    for title, name in (("What making it took", "times.md"), ("Two folders, the same bytes", "again.md")):
+        path = notes / name
+        text += f"\n## {title}\n\n" + (path.read_text(encoding="utf-8") if path.is_file() else "Not noted.\n")
+    return text
 
 
 def main() -> int:
@@ -133,16 +196,17 @@ def main() -> int:
     model = re.search(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text())
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for place in places(dist, roots, pathlib.Path(folder)):
-            rows.append([place.what, place.where, *attempt(place)])
-            print("release_check: " + " | ".join(rows[-1]), flush=True)
-        rows.append(cad(dist, pathlib.Path(folder)))
-        print("release_check: " + " | ".join(rows[-1]), flush=True)
+        scratch = pathlib.Path(folder)
+        for row in rows_of(dist, roots, scratch):
+            rows.append(row)
+            print("release_check: " + " | ".join(row), flush=True)
+        wheels = wheel_trial.pages(ROOT, dist, programs_of(dist, scratch / "programs"), scratch)
     sizes = sorted((path.stat().st_size, path.name) for path in dist.iterdir() if path.is_file() and path.suffix != ".json")
-    text = HEAD.format(commit=commit, machine=model[1] if model else platform.machine(), trainings=" | ".join(TRAININGS), lines="---|" * len(TRAININGS))
-    text += "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    text = HEAD.format(date=time.strftime("%Y-%m-%d"), commit=commit, machine=model[1] if model else platform.machine(), trainings=" | ".join(TRAININGS),
+                       lines="---|" * len(TRAININGS))
+    text += "".join(f"| {' | '.join(row)} |\n" for row in rows) + NOT_RUN + wheels
     text += "\n## Sizes\n\n| file | MB |\n|---|---|\n" + "".join(f"| {name} | {size / 1e6:.2f} |\n" for size, name in sizes)
-    page.write_text(text, encoding="utf-8")
+    page.write_text(text + beside(ROOT / "build/release-notes"), encoding="utf-8")
     return int("FAILED" in text)
 
 
