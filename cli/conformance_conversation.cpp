@@ -51,11 +51,11 @@ Status Conversation::Send(FrameType type, std::uint64_t request, const std::stri
 
 Status Conversation::TakeUp() {
   CONSAC_RETURN_IF_ERROR(ConnectAgain());
-  CONSAC_RETURN_IF_ERROR(SayHello());
+  CONSAC_RETURN_IF_ERROR(SayHello(capabilities_));
   return Next().status();
 }
 
-Status Conversation::SayHello(const Case& capabilities) {
+Status Conversation::SayHello(const std::vector<std::string>& capabilities) {
   Case hello = {{"protocol", {2, 2}}, {"client", "conformance"}, {"resume", resume_}, {"capabilities", capabilities}};
   if (!token_.empty()) hello["token"] = token_;
   return Send(FrameType::kHello, 0, JsonText(hello));
@@ -284,12 +284,19 @@ Status Conversation::TakeWelcome(const Frame& frame) {
   if (!welcome.ok()) return welcome.status();
   if (welcome->resumed && (welcome->session != welcomed_ || welcome->resume != resume_))
     return Failed("a session that is taken up keeps its number and its resume (R24)");
+  const std::string lost = protocol2::LackingCapability(welcome->capabilities, capabilities_);
+  const std::string gained = protocol2::LackingCapability(capabilities_, welcome->capabilities);
+  if (welcome->resumed && !lost.empty())
+    return Failed("the session is taken up without its capability " + Quote(lost) + " (R27)");
+  if (welcome->resumed && !gained.empty())
+    return Failed("the session is taken up with capability " + Quote(gained) + ", which it has not (R27)");
   session_ = welcomed_ = welcome->session;
   resume_ = welcome->resume;
   limit_ = welcome->max_frame;
   reader_.SetLimit(limit_);
   crc_ = protocol2::HasCapability(welcome->capabilities, "crc");
-  agreed_ = AgreedIn(welcome->capabilities);
+  capabilities_ = welcome->capabilities;
+  agreed_ = AgreedIn(capabilities_);
   return Status::Ok();
 }
 
@@ -371,7 +378,9 @@ Status Conversation::Reconnect(const Case& how) {
   if (how == "beside") before = std::move(transport_);
   for (int attempt = 0; attempt < kMostReconnects; ++attempt) {
     CONSAC_RETURN_IF_ERROR(ConnectAgain());
-    CONSAC_RETURN_IF_ERROR(SayHello(how.is_object() ? how["capabilities"] : Case::array()));
+    std::vector<std::string> named = capabilities_;
+    for (const Case& also : how.is_object() ? how["also"] : Case::array()) named.push_back(also);
+    CONSAC_RETURN_IF_ERROR(SayHello(named));
     const Result<Frame> answer = Next();
     held_ = answer.ok() && answer->header.type == FrameType::kWelcome;
     if (held_) held_frame_ = *answer;  // for the step that expects it

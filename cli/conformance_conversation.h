@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/conformance_frames.h"
 #include "cli/conformance_payloads.h"
@@ -38,7 +39,7 @@ class Conversation {
   Status Send(FrameType type, std::uint64_t request, const std::string& payload, const Case& how = Case::object());
   /// What has ended without BYE is kept for a while; an engine of few sessions would have none for the next case.
   Status TakeUp();
-  Status SayHello(const Case& capabilities = Case::array());
+  Status SayHello(const std::vector<std::string>& capabilities = {});
   Status ConnectAgain();
   /// A second trainer, while this one is there: it is served or told that there is no room.
   Status KnockBeside() const;
@@ -89,6 +90,7 @@ class Conversation {
   Case offered_;  // SPEC's behaviours
   protocol2::Blocks blocks_;
   Payloads payloads_;
+  std::vector<std::string> capabilities_;  // of the session
   protocol2::Agreed agreed_;
   protocol2::ResultCheck check_;
   std::uint32_t session_ = 0, welcomed_ = 0;  // welcomed_: of the latest WELCOME, on whatever connection

@@ -79,13 +79,10 @@ Status EngineScript::Begin(const Case& how) {
   may_resume_ = how.contains("may_resume");
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "HELLO"}}));
   const Case welcome = how.value("welcome", Case::object());
-  relabels_ = false;
-  agreed_ = AgreedIn(welcome.value("capabilities", std::vector<std::string>()));
-  for (const Case& capability : welcome.value("capabilities", Case::array())) {
-    relabels_ = relabels_ || capability == "relabel";
-    if (std::ranges::find(capabilities_, capability.get<std::string>()) == capabilities_.end())
-      return {StatusCode::kCancelled, "its HELLO does not name the capability " + capability.get<std::string>()};
-  }
+  session_capabilities_ = welcome.value("capabilities", std::vector<std::string>());
+  agreed_ = AgreedIn(session_capabilities_);
+  relabels_ = protocol2::HasCapability(session_capabilities_, "relabel");
+  CONSAC_RETURN_IF_ERROR(CheckNamed(session_capabilities_));
   CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", welcome}}));
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "CONFIGURE"}}));
   Case spec = how.value("spec", Case::object());
@@ -97,6 +94,12 @@ Status EngineScript::Begin(const Case& how) {
   if (how["begin"] == "SPEC") return Status::Ok();
   CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "RESET"}}));
   return Answer(BytesOf(results_["first"]));
+}
+
+Status EngineScript::CheckNamed(const std::vector<std::string>& capabilities) const {
+  const std::string lacking = protocol2::LackingCapability(capabilities_, capabilities);
+  return lacking.empty() ? Status::Ok()
+                         : Status{StatusCode::kCancelled, "its HELLO does not name the capability " + lacking};
 }
 
 Status EngineScript::Answer(const std::string& payload) {
@@ -384,10 +387,15 @@ Status EngineScript::AwaitResume(const Case& how) {
   if (!said.ok()) return said.status();
   if (said->resume.empty()) return {StatusCode::kCancelled, "it does not resume, and need not"};
   if (said->resume != kResumeToken) return Failed("HELLO resumes with " + Quote(said->resume));
-  Case welcome = {{"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}};
+  const std::string lacking = protocol2::LackingCapability(said->capabilities, session_capabilities_);
+  if (!lacking.empty()) return Failed("its HELLO takes the session up and does not name " + Quote(lacking) + " (R27)");
+  if (how.is_object()) CONSAC_RETURN_IF_ERROR(CheckNamed(how.value("capabilities", std::vector<std::string>())));
+  Case welcome = {
+      {"resumed", true}, {"last_request", request_}, {"resume", kResumeToken}, {"capabilities", session_capabilities_}};
   if (how.is_object()) welcome.update(how);
+  const bool right = welcome.erase("right") != 0 || !how.is_object();
   CONSAC_RETURN_IF_ERROR(DoSend({{"type", "WELCOME"}, {"welcome", welcome}}));
-  if (how.is_object()) return Status::Ok();
+  if (!right) return Status::Ok();
   --request_;
   CONSAC_RETURN_IF_ERROR(DoExpect({{"moves", true}}));
   return last_ == before ? Status::Ok() : Failed("the request comes once more with other bytes (R24)");

@@ -51,6 +51,9 @@ class EngineScript {
   /// has not chosen it says what was. Where `relabel` was agreed nothing is paid.
   std::string Fitted(const std::string& name) const;
 
+  /// A case of capabilities is none for a trainer whose HELLO does not name them.
+  Status CheckNamed(const std::vector<std::string>& capabilities) const;
+
   /// The next frame of any kind; kUnavailable once the trainer is gone.
   Result<Frame> Next(double patience_s = kConformancePatience);
 
@@ -93,9 +96,10 @@ class EngineScript {
   const Case results_;
   const std::string autoreset_;
   std::set<std::string> asked_;
-  std::vector<std::string> capabilities_;  // HELLO's
-  std::string offered_;                    // SPEC's payload
-  std::int64_t relabelled_ = 0;            // rows of the latest RELABEL
+  std::vector<std::string> capabilities_;          // HELLO's
+  std::vector<std::string> session_capabilities_;  // WELCOME's
+  std::string offered_;                            // SPEC's payload
+  std::int64_t relabelled_ = 0;                    // rows of the latest RELABEL
   CaseWriter writer_;
   std::unique_ptr<Transport> transport_;
   protocol2::FrameReader reader_;

@@ -65,7 +65,7 @@ class Session(Line):
     def _greet(self, sock: socket.socket, end: float) -> dict:
         """HELLO and WELCOME on a new socket; with `self.resume` the session is taken up."""
         self._hold(sock, end)
-        hello, before = self._hello | ({"resume": self.resume} if self.resume else {}), self.session
+        hello, before, agreed = self._hello | ({"resume": self.resume} if self.resume else {}), self.session, set(self.capabilities)
         try:
             sock.sendall(wire.pack(wire.Frame(wire.HELLO, wire.dump_json(hello))))
             welcome = read_json(self._await(0, 0, wire.WELCOME, end))
@@ -88,6 +88,8 @@ class Session(Line):
             resumed = wire.member(welcome, "resumed", bool, False)
             if resumed != ("resume" in hello) or resumed and number != before:
                 raise ValueError(f"session {number}{', resumed' * resumed}, to a HELLO that resumes {f'session {before}' if 'resume' in hello else 'none'} (R24)")
+            if resumed and set(self.capabilities) != agreed:
+                raise ValueError(f"session {number} is taken up with {wire.shown(sorted(self.capabilities))}, it has {wire.shown(sorted(agreed))} (R28)")
             if not (0 < number < 1 << 32 and 0 < self.heartbeat_s < math.inf):
                 raise ValueError(f"session is {number} and heartbeat_s is {self.heartbeat_s:g}, expected 1 to 2^32-1 and a number above 0")
         except wire.WireError as error:
@@ -180,7 +182,7 @@ class Session(Line):
             spec = read_json(self._exchange(self._packed(wire.CONFIGURE, wire.dump_json(wanted), request), request, wire.SPEC))
         except (EngineError, ProtocolError) as error:
             self._fail(ConnectionLost(f"{self.url} does not take the session up after an interrupt: {error}"))
-        if spec.get("environments") != self.environments or spec.get("behaviours") != self.spec["behaviours"]:
+        if any(spec.get(name) != self.spec.get(name) for name in ("environments", "behaviours", "parameters", "groups")):
             self._fail(ConnectionLost(f"{self.url} offers another world than before the interrupt; connect anew"))
         struct.pack_into("<I", self._out, SESSION_AT, self.session)
         self.request, self._configured = request, True

@@ -211,7 +211,7 @@ class Conversation:
         assert frame.request == what.get("request", frame.request)
         if frame.type == wire.WELCOME:
             said = {"capabilities": [], "max_frame": wire.LARGEST_FRAME, "last_request": 0, "resumed": False, "resume": ""} | said
-            assert not said["resumed"] or (said["session"], said["resume"]) == (self.welcomed, self.resume)
+            assert not said["resumed"] or (said["session"], said["resume"], set(said["capabilities"])) == (self.welcomed, self.resume, set(self.capabilities))
             self.welcomed, self.capabilities = said["session"], said["capabilities"]
             self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
             self.reader.limit = said["max_frame"]
@@ -293,7 +293,7 @@ class Conversation:
             before.close()
         for _ in range(100):
             self.connect()
-            self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume, "capabilities": how.get("capabilities", []) if isinstance(how, dict) else []}))
+            self.write(wire.HELLO, 0, wire.dump_json({"protocol": [2, 2], "resume": self.resume, "capabilities": self.capabilities + (how["also"] if isinstance(how, dict) else [])}))
             data = self.sock.recv(65536)
             self.reader.feed(data)
             peek = wire.FrameReader(wire.LARGEST_FRAME)

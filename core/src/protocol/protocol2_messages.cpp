@@ -34,6 +34,12 @@ bool HasCapability(std::span<const std::string> capabilities, std::string_view n
   return std::find(capabilities.begin(), capabilities.end(), name) != capabilities.end();
 }
 
+std::string LackingCapability(std::span<const std::string> capabilities, std::span<const std::string> names) {
+  const auto lacking = std::find_if_not(names.begin(), names.end(),
+                                        [&](const std::string& name) { return HasCapability(capabilities, name); });
+  return lacking == names.end() ? std::string() : *lacking;
+}
+
 std::string EncodeHello(const Hello& hello) {
   Json json = {{"protocol", {hello.lowest, hello.highest}},
                {"client", hello.client},

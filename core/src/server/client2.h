@@ -84,6 +84,8 @@ class Client2 final : public EnvClient {
   /// A STEP moves all environments, which a run counts one by one, and each of their agents.
   const char* WhoseStep() const;
   Status SayHello();
+  /// That a session which is asked for is taken up, as it was, and none else.
+  Status CheckTakenUp(const protocol2::Hello& hello, const protocol2::Welcome& welcome) const;
   Status HelloFailed(const Status& why) const;
   Status Unexpected(const Frame& frame, const char* expected) const;
 

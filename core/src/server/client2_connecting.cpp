@@ -79,21 +79,32 @@ Status Client2::SayHello() {
     return {StatusCode::kProtocol,
             transport_->peer() + " agrees to capability " + Quote(agreed) + ", which was not asked for (R21)"};
   }
-  const bool same = !hello.resume.empty() && welcome->session == welcome_.session;
-  if (welcome->resumed ? !same : !hello.resume.empty()) {
-    return {StatusCode::kProtocol, transport_->peer() + " answered with session " + std::to_string(welcome->session) +
-                                       (welcome->resumed ? ", resumed," : ", a new one,") + " to a HELLO that " +
-                                       (hello.resume.empty() ? "resumes none" : "resumes session ") +
-                                       (hello.resume.empty() ? "" : std::to_string(welcome_.session)) + " (R24)"};
-  }
-  const bool follows = welcome->last_request == request_ || welcome->last_request + 1 == request_;
-  if (welcome->resumed && !follows) {
-    return {StatusCode::kProtocol, transport_->peer() + " says that request " + std::to_string(welcome->last_request) +
-                                       " was the last, not " + std::to_string(request_) + " or the one before (R24)"};
-  }
+  CONSAC_RETURN_IF_ERROR(CheckTakenUp(hello, *welcome));
   welcome_ = std::move(*welcome);
   reader_.SetLimit(welcome_.max_frame);
   return Status::Ok();
+}
+
+Status Client2::CheckTakenUp(const protocol2::Hello& hello, const protocol2::Welcome& welcome) const {
+  const bool same = !hello.resume.empty() && welcome.session == welcome_.session;
+  if (welcome.resumed ? !same : !hello.resume.empty()) {
+    return {StatusCode::kProtocol, transport_->peer() + " answered with session " + std::to_string(welcome.session) +
+                                       (welcome.resumed ? ", resumed," : ", a new one,") + " to a HELLO that " +
+                                       (hello.resume.empty() ? "resumes none" : "resumes session ") +
+                                       (hello.resume.empty() ? "" : std::to_string(welcome_.session)) + " (R24)"};
+  }
+  if (!welcome.resumed) return Status::Ok();
+  if (welcome.last_request != request_ && welcome.last_request + 1 != request_) {
+    return {StatusCode::kProtocol, transport_->peer() + " says that request " + std::to_string(welcome.last_request) +
+                                       " was the last, not " + std::to_string(request_) + " or the one before (R24)"};
+  }
+  const std::string lost = protocol2::LackingCapability(welcome.capabilities, welcome_.capabilities);
+  const std::string gained = protocol2::LackingCapability(welcome_.capabilities, welcome.capabilities);
+  if (lost.empty() && gained.empty()) return Status::Ok();
+  return {StatusCode::kProtocol, transport_->peer() + " takes session " + std::to_string(welcome.session) + " up with" +
+                                     (lost.empty() ? " capability " : "out capability ") +
+                                     Quote(lost.empty() ? gained : lost) + ", which it has" +
+                                     (lost.empty() ? " not (R28)" : " (R28)")};
 }
 
 Status Client2::HelloFailed(const Status& why) const {

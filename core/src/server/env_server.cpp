@@ -257,8 +257,10 @@ class EnvServerOfEither final : public EnvServer {
   /// The seat of the session that HELLO takes up, or one for a new session.
   Result<Seat*> SeatFor(const protocol2::Hello& hello) {
     if (!hello.resume.empty()) {
-      if (Seat* const owned = seats_.Owned(hello); owned != nullptr) return owned;
-      return Fault("AUTH_FAILED", "that session is over, or had a larger max_frame; begin a new one");
+      Seat* const owned = seats_.Owned(hello);
+      if (owned == nullptr) return Fault("AUTH_FAILED", "that session is over; begin a new one");
+      CONSAC_RETURN_IF_ERROR(owned->MayComeBack(hello));
+      return owned;
     }
     if (options_.protocol == Protocol::kText1)
       return Fault("UNSUPPORTED_VERSION", "this engine speaks text protocol 1");

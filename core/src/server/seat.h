@@ -34,8 +34,9 @@ class Seat {
   }
   bool resumable() const { return session2_->resumable(); }
   double mute_s() const { return present() == nullptr ? 0.0 : present()->mute_s(); }
-  /// Whether HELLO takes up its session.
+  /// Whether HELLO is of its session, and whether it may take that up.
   bool Owns(const protocol2::Hello& hello) const { return session2_->Owns(hello); }
+  Status MayComeBack(const protocol2::Hello& hello) const { return session2_->MayComeBack(hello); }
   /// A trainer that comes back meanwhile hears of it too.
   void SetPaused(bool paused) {
     session2_->SetPaused(paused);

@@ -77,8 +77,10 @@ class Session2 : public ServerSession {
   static std::unique_ptr<Session2> Create(const SessionHost& host);
   /// A new connection: of a new session or, where HELLO says so, of the one there is, in place of the one it had.
   virtual Status Connect(Arrival arrival) = 0;
-  /// Whether `token` takes up the session there is.
+  /// Whether HELLO's `resume` is of the session there is.
   virtual bool Owns(const protocol2::Hello& hello) const = 0;
+  /// Whether such a HELLO may take it up: AUTH_FAILED otherwise, and the session stays as it is.
+  virtual Status MayComeBack(const protocol2::Hello& hello) const = 0;
   /// True once the trainer has said BYE.
   virtual bool finished() const = 0;
   /// Another trainer has the world now: the session cannot be taken up again.

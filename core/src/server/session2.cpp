@@ -53,21 +53,11 @@ Status Session2Server::Connect(Arrival arrival) {
     DropUnderWay();
     steps_.Restart();
     phase_ = Phase::kConfigure;
+    Agree(arrival.hello);
   }
   resumable_ = false;
   answer_wanted_ = false;
-  const auto agree = [&](std::string_view name, bool offered) {
-    const bool agreed = offered && protocol2::HasCapability(arrival.hello.capabilities, name);
-    if (agreed) welcome.capabilities.emplace_back(name);
-    return agreed;
-  };
-  shares_ = agree(kSharedMemory, true);
-  renders_ = agree(kRendering, env_.renders());
-  relabels_ = agree(kRelabelling, env_.prices_goals());
-  agreed_.parameters = agree(kParameters, !env_.spec().parameters.empty());
-  agreed_.statistics = agree(kStatistics, env_.tells_statistics());
-  agreed_.groups = agree(kGroups, !env_.spec().groups.empty());
-  stepper_.Agree(agreed_);
+  welcome.capabilities = capabilities_;
   welcome.server = std::string("consac ") + kVersion;
   welcome.session = number_;
   welcome.heartbeat_s = std::min(welcome.heartbeat_s, options_.deadline_s / 3.0);
@@ -85,7 +75,35 @@ Status Session2Server::Connect(Arrival arrival) {
 
 bool Session2Server::Owns(const protocol2::Hello& hello) const {
   const bool there = resumable() || (connected_ && phase_ == Phase::kRun);
-  return there && SameSecret(resume_, hello.resume) && hello.max_frame >= max_frame_;
+  return there && SameSecret(resume_, hello.resume);
+}
+
+Status Session2Server::MayComeBack(const protocol2::Hello& hello) const {
+  const std::string session = "session " + std::to_string(number_);
+  if (hello.max_frame < max_frame_) {
+    return Fault("AUTH_FAILED", session + " had a max_frame of " + std::to_string(max_frame_) + ", this HELLO has " +
+                                    std::to_string(hello.max_frame) + "; raise it, or begin a new session (R23)");
+  }
+  const std::string lacking = protocol2::LackingCapability(hello.capabilities, capabilities_);
+  if (lacking.empty()) return Status::Ok();
+  return Fault("AUTH_FAILED", session + " has the capability '" + lacking +
+                                  "', which this HELLO does not name; name it, or begin a new session (R27)");
+}
+
+void Session2Server::Agree(const protocol2::Hello& hello) {
+  capabilities_.clear();
+  const auto agree = [&](std::string_view name, bool offered) {
+    const bool agreed = offered && protocol2::HasCapability(hello.capabilities, name);
+    if (agreed) capabilities_.emplace_back(name);
+    return agreed;
+  };
+  shares_ = agree(kSharedMemory, true);
+  renders_ = agree(kRendering, env_.renders());
+  relabels_ = agree(kRelabelling, env_.prices_goals());
+  agreed_.parameters = agree(kParameters, !env_.spec().parameters.empty());
+  agreed_.statistics = agree(kStatistics, env_.tells_statistics());
+  agreed_.groups = agree(kGroups, !env_.spec().groups.empty());
+  stepper_.Agree(agreed_);
 }
 
 Result<bool> Session2Server::Pump(double timeout_s) {

@@ -27,6 +27,7 @@ class Session2Server final : public Session2 {
 
   Status Connect(Arrival arrival) override;
   bool Owns(const protocol2::Hello& hello) const override;
+  Status MayComeBack(const protocol2::Hello& hello) const override;
   Result<bool> Pump(double timeout_s) override;
   Status End(const Status& why) override;
 
@@ -60,6 +61,9 @@ class Session2Server final : public Session2 {
   /// What was answered last stays, should it be asked for again.
   void LeaveSharedMemory();
   Status HandleShared();
+
+  /// The capabilities of a session that begins.
+  void Agree(const protocol2::Hello& hello);
 
   // ---- a request that takes its time
 
@@ -129,8 +133,6 @@ class Session2Server final : public Session2 {
   Phase phase_ = Phase::kConfigure;
   double connected_at_ = 0.0, last_heard_ = 0.0, broke_at_ = 0.0;
   std::size_t max_frame_ = protocol2::kLargestFrame;
-  bool renders_ = false, relabels_ = false, shares_ = false;  // were agreed
-  protocol2::Agreed agreed_;
   bool connected_ = false, finished_ = false, resumable_ = false, refused_ = false;
   bool damaged_ = false;  // what it ended by was changed on its way: a loss, and nobody's fault
   bool paused_ = false;   // the engine stands still
@@ -139,6 +141,9 @@ class Session2Server final : public Session2 {
   std::uint32_t number_ = 0;
   std::uint64_t request_ = 0;  // number of the latest
   std::string resume_;
+  std::vector<std::string> capabilities_;  // were agreed, for its whole life; what follows says so too
+  bool renders_ = false, relabels_ = false, shares_ = false;
+  protocol2::Agreed agreed_;
   std::vector<std::byte> answer_, control_;  // latest answer that is no RESULT; frames between
   AlignedBytes relabel_;                     // RELABEL's payload
   std::vector<float> prices_;                // what its rows would have paid

@@ -49,7 +49,7 @@ class Batch:
         self.infos: list[tuple[int, dict]] = []  # slots, and what JSON has of their infos
         self.final_infos: list[tuple[int, dict]] = []
         self.dropped: set[str] = set()
-        self.agreed: set[str] = set()  # capabilities of the present connection
+        self.agreed: set[str] = set()  # capabilities
         self.parameters = np.tile([one.default for one in world.parameters] or np.empty(0), (count, 1))  # as they were set
         self.noted: dict[str, list[float]] = {}  # statistics
 

@@ -151,13 +151,6 @@ class Connection:
     def pack(self, kind: int, payload=b"", request: int = 0, session: int = 0) -> bytes:
         return wire.pack(wire.Frame(kind, payload, request, session, wire.FLAG_CRC if self.crc else 0))
 
-    def again(self, answer):
-        """An answer that was packed for another connection, with a CRC or not as this one has agreed."""
-        frame, length, _ = wire.unpack_header(answer, wire.LARGEST_FRAME)
-        if bool(frame.flags & wire.FLAG_CRC) == self.crc:
-            return answer
-        return self.pack(frame.type, answer[wire.HEADER.size:wire.HEADER.size + length], frame.request, frame.session)
-
     def aside(self, kind: int, payload, session: int) -> bool:
         """Frames that are no requests: true when it was one."""
         if kind == wire.PING:

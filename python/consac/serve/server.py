@@ -11,7 +11,7 @@ from dataclasses import replace
 from consac import __version__, shared_memory, wire
 from consac.address import is_here, is_loopback
 from consac.extras import Parameter
-from consac.names import printable_line
+from consac.names import printable_line, quote
 from consac.wire import WireError
 
 from . import text1
@@ -353,13 +353,14 @@ class Server:
             raise Refused("SHUTTING_DOWN", "the server shuts down; try again later", retry_after_s=5)
         has = {"shm": shared_memory.AVAILABLE and is_here(connection.sock), "render": self.world.renders, "relabel": self.world.prices, "crc": True,
                "parameters": bool(self.world.parameters), "statistics": bool(self.world.statistics)}
-        capabilities = [name for name in has if name in offered and has[name]]
-        session, resumed = self._take_up(connection, resume, min(most, self.limits.max_frame)) if resume else self._open(connection)
-        connection.crc, connection.shares, connection.limit = "crc" in capabilities, "shm" in capabilities, min(most, self.limits.max_frame)
-        session.renders, session.relabels, session.limit = "render" in capabilities, "relabel" in capabilities, connection.limit
-        session.agreed = set(capabilities)
+        limit = min(most, self.limits.max_frame)
+        session, resumed = self._take_up(connection, resume, limit, offered) if resume else self._open(connection)
+        if not resumed:
+            session.agreed = {name for name in has if name in offered and has[name]}
+        connection.crc, connection.shares, connection.limit = "crc" in session.agreed, "shm" in session.agreed, limit
+        session.limit = limit
         answer = connection.pack(wire.WELCOME, wire.dump_json({
-            "protocol": wire.VERSION, "server": f"consac-python {__version__}", "session": session.number, "resume": session.token, "capabilities": capabilities,
+            "protocol": wire.VERSION, "server": f"consac-python {__version__}", "session": session.number, "resume": session.token, "capabilities": sorted(session.agreed),
             "max_frame": connection.limit, "heartbeat_s": self.limits.heartbeat_s, "last_request": session.last_request, "resumed": resumed}), 0, session.number)
         try:
             connection.write(answer)
@@ -382,13 +383,16 @@ class Server:
             session.lock.acquire()
         return session, False
 
-    def _take_up(self, connection: Connection, token, limit: int) -> tuple[Session, bool]:
+    def _take_up(self, connection: Connection, token, limit: int, offered: list[str]) -> tuple[Session, bool]:
         with self._lock:
             session = next((known for known in self._sessions.values() if known.started and _same_secret(token, known.token)), None)
             if session is None:
                 raise Refused("AUTH_FAILED", "no session has this resume token, or it has expired; begin a new one")
             if limit < session.limit:
                 raise Refused("AUTH_FAILED", f"session {session.number} had a max_frame of {session.limit}, this connection has {limit}; raise it or begin a new session")
+            lacking = sorted(session.agreed - set(offered))
+            if lacking:
+                raise Refused("AUTH_FAILED", f"session {session.number} has the capability {quote(lacking[0])}, which this HELLO does not name; name it, or begin a new session (R27)")
             before, session.connection = session.connection, connection
         if before is not None:
             try:

@@ -51,8 +51,7 @@ class Session:
         self.batch: Batch | None = None
         self.configured = False
         self.stepped = False  # by now
-        self.renders = self.relabels = False
-        self.agreed: set[str] = set()  # capabilities of the present connection
+        self.agreed: set[str] = set()  # capabilities, of its whole life (R27)
         self.limit = 0  # max_frame of its WELCOME
         self.deadline: float | None = None  # for CONFIGURE
 
@@ -76,7 +75,7 @@ class Session:
             known = number in (0, self.number) and kind != wire.HELLO
             if request != self.last_request + 1 or not known:
                 if request == self.last_request != 0 and known:
-                    connection.answer(connection.again(self.answer))
+                    connection.answer(self.answer)
                     continue
                 why = f"request {request} after {self.last_request}; the next is {self.last_request + 1}"
                 if kind == wire.HELLO:
@@ -121,7 +120,7 @@ class Session:
                 raise Refused("BAD_STATE", "CONFIGURE after a RESET; begin a new session")
             return connection.pack(wire.SPEC, self._configure(connection, wire.load_json(payload)), request, self.number)
         if kind == wire.RENDER:
-            if not self.renders:
+            if "render" not in self.agreed:
                 raise Refused("UNSUPPORTED", "RENDER without the capability `render`" + ("" if self.offer.world.renders else "; this server's environments do not draw"))
             if batch is None or not batch.started:
                 raise Refused("BAD_STATE", "RENDER before a first RESET; reset first")
@@ -129,7 +128,7 @@ class Session:
             if len(image) > connection.limit:
                 raise Refused("UNSUPPORTED", f"an image of {len(image)} bytes, over the client's max_frame {connection.limit}; raise it")
             return connection.pack(wire.FRAME, image, request, self.number)
-        if kind == wire.RELABEL and self.relabels:
+        if kind == wire.RELABEL and "relabel" in self.agreed:
             if batch is None or not batch.started:
                 raise Refused("BAD_STATE", "RELABEL before a first RESET; reset first")
             return connection.pack(wire.REWARDS, batch.goals.answer(payload, connection.limit, self.offer.failures), request, self.number)

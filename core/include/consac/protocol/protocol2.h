@@ -142,6 +142,8 @@ struct Welcome {
 
 /// Whether `capabilities`, as HELLO and WELCOME list them, have one of that name.
 bool HasCapability(std::span<const std::string> capabilities, std::string_view name);
+/// The first of `names` that `capabilities` lack; "" where they lack none.
+std::string LackingCapability(std::span<const std::string> capabilities, std::span<const std::string> names);
 
 /// How the next episode of an environment begins.
 enum class Autoreset : std::uint8_t { kSameStep, kNextStep, kDisabled };
