@@ -5,6 +5,7 @@
 #include <cstring>
 #include <thread>
 
+#include "consac/base/hooks.h"
 #include "consac/base/text.h"
 #include "consac/env/buffer.h"
 #include "consac/transport/outbox.h"
@@ -249,6 +250,17 @@ std::size_t AgentsOfAWorld(const EnvSpec& spec) {
   return agents;
 }
 
+/// Said for each trainer that speaks it, since what is lost is lost in silence.
+void SayWhatIsNotCarried(const EnvSpec& spec) {
+  std::string lost;
+  if (spec.behaviours[0].masks_actions) lost = "action masks (it may choose what is not legal)";
+  if (!spec.parameters.empty())
+    lost += std::string(lost.empty() ? "" : " and ") + "environment parameters (all are at their defaults)";
+  if (lost.empty()) return;
+  Log(LogLevel::kWarning, "the trainer speaks text protocol 1, which does not carry what is offered here: " + lost +
+                              "; protocol 2 does (consac train --protocol 2)");
+}
+
 }  // namespace
 
 Status CheckTextSession(const EnvSpec& spec, const EnvServerOptions& options) {
@@ -272,6 +284,7 @@ Result<std::unique_ptr<ServerSession>> BeginTextSession(const SessionHost& host,
     (void)session->End(status);
     return status;
   }
+  SayWhatIsNotCarried(host.env.spec());
   return std::unique_ptr<ServerSession>(std::move(session));
 }
 

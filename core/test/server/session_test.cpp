@@ -18,9 +18,12 @@ const std::atomic<bool> kNeverStop{false};
 /// A world that counts: observation (episode, step), ends after three steps, reward is the action.
 class Counter final : public VectorEnv {
  public:
-  Counter() {
+  /// `rich`: it offers what text protocol 1 does not carry, too.
+  explicit Counter(bool rich = false) {
     spec_.id = "counter-v0";
     spec_.behaviours.push_back(BehaviourSpec::Of("default", *Space::Box(0, 1000, {2}), *Space::Discrete(3), 1));
+    spec_.behaviours[0].masks_actions = rich;
+    if (rich) spec_.parameters = {{"gravity", 9.8}};
   }
   const EnvSpec& spec() const override { return spec_; }
   void Reset(std::uint64_t, std::span<Batch> batches) override {
@@ -53,7 +56,7 @@ class Counter final : public VectorEnv {
 
 /// An engine of ours on a thread.
 struct Engine {
-  explicit Engine(EnvServerOptions options = {}) {
+  explicit Engine(EnvServerOptions options = {}, bool rich = false) : world(rich) {
     if (options.training_length == 0 && options.model_name.empty()) options.training_length = 7;
     options.protocol = Protocol::kText1;
     auto listener = ListenTcp({"127.0.0.1", 0});
@@ -139,6 +142,32 @@ TEST(Session, RunsToItsEndWithNewlinesWithoutAndWithAnAnsweredEnd) {
     EXPECT_TRUE(status.ok()) << status.message();
     EXPECT_EQ(engine.server->session_steps(), 9);
   }
+}
+
+TEST(Server, WhatTextProtocol1DoesNotCarryIsSaid) {
+  static std::string told;
+  Hooks hooks;
+  hooks.log = [](void*, LogLevel level, std::string_view line) {
+    if (level == LogLevel::kWarning) told += line;
+  };
+  SetHooks(hooks);
+  for (const bool rich : {false, true}) {
+    told.clear();
+    EnvServerOptions options;
+    options.training_length = 9;
+    Engine engine(options, rich);
+    auto client = EnvClient::Open(engine.Connect(), {});
+    ASSERT_TRUE(client.ok()) << client.status().message();
+    WholeSession(**client, 9);
+    EXPECT_TRUE(engine.Finish().ok());
+    EXPECT_EQ(
+        told,
+        rich ? "the trainer speaks text protocol 1, which does not carry what is offered here: action masks (it may "
+               "choose what is not legal) and environment parameters (all are at their defaults); protocol 2 does "
+               "(consac train --protocol 2)"
+             : "");
+  }
+  SetHooks(Hooks{});
 }
 
 TEST(Server, ATrainerThatLeavesEarlyIsNamedWithItsSteps) {

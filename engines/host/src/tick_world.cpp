@@ -333,8 +333,13 @@ double TickWorld::Parameter(AgentId agent, std::size_t index) const {
   const std::size_t count = state.spec.parameters.size();
   if (!state.Known(agent) || index >= count) return 0.0;
   const bool begins = Resets(agent) || Ending(agent) || state.At(agent).fresh;
-  return begins ? state.set[state.EnvironmentOf(agent) * count + index]
-                : state.has[static_cast<std::size_t>(agent) * count + index];
+  return begins ? NextParameter(agent, index) : state.has[static_cast<std::size_t>(agent) * count + index];
+}
+
+double TickWorld::NextParameter(AgentId agent, std::size_t index) const {
+  State& state = *state_;
+  const std::size_t count = state.spec.parameters.size();
+  return state.Known(agent) && index < count ? state.set[state.EnvironmentOf(agent) * count + index] : 0.0;
 }
 
 Status TickWorld::Note(std::string_view name, double value) {
@@ -359,9 +364,13 @@ std::size_t TickWorld::GroupOf(AgentId agent) const {
 
 void TickWorld::AddGroupReward(std::size_t group, float reward) {
   if (group >= state_->earned.size() || !std::isfinite(reward)) return;
-  state_->earned[group] += reward;
+  TellGroupReward(group, reward);
   for (const GroupSpec::Member& member : state_->spec.groups[group].members)
     AddReward(state_->herds[member.behaviour].first + static_cast<AgentId>(member.agent), reward);
+}
+
+void TickWorld::TellGroupReward(std::size_t group, float reward) {
+  if (group < state_->earned.size() && std::isfinite(reward)) state_->earned[group] += reward;
 }
 
 Tally TickWorld::tally() const {

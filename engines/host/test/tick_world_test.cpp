@@ -467,6 +467,8 @@ TEST(TickWorld, AnEpisodeHasTheParametersThatWereSetWhenItBegan) {
   ticks.SetParameters(0, high);
   StepAll(world);
   EXPECT_EQ(ticks.Parameter(0, 0), 3.0) << "under way";
+  EXPECT_EQ(ticks.NextParameter(0, 0), 12.0);
+  EXPECT_EQ(ticks.NextParameter(0, 9), 0.0);
   ASSERT_TRUE(ticks.Offer().ok());
   StepAll(world, 0);
   EXPECT_EQ(ticks.Parameter(0, 0), 12.0) << "it ends, and is put at its next start";
@@ -549,6 +551,13 @@ TEST(TickWorld, WhatAGroupEarnsIsInItsAgentsRewards) {
   EXPECT_EQ(world.batches[0].rewards[1], 1.75f);
   EXPECT_EQ(world.batches[1].rewards[0], 0.75f);
   EXPECT_EQ(world.world->group_rewards()[0], 0.75f);
+  StepAll(world);
+  world.world->TellGroupReward(0, 2.0f);
+  world.world->TellGroupReward(0, std::numeric_limits<float>::infinity());
+  world.world->TellGroupReward(9, 1.0f);
+  ASSERT_TRUE(world.world->Offer().ok());
+  EXPECT_EQ(world.world->group_rewards()[0], 2.0f);
+  EXPECT_EQ(world.batches[0].rewards[1], 0.0f) << "the host pays by itself";
   StepAll(world);
   ASSERT_TRUE(world.world->Offer().ok());
   EXPECT_EQ(world.world->group_rewards()[0], 0.0f);

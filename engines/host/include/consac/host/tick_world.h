@@ -146,6 +146,8 @@ class TickWorld final : public VectorEnv {
   /// What the agent's episode has of parameter `index` (of TickWorldOptions::parameters): of one that Resets, is Ending
   /// or has just joined, what its next one has. So it is read where the agent is put at its start, or at any time.
   double Parameter(AgentId agent, std::size_t index) const;
+  /// What its next episode has, were it to begin now: for a host that begins one before it tells of the end.
+  double NextParameter(AgentId agent, std::size_t index) const;
   /// Its place by name; kNotFound names the nearest.
   Result<std::size_t> ParameterNamed(std::string_view name) const { return FindParameter(spec().parameters, name); }
   /// A number for the trainer's log, which tells the mean of those since it told it last, and for the host's own
@@ -159,6 +161,8 @@ class TickWorld final : public VectorEnv {
   std::size_t GroupOf(AgentId agent) const;
   /// What the agents of a group earn together since the latest Offer: AddReward to each of them that takes part.
   void AddGroupReward(std::size_t group, float reward);
+  /// The same where the host pays each of them itself, by AddReward: who drives is told, and nobody is paid.
+  void TellGroupReward(std::size_t group, float reward);
   /// kAct: what the agent is to do; [action row_bytes]. The host may write it, where a person plays.
   std::byte* Action(AgentId agent);
   /// Reward since the latest Offer is summed. Where goals pay (Goals::pays) it counts for nothing.
