@@ -274,6 +274,8 @@ class Sequence {
         (void)environment_->GetTrainingProgress();
         (void)environment_->GetTrainingPort();
         (void)environment_->IsTrainingCompleted();
+        (void)environment_->GetTrainingParameter(AnyName());
+        environment_->RecordTrainingStat(AnyName(), Number());
     }
   }
 
@@ -290,13 +292,16 @@ class Sequence {
         break;
       case 30:
         agent.AddReward(Number());
+        if (Pick(4) == 0) agent.Group = AnyName();
+        agent.AddGroupReward(Number());
+        UConsacBlueprintLibrary::AddGroupReward(Pick(4) == 0 ? nullptr : actor_, AnyName(), Number());
         break;
       case 31:
         agent.EndEpisode(Pick(2) == 0 ? EConsacEpisodeEnd::Terminated : EConsacEpisodeEnd::Truncated);
         break;
       case 32:
         (void)agent.GetActionChoice(AnyName()), (void)agent.GetActionNumber(AnyName(), Whole()),
-            (void)agent.GetActionNumbers(AnyName());
+            (void)agent.GetActionNumbers(AnyName()), (void)agent.GetEnvironmentParameter(AnyName());
         break;
       case 33:
         agent.SetActionChoice(AnyName(), Whole());
@@ -313,6 +318,16 @@ class Sequence {
         static const int32 kRooms[] = {0, 0, 1, 6, -1, 1000, 100000000, 2000000000};
         trainer_->RoomForAgents = kRooms[Pick(8)];
         trainer_->bFixedStep = Pick(2) == 0;
+        trainer_->EnvironmentParameters.Reset();
+        for (std::uint32_t k = Pick(4) == 0 ? Pick(3) : 0; k > 0; --k) {
+          FConsacParameter parameter;
+          parameter.Name = AnyName();
+          parameter.Default = static_cast<double>(Number());
+          parameter.bBounded = Pick(2) == 0;
+          parameter.High = static_cast<double>(Number());
+          parameter.Training = Pick(2) == 0 ? FString() : AnyText();
+          trainer_->EnvironmentParameters.Add(parameter);
+        }
         if (Pick(2) == 0) trainer_->StopTraining();
         if (Pick(2) == 0) trainer_->StartTraining(result_, error_), checks_ = true;
         if (Pick(4) == 0) trainer_->SaveModel(AnyText(), AnyPath(), result_, error_), checks_ = true;
@@ -354,6 +369,7 @@ class Sequence {
       if (other_ != nullptr) other_->Spawn<AConsacTrainer>();
     } else {
       if (other_ != nullptr) other_->Tick();
+      UConsacBlueprintLibrary::RecordStat(Pick(4) == 0 ? nullptr : actor_, AnyName(), Number());
       game_->Tick();
     }
   }

@@ -6,6 +6,7 @@
 #include "ConsacLog.h"
 #include "ConsacSensorComponent.h"
 #include "ConsacSubsystem.h"
+#include "ConsacTrainer.h"
 #include "Engine/EngineTypes.h"
 
 namespace ConsacPlugin
@@ -60,6 +61,40 @@ void UConsacAgentComponent::AddReward(float Reward)
 	{
 		Herd->AddReward(*this, Reward);
 	}
+}
+
+void UConsacAgentComponent::AddGroupReward(float Reward)
+{
+	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this);
+	AConsacTrainer* Trainer = Subsystem != nullptr ? Subsystem->GetTrainer() : nullptr;
+	if (Group == NAME_None)
+	{
+		AddReward(Reward);
+	}
+	else if (Herd != nullptr && Trainer != nullptr)
+	{
+		Trainer->AddGroupReward(Group, Reward); // where nobody learns, others of the group may be in another herd
+	}
+}
+
+float UConsacAgentComponent::GetEnvironmentParameter(FName Name) const
+{
+	consac::Result<double> Value = ConsacPlugin::NotTrained();
+	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(this);
+	const AConsacTrainer* Trainer = Subsystem != nullptr ? Subsystem->GetTrainer() : nullptr;
+	if (Herd != nullptr)
+	{
+		Value = Herd->GetParameter(*this, Name);
+	}
+	else if (Trainer != nullptr)
+	{
+		Value = ConsacPlugin::DefaultOf(Trainer->EnvironmentParameters, Name);
+	}
+	if (!Value.ok())
+	{
+		ConsacPlugin::LogError(FString::Printf(TEXT("parameter '%s': %s"), *Name.ToString(), *ConsacPlugin::FromUtf8(Value.status().message())));
+	}
+	return Value.ok() ? static_cast<float>(*Value) : 0.0f;
 }
 
 void UConsacAgentComponent::EndEpisode(EConsacEpisodeEnd End)

@@ -120,6 +120,15 @@ void UConsacBlueprintLibrary::RecordStat(UObject* WorldContextObject, FName Name
 	}
 }
 
+void UConsacBlueprintLibrary::AddGroupReward(UObject* WorldContextObject, FName Group, float Reward)
+{
+	const UConsacSubsystem* Subsystem = UConsacSubsystem::Of(WorldContextObject);
+	if (AConsacTrainer* Trainer = Subsystem != nullptr ? Subsystem->GetTrainer() : nullptr)
+	{
+		Trainer->AddGroupReward(Group, Reward);
+	}
+}
+
 FConsacSpace UConsacBlueprintLibrary::MakeBoxSpace(int32 Size, float Low, float High)
 {
 	FConsacSpace Space;

@@ -161,6 +161,57 @@ bool Explain(const consac::Status& Status, FString& Error)
 	return Status.ok();
 }
 
+std::string ToKey(FName Name)
+{
+	return ToUtf8(Name.ToString().ToLower());
+}
+
+consac::Result<std::vector<consac::ParameterSpec>> ToParameters(const TArray<FConsacParameter>& Parameters)
+{
+	std::vector<consac::ParameterSpec> Converted;
+	for (const FConsacParameter& Parameter : Parameters)
+	{
+		if (Parameter.Name == NAME_None)
+		{
+			return consac::Status(consac::StatusCode::kInvalidArgument, "environment parameter " + std::to_string(Converted.size()) + " has no name; give it one");
+		}
+		consac::ParameterSpec& Spec = Converted.emplace_back();
+		Spec.name = ToKey(Parameter.Name);
+		Spec.default_value = Parameter.Default;
+		if (Parameter.bBounded)
+		{
+			Spec.low = Parameter.Low;
+			Spec.high = Parameter.High;
+		}
+		Spec.description = ToUtf8(Parameter.Description);
+	}
+	return Converted;
+}
+
+consac::Result<double> DefaultOf(const TArray<FConsacParameter>& Parameters, FName Name)
+{
+	const consac::Result<std::vector<consac::ParameterSpec>> Specs = ToParameters(Parameters);
+	if (!Specs.ok())
+	{
+		return Specs.status();
+	}
+	const consac::Result<std::size_t> At = consac::FindParameter(*Specs, ToKey(Name));
+	return At.ok() ? consac::Result<double>((*Specs)[*At].default_value) : At.status();
+}
+
+std::string ToParameterLaws(const TArray<FConsacParameter>& Parameters)
+{
+	std::string Laws;
+	for (const FConsacParameter& Parameter : Parameters)
+	{
+		if (!Parameter.Training.IsEmpty())
+		{
+			Laws += (Laws.empty() ? "" : ", ") + ToKey(Parameter.Name) + "=" + ToUtf8(Parameter.Training);
+		}
+	}
+	return Laws;
+}
+
 bool Answer(const consac::Status& Status, EConsacResult& Result, FString& Error)
 {
 	Result = Status.ok() ? EConsacResult::Success : EConsacResult::Failed;

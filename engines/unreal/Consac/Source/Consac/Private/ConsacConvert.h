@@ -27,6 +27,14 @@ double ToSeconds(float Property);
 FString FromUtf8(std::string_view Text);
 /** A space; the error says what is wrong with it. */
 consac::Result<consac::Space> ToSpace(const FConsacSpace& Space);
+/** What a name is over a connection: a packaged game spells a name as whoever came first did, and the same name must be the same text everywhere. */
+std::string ToKey(FName Name);
+/** Parameters of a world; the error says which has no name. */
+consac::Result<std::vector<consac::ParameterSpec>> ToParameters(const TArray<FConsacParameter>& Parameters);
+/** What one of them is where nobody sets it. */
+consac::Result<double> DefaultOf(const TArray<FConsacParameter>& Parameters, FName Name);
+/** What a training sets of them, as environment_parameters of a run; empty: nothing. */
+std::string ToParameterLaws(const TArray<FConsacParameter>& Parameters);
 /** A status as a node's two outputs; a failure is written to the log as well. Returns whether it was a success. */
 bool Answer(const consac::Status& Status, EConsacResult& Result, FString& Error);
 /** The same where only the text is wanted. */

@@ -3,6 +3,7 @@
 
 #include "ConsacConvert.h"
 #include "ConsacCoreInclude.h"
+#include "ConsacLog.h"
 #include "ConsacModel.h"
 #include "ConsacModelState.h"
 #include "ConsacStats.h"
@@ -145,6 +146,13 @@ void UConsacEnvironmentComponent::SetupEnvironment(const FConsacSpace& Observati
 	Offering.actions.push_back({ "action", std::move(*Done) });
 	consac::host::TickWorldOptions Options;
 	Options.offerings.push_back(std::move(Offering));
+	consac::Result<std::vector<consac::ParameterSpec>> Parameters = ConsacPlugin::ToParameters(EnvironmentParameters);
+	if (!ConsacPlugin::Answer(Parameters.status(), Result, Error))
+	{
+		return;
+	}
+	Options.parameters = std::move(*Parameters);
+	Options.notes = true;
 	consac::Result<std::unique_ptr<consac::host::TickWorld>> World = consac::host::TickWorld::Create(std::move(Options));
 	if (!ConsacPlugin::Answer(World.status(), Result, Error))
 	{
@@ -253,6 +261,30 @@ void UConsacEnvironmentComponent::Train(const TArray<float>& Observation, float 
 	else
 	{
 		Training = EConsacTraining::Waiting;
+	}
+}
+
+float UConsacEnvironmentComponent::GetTrainingParameter(FName Name) const
+{
+	consac::Result<double> Value = ConsacPlugin::DefaultOf(EnvironmentParameters, Name);
+	if (State->World)
+	{
+		const consac::Result<std::size_t> At = State->World->ParameterNamed(ConsacPlugin::ToKey(Name));
+		Value = At.ok() ? consac::Result<double>(State->World->Parameter(State->Agent, *At)) : At.status();
+	}
+	if (!Value.ok())
+	{
+		ConsacPlugin::LogError(FString::Printf(TEXT("parameter '%s': %s"), *Name.ToString(), *ConsacPlugin::FromUtf8(Value.status().message())));
+	}
+	return Value.ok() ? static_cast<float>(*Value) : 0.0f;
+}
+
+void UConsacEnvironmentComponent::RecordTrainingStat(FName Name, float Value)
+{
+	const consac::Status Status = State->World ? State->World->Note(ConsacPlugin::ToKey(Name), static_cast<double>(Value)) : consac::Status::Ok();
+	if (!Status.ok())
+	{
+		ConsacPlugin::LogError(ConsacPlugin::FromUtf8(Status.message()));
 	}
 }
 

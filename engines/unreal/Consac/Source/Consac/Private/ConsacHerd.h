@@ -4,6 +4,7 @@
 
 #include "CoreMinimal.h"
 #include "ConsacCoreInclude.h"
+#include "ConsacTypes.h"
 #include "UObject/WeakObjectPtrTemplates.h"
 
 class UConsacAgentComponent;
@@ -16,8 +17,9 @@ public:
 	~FConsacHerd();
 
 	/** Gathers agents that have begun to play. The error names the agent or the entry that does not fit.
-	 *  @param Room Places of each kind of agent where they come and go; 0: as many as there are now. */
-	consac::Status Gather(const TArray<UConsacAgentComponent*>& Agents, int32 Room);
+	 *  @param Room Places of each kind of agent where they come and go; 0: as many as there are now.
+	 *  @param Parameters Numbers of the world that a trainer may set. */
+	consac::Status Gather(const TArray<UConsacAgentComponent*>& Agents, int32 Room, const TArray<FConsacParameter>& Parameters = {});
 	/** An agent more, unless it has a place already; kResourceExhausted when every place of its kind is taken. */
 	consac::Status Join(UConsacAgentComponent& Agent);
 	/** It has gone: its episode is truncated where it was last seen, and its place takes no part until another one has it. */
@@ -57,7 +59,9 @@ public:
 
 	// What agents say and ask; each is safe at any time and for any name.
 	void AddReward(UConsacAgentComponent& Agent, float Reward);
+	void AddGroupReward(FName Group, float Reward);
 	void EndEpisode(const UConsacAgentComponent& Agent, consac::host::EpisodeEnd End);
+	consac::Result<double> GetParameter(const UConsacAgentComponent& Agent, FName Name) const;
 	consac::Status SetObservation(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
 	consac::Status SetObservedChoice(const UConsacAgentComponent& Agent, FName Name, int32 Choice);
 	consac::Status SetAction(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count);
@@ -80,6 +84,7 @@ private:
 	struct FPlace
 	{
 		TWeakObjectPtr<UConsacAgentComponent> Agent;
+		FName Group;
 		std::vector<std::byte> Row;         // what it sees
 		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
 		std::vector<std::byte> Held;        // pipelined: the action that stands until the next; empty where none does
@@ -91,6 +96,8 @@ private:
 		bool bBegins = false;               // its episode ends with this step, and its last observation is written
 	};
 
+	std::vector<consac::GroupSpec> GroupsOf(const TArray<UConsacAgentComponent*>& Agents) const;
+	consac::Result<consac::host::AgentId> PlaceFor(std::size_t Kind, FName Group);
 	static consac::Result<FKind> KindOf(const UConsacAgentComponent& Agent);
 	consac::Status Place(UConsacAgentComponent& Agent);
 	const FKind& Of(consac::host::AgentId Id) const { return Kinds[TheWorld->BehaviourOf(Id)]; }

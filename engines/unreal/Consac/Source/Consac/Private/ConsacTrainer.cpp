@@ -181,6 +181,11 @@ void AConsacTrainer::StartProgram()
 			Arguments.Append({ TEXT("--set"), FString::Printf(TEXT("%s=%s"), *Row.Name, *Row.Value) });
 		}
 	}
+	const std::string Laws = ConsacPlugin::ToParameterLaws(EnvironmentParameters);
+	if (!Laws.empty())
+	{
+		Arguments.Append({ TEXT("--set"), ConsacPlugin::FromUtf8("environment_parameters=" + Laws) });
+	}
 	if (!Token.IsEmpty())
 	{
 		Arguments.Append({ TEXT("--token"), Token });

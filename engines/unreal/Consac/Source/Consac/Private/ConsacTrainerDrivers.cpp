@@ -39,6 +39,7 @@ static FDriverResult TrainFor(const AConsacTrainer& Trainer, consac::host::TickW
 			Options.hyperparameters.push_back({ ToUtf8(Row.Name), ToUtf8(Row.Value) });
 		}
 	}
+	Options.environment_parameters = ToParameterLaws(Trainer.EnvironmentParameters);
 	return consac::host::Train(World, Options);
 }
 

@@ -43,7 +43,7 @@ static consac::Status CheckSteps(const AConsacTrainer& Trainer, int32 Period, co
 static consac::Status MakeHerd(const AConsacTrainer& Trainer, const FConsacHerd* First, const TArray<UConsacAgentComponent*>& Agents, int32 Room, FConsacFurther& Into)
 {
 	Into.Herd = std::make_unique<FConsacHerd>();
-	CONSAC_RETURN_IF_ERROR(Into.Herd->Gather(Agents, Room));
+	CONSAC_RETURN_IF_ERROR(Into.Herd->Gather(Agents, Room, Trainer.EnvironmentParameters));
 	for (const UConsacAgentComponent* Agent : Agents)
 	{
 		CONSAC_RETURN_IF_ERROR(CheckSteps(Trainer, (First != nullptr ? First : Into.Herd.get())->Period(), *Agent));
@@ -116,7 +116,6 @@ consac::Status FConsacTrainerState::Begin(AConsacTrainer& Trainer)
 	TicksPassed = 0;
 	Ended = 0;
 	bMet = bCompleted = false;
-	Stats.clear(); // those of before are no numbers of this training
 	if (!bOpen && Trainer.bFullSpeed && !Trainer.bFixedStep)
 	{
 		UE_LOG(LogConsac, Display, TEXT("without Fixed Step a tick is as long as it takes: at full speed things that move, timers and physics get less far from one decision to the next than in the game; with it they get as far"));

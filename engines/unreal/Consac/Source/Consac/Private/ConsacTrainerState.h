@@ -70,14 +70,6 @@ bool StepHerd(FConsacHerd& Herd, int32& TicksPassed, bool bByHand, const TPoll& 
 
 }
 
-/** A number of the game's own. */
-struct FConsacStat
-{
-	FName Name;
-	double Sum = 0.0;
-	int64 Count = 0;
-};
-
 /** Agents that came where nobody learns and found no place: a herd of their own, by the same models or rules. */
 struct FConsacFurther
 {
@@ -111,7 +103,6 @@ struct FConsacTrainerState
 	bool bAsked = false;         // Start Training was called before that
 	bool bOver = false;          // it has ended to play
 	std::vector<TWeakObjectPtr<UConsacAgentComponent>> Newcomers;
-	std::vector<FConsacStat> Stats; // since the latest line in the log
 	double LoggedAt = 0.0;
 	double TryAgainAt = 0.0;     // when to start once more: no agent is there, or another game has the port
 	std::string Told;            // why it could not start

@@ -171,35 +171,33 @@ void AConsacTrainer::TellCompleted(double MostSeconds)
 
 void AConsacTrainer::NoteStat(FName Name, float Value)
 {
-	if (!std::isfinite(Value))
+	const consac::Status Status = State->Driver ? State->Herd->World().Note(ConsacPlugin::ToKey(Name), static_cast<double>(Value)) : consac::Status::Ok();
+	if (!Status.ok())
 	{
-		ConsacPlugin::LogError(FString::Printf(TEXT("the stat '%s' is not finite; check what was divided by zero"), *Name.ToString()));
+		ConsacPlugin::LogError(ConsacPlugin::FromUtf8(Status.message()));
+	}
+}
+
+void AConsacTrainer::AddGroupReward(FName Group, float Reward)
+{
+	if (!State->Driver || Group == NAME_None)
+	{
 		return;
 	}
-	for (FConsacStat& Stat : State->Stats)
+	State->Herd->AddGroupReward(Group, Reward);
+	for (const FConsacFurther& Others : State->Further)
 	{
-		if (Stat.Name == Name)
-		{
-			Stat.Sum += static_cast<double>(Value);
-			++Stat.Count;
-			return;
-		}
+		Others.Herd->AddGroupReward(Group, Reward);
 	}
-	State->Stats.push_back({ Name, static_cast<double>(Value), 1 });
 }
 
 // The means of the game's own numbers since the latest line.
 FString AConsacTrainer::TakeStats()
 {
 	FString Text;
-	for (FConsacStat& Stat : State->Stats)
+	for (const consac::Statistic& Mean : State->Herd->World().TakeMeans())
 	{
-		if (Stat.Count > 0)
-		{
-			Text = FString::Printf(TEXT("%s, %s %.6g"), *Text, *Stat.Name.ToString(), Stat.Sum / static_cast<double>(Stat.Count));
-		}
-		Stat.Sum = 0.0;
-		Stat.Count = 0;
+		Text = FString::Printf(TEXT("%s, %s %.6g"), *Text, *ConsacPlugin::FromUtf8(Mean.name), Mean.value);
 	}
 	return Text;
 }

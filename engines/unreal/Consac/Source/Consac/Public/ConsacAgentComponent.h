@@ -62,6 +62,11 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent")
 	bool bGoalsPay = true;
 
+	/** Agents of one name win and lose together: Add Group Reward pays all of them. None: it is in no group. A trainer is told of groups where agents of several
+	 *  Behaviours share the world; agents of one Behaviour alone are paid as well, each in a world of its own. None where Goal Reward pays. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Agent")
+	FName Group;
+
 	/** Put the agent at its start. Seed is below 0 where the trainer did not give one. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Agent")
 	FConsacEpisodeEvent OnEpisodeBegin;
@@ -97,6 +102,15 @@ public:
 	/** Adds to the reward of the latest decision: from its On Action until the On Observe after it. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Add Reward"))
 	void AddReward(float Reward);
+
+	/** The same for every agent of its Group, this one too. In no group: the agent alone. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="Add Group Reward"))
+	void AddGroupReward(float Reward);
+
+	/** What the agent's episode has of one of the Consac Trainer's Environment Parameters; from On Episode Begin on. Its Default where no training has begun. 0, and a line in
+	 *  the log, when there is no such parameter. */
+	UFUNCTION(BlueprintPure, Category="Consac|Agent", meta=(DisplayName="Get Environment Parameter"))
+	float GetEnvironmentParameter(FName Name) const;
 
 	/** The agent's episode has ended; On Episode Begin follows. The first call before a decision counts. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Agent", meta=(DisplayName="End Episode"))

@@ -52,9 +52,14 @@ public:
 		UConsacTrainerProgram*& Program, FString& Error);
 
 	/** A number of the game's own, goals in a match for instance: the mean of those since the line before is in the lines that the Consac Trainer
-	 *  writes into the log. Nothing where no trainer plays. Any name; one that is not finite is refused, with a line in the log. */
+	 *  writes into the log, and a trainer elsewhere that speaks protocol 2 has it as game/NAME in its table, in progress.csv and in TensorBoard. Nothing where no training
+	 *  has begun. The name in lower case; one of more than a line, or a number that is not finite, is refused, with a line in the log. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Training", meta=(WorldContext="WorldContextObject", DisplayName="Consac Record Stat"))
 	static void RecordStat(UObject* WorldContextObject, FName Name, float Value);
+
+	/** Adds to the reward of every agent whose Group this is, as their Add Reward does: for whoever judges a team, a game mode for instance. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Training", meta=(WorldContext="WorldContextObject", DisplayName="Consac Add Group Reward"))
+	static void AddGroupReward(UObject* WorldContextObject, FName Group, float Reward);
 
 	/** A space of Size numbers between Low and High. */
 	UFUNCTION(BlueprintPure, Category="Consac|Space", meta=(DisplayName="Make Box Space"))

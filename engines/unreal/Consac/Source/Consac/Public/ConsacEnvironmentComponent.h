@@ -33,6 +33,11 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Environment")
 	bool bFullSpeed = true;
 
+	/** Numbers of this world that who trains may set, and vary from episode to episode; as they are when Setup Environment is called. Read by Get Training Parameter where
+	 *  Training says Reset. Over text protocol 1 all are at their Default. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Environment", meta=(TitleProperty="Name"))
+	TArray<FConsacParameter> EnvironmentParameters;
+
 	/** The training has come to its end, and its port is closed. */
 	UPROPERTY(BlueprintAssignable, Category="Consac|Environment")
 	FConsacTrainingCompletedEvent OnTrainingCompleted;
@@ -56,6 +61,16 @@ public:
 	 *  @param bDone The episode ended; not looked at after a reset. */
 	UFUNCTION(BlueprintCallable, Category="Consac|Environment", meta=(DisplayName="Training", ExpandEnumAsExecs="Training"))
 	void Train(const TArray<float>& Observation, float Reward, bool bDone, EConsacTraining& Training, FConsacAction& Action, FString& Error);
+
+	/** What the episode has of one of the Environment Parameters, or, where Training has said Reset, the one that begins. 0, and a line in the log, when there is no such
+	 *  parameter. */
+	UFUNCTION(BlueprintPure, Category="Consac|Environment", meta=(DisplayName="Get Training Parameter"))
+	float GetTrainingParameter(FName Name) const;
+
+	/** A number of the game's own: a trainer that speaks protocol 2 has the mean as game/NAME in its table, in progress.csv and in TensorBoard. The name in lower case. Nothing
+	 *  before Setup Environment. */
+	UFUNCTION(BlueprintCallable, Category="Consac|Environment", meta=(DisplayName="Record Training Stat"))
+	void RecordTrainingStat(FName Name, float Value);
 
 	/** Whether the training has come to its end. */
 	UFUNCTION(BlueprintPure, Category="Consac|Environment", meta=(DisplayName="Training Completed"))

@@ -92,6 +92,11 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(ClampMin="0"))
 	int32 RoomForAgents = 0;
 
+	/** Numbers of this world that who trains may set, and vary from episode to episode, so that what is learned holds for more than one world. Read by Get Environment
+	 *  Parameter in On Episode Begin. Over text protocol 1 all are at their Default. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer", meta=(TitleProperty="Name"))
+	TArray<FConsacParameter> EnvironmentParameters;
+
 	/** Serve: the address to listen on; 127.0.0.1 for trainers on this computer only. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Serve")
 	FString Host = TEXT("127.0.0.1");
@@ -252,6 +257,9 @@ public:
 
 	/** A number of the game's own; Consac Record Stat in a graph. */
 	void NoteStat(FName Name, float Value);
+
+	/** Pays every agent of a group; Consac Add Group Reward in a graph. */
+	void AddGroupReward(FName Group, float Reward);
 
 	/** For the plugin's own code: decisions within a tick, where a decision stands for so many ticks. */
 	int32 StepsPerTick(int32 Period) const;

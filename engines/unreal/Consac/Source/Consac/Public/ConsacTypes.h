@@ -140,6 +140,42 @@ struct CONSAC_API FConsacEntry
 	FConsacSpace Space;
 };
 
+/** A number of the world that a trainer may set, and vary from episode to episode: gravity, friction, how many enemies there are. */
+USTRUCT(BlueprintType)
+struct CONSAC_API FConsacParameter
+{
+	GENERATED_BODY()
+
+	/** Unique in its list. A trainer elsewhere knows it in lower case. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters")
+	FName Name;
+
+	/** What it is where nobody sets it. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters")
+	double Default = 0.0;
+
+	/** Nothing below Low or above High may be set. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters")
+	bool bBounded = false;
+
+	/** The least value. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters", meta=(EditCondition="bBounded"))
+	double Low = 0.0;
+
+	/** The largest value. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters", meta=(EditCondition="bBounded"))
+	double High = 1.0;
+
+	/** For people: a line, with the unit. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters")
+	FString Description;
+
+	/** What a training in this game, or the program that the Consac Trainer starts, sets: a number, uniform LOW HIGH or log_uniform LOW HIGH, drawn anew for
+	 *  every episode, or ramp FROM TO STEPS. Empty: Default. A trainer that was started otherwise has its own environment_parameters. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Parameters")
+	FString Training;
+};
+
 /** An action as a trainer or a model chose it. */
 USTRUCT(BlueprintType)
 struct CONSAC_API FConsacAction
