@@ -15,6 +15,7 @@ func _init() -> void:
 	_episodes()
 	_agents_come_and_go()
 	_masks()
+	_parameters_notes_and_groups()
 	_recording()
 	_learning_and_the_model()
 	_model(OS.get_cmdline_user_args()[0])
@@ -107,6 +108,38 @@ func _masks() -> void:
 		var chosen := world.actions(0)
 		right = right and chosen[0] != 2.0 and chosen[1] == 3.0
 	_check("what is masked is not done", right)
+
+
+func _parameters_notes_and_groups() -> void:
+	var world := ConsacWorld.new()
+	var two: Array[Dictionary] = []
+	for name: String in ["keeper", "striker"]:
+		two.append({name = name, agents = 2, observations = [BOX], actions = [CHOICE]})
+	var made := {behaviours = two, agents_leave = true, notes = true, groups = [{name = "red", agents = [0, 1, 1, 0]}],
+			parameters = [{name = "wind", default = 4.0, low = 0.0, high = 9.0}]}
+	_same("a world with parameters, notes and groups", world.create(made), "")
+	_same("a place of the group", world.join_group(0, 0), 1)
+	_same("one of none", world.join_group(0, -1), 0)
+	_same("no more of the group", world.join_group(0, 0), -1)
+	_check("and why", world.last_error().contains("of other groups"))
+	_same("by default", world.next_parameter(1, "wind"), 4.0)
+	_same("no such parameter", world.next_parameter(1, "wnd"), 0.0)
+	_check("but another", world.last_error().contains("is 'wind' meant?"))
+	_same("noted", world.note("metres", 2.5), "")
+	_check("no number", world.note("metres", NAN).contains("NaN or infinite"))
+	_same("told of the group", world.tell_group_reward(0, 1.5), "")
+	_check("of none", world.tell_group_reward(1, 1.5).contains("there is no group 1"))
+	_same("a training sets them", world.train({total_steps = 100, environment_parameters = "wind=7"}), "")
+	_same("it begins so", world.poll(0.0), ConsacWorld.RESET)
+	_same("with what is set", world.next_parameter(0, "wind"), 7.0)
+	_check("beyond its bounds", world.train({total_steps = 100, environment_parameters = "wind=10"}).contains("10"))
+	made.groups = [{name = "red", agents = [0]}]
+	_check("half a pair", world.create(made).contains("pairs of a behaviour and a place"))
+	made.groups = [{name = "red", agents = [0, 7]}]
+	_check("no such place", world.create(made).contains("no place for"))
+	made.groups = []
+	made.parameters = [{name = "wind", default = 10.0, high = 9.0}]
+	_check("a default out of bounds", world.create(made).contains("parameter 'wind' is 10"))
 
 
 func _recording() -> void:

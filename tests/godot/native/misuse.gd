@@ -174,7 +174,10 @@ func _world_table() -> Dictionary:
 			behaviour.name = "b%d" % i
 		behaviours.append(behaviour)
 	return {id = _pick(["", "w-v0"]), behaviours = behaviours, max_episode_steps = _mostly([0, 0, 3, 1], [-1]),
-			agents_leave = _rng.randf() < 0.5}
+			agents_leave = _rng.randf() < 0.5, notes = _rng.randf() < 0.5,
+			parameters = _mostly([[], [{name = "ppo2", default = 1.0}]], [[{name = "p", low = 2.0}], [3], [{default = INF}]]),
+			groups = _mostly([[]] if behaviours.size() < 2 else [[], [{name = "g", agents = [0, 0, 1, 0]}]],
+					[[{name = "g", agents = [0]}], [{name = "g", agents = [-1, 1 << 50]}], [{agents = [0, 0, 0, 0]}], [{}]])}
 
 
 func _behaviour() -> Dictionary:

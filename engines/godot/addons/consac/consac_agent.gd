@@ -48,6 +48,10 @@ const GROUP := &"consac_agents"
 ## Of one that observes a desired and an achieved goal: what it is paid, so that goals which were not meant can be learned
 ## from, too.
 @export var goals: ConsacGoals
+## Agents of one name win and lose together: [method add_group_reward] pays all of them. A trainer of protocol 2 is told of
+## groups where agents of several behaviours share the scene; agents of one behaviour alone are paid as well, each in a world
+## of its own. "" for none. No agent whose [member goals] pay is in a group.
+@export var group: StringName = &""
 @export_group("Who chooses")
 ## Who chooses for this agent: a person or a model may act beside agents that learn, or against them.
 @export var control: ControlMode = ControlMode.AS_THE_SYNC
@@ -90,6 +94,9 @@ var _given := {}  # actions by name
 var _legal := {}  # masks by name
 var _goals_at := PackedInt32Array()  # in row
 var _told_of_pay := false
+var _parameters := {}  # what this episode has, by name
+var _resetting := false  # it is being put at its start: nothing that it earns counts
+var _accounted := false  # this step's reward is in total_reward already
 var _bodies := ConsacBodyCheck.new()
 var _problem := ""
 
@@ -162,16 +169,36 @@ func mask(legal: Dictionary) -> void:
 
 
 ## A number of your own for people to see, with the rewards: how far it came, whether it hit. Its mean over the calls
-## stands in the sync's lines, in its curve and in the editor's dock, so tell what did not happen too:
+## stands in the sync's lines, in its curve and in the editor's dock, and a trainer of protocol 2 has it as game/NAME in its
+## table, in progress.csv and in TensorBoard. So tell what did not happen too:
 ## [code]note(&"hit", 1.0 if hit else 0.0)[/code].
 func note(metric: StringName, value: float) -> void:
 	if is_instance_valid(driven_by) and driven_by.counts(self):
-		driven_by.report.note_metric(metric, value)
+		driven_by.note(metric, value)
+
+
+## What this episode has of one of the [member ConsacSync.parameters]; it stays so until the next one begins, so
+## [method reset] is the place to set gravity, a weight or a number of enemies by it.
+func parameter(parameter_name: StringName) -> float:
+	if _parameters.has(parameter_name):
+		return _parameters[parameter_name]
+	return driven_by.default_of(parameter_name) if is_instance_valid(driven_by) else 0.0
 
 
 ## Adds to the reward of the present step.
 func add_reward(amount: float) -> void:
 	reward += amount
+	if _accounted and (goals == null or not goals.pays):
+		total_reward += amount
+
+
+## Adds to the reward of the present step of every agent of this one's [member group], this one too; without a group, of this
+## one alone.
+func add_group_reward(amount: float) -> void:
+	if group == &"" or not is_instance_valid(driven_by) or not is_finite(amount):
+		add_reward(amount)
+	elif not _resetting:
+		driven_by.add_group_reward(group, amount)
 
 
 ## Ends the episode with the present step. [param cut_off]: it was only cut off, there would have
@@ -207,6 +234,8 @@ func prepare() -> String:
 		fault = goals.fault(all_observations)
 		fault = "" if fault.is_empty() else "%s, %s" % [name, fault]
 		_goals_at = ConsacGoals.places(all_observations)
+	if fault.is_empty() and goals != null and goals.pays and group != &"":
+		fault = "%s is in the group '%s', and its goals alone pay it; empty group, or turn off goals.pays" % [name, group]
 	row.resize(ConsacValues.plan(all_observations, _names, _widths))
 	action_row.resize(ConsacValues.plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
@@ -225,10 +254,14 @@ func sees_pictures() -> bool:
 ## Called by [ConsacSync]: begins an episode.
 func start_episode(episode_seed: int) -> void:
 	rng.seed = episode_seed
+	if is_instance_valid(driven_by):
+		_parameters = driven_by.parameters_of(self)
 	steps = 0
 	total_reward = 0.0
 	_bodies.before(self)
+	_resetting = true
 	reset(episode_seed)
+	_resetting = false
 	_bodies.after()
 	forget_step()  # what reset() itself brought about belongs to none
 
@@ -238,6 +271,7 @@ func forget_step() -> void:
 	reward = 0.0
 	terminated = false
 	truncated = false
+	_accounted = false
 
 
 ## Called by [ConsacSync] where an episode ended: the next one. The step's reward and end stay
@@ -322,6 +356,7 @@ func account() -> String:
 	steps += 1
 	if goals == null or not goals.pays:
 		total_reward += reward
+	_accounted = true
 	if max_steps > 0 and steps >= max_steps and not terminated:
 		truncated = true
 	if not is_finite(reward):
@@ -342,9 +377,9 @@ func settle() -> void:
 	total_reward += reward
 
 
-## Called by [ConsacSync]: gives the action in [member action_row] to [method act].
+## Called by [ConsacSync], once all agents have forgotten the step before: gives the action in [member action_row] to
+## [method act].
 func hand_over() -> void:
-	forget_step()
 	var at := 0
 	for i in _action_names.size():
 		var width := _action_widths[i]

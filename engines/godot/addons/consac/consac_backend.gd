@@ -58,6 +58,17 @@ func seed_for(_index: int) -> int:
 	return -1
 
 
+## Writes what the episode of [param _agent] that begins now has of the world's parameters into [param _values], where
+## they are what is usual.
+func fill_parameters(_agent: ConsacAgent, _values: Dictionary) -> void:
+	pass
+
+
+## A number of the game's own for the log of who trains.
+func tell(_metric: StringName, _value: float) -> void:
+	pass
+
+
 ## An agent that is prepared has come; it takes part from the next [method offer] on. Why it cannot, in
 ## one sentence, or "".
 func join(_agent: ConsacAgent) -> String:

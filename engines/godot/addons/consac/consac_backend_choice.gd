@@ -31,6 +31,7 @@ static func make(sync: ConsacSync) -> ConsacBackend:
 	text.model_name = sync.model_name
 	text.deadline_s = sync.deadline_s
 	text.first_seed = sync.world_seed
+	text.parameters = sync.parameters
 	return text
 
 

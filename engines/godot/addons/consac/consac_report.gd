@@ -60,14 +60,15 @@ func note_episode(agent: ConsacAgent) -> void:
 				% [SHORT_IN_A_ROW, agent.name])
 
 
-## A number of the game's own; what a line tells is the mean since the line before.
-func note_metric(name: StringName, value: float) -> void:
+## A number of the game's own; what a line tells is the mean since the line before. Whether it is one that can be told.
+func note_metric(name: StringName, value: float) -> bool:
 	if name in OWN or name.is_empty() or name.contains("\n") or not is_finite(value):
 		_refuse(name, value)
-		return
+		return false
 	var sum: Array = _sums.get_or_add(name, [0.0, 0])
 	sum[0] += value
 	sum[1] += 1
+	return true
 
 
 # Once for each name.

@@ -56,6 +56,9 @@ static func warnings_of(sync: Node) -> PackedStringArray:
 			for property: String in ["body", "viewport", "observer", "subject", "origin"]:
 				if property in sensor and sensor.get(property) == null:
 					found.append("%s/%s: %s is empty; set it to a node." % [agent.name, sensor.name, property])
+	var unnamed := _fault_of_parameters(sync)
+	if not unnamed.is_empty():
+		found.append(unnamed)
 	if sync.get("loop_mode") and sync.get("mode") in [0, 1]:  # where something learns
 		var fault := fault_of_loop(root)
 		if not fault.is_empty():
@@ -87,6 +90,18 @@ static func _fault_of_entries(agent: Node, role: String) -> String:
 		if not fault.is_empty():
 			return fault
 		seen[entry.name] = true
+	return ""
+
+
+static func _fault_of_parameters(sync: Node) -> String:
+	var seen := {}
+	for parameter: Variant in sync.get("parameters"):
+		var name: Variant = &"" if parameter == null else parameter.get("name")
+		if name == &"":
+			return "One of parameters is empty or has no name."
+		if seen.has(name):
+			return "Two parameters are named '%s'." % name
+		seen[name] = true
 	return ""
 
 

@@ -66,6 +66,9 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 @export_file("*.consac") var model_path: String = ""
 ## Of ACT, instead of the path: a file [code]NAME.consac[/code] dragged here from the file system dock.
 @export var model: ConsacModelFile
+## Numbers of this world that who trains may set, and vary from episode to episode; [method ConsacAgent.parameter] reads
+## them. Text protocol 1 carries none: there, and where a model or a person acts, all are as they are by default.
+@export var parameters: Array[ConsacParameter] = []
 @export_group("Training inside the engine")
 ## An algorithm and all its hyperparameters, as properties. Without it
 ## [member algorithm] with its defaults.
@@ -133,6 +136,8 @@ var _over := 0  # sessions that are over, of those that have stepped
 var _exit_code := 0
 var _roster := ConsacRoster.new(self)
 var _episodes := ConsacEpisodes.new(self, _roster)
+var _groups := ConsacGroups.new()
+var _unknown := {}  # parameters of which was told that there are none
 var _standstill := ConsacStandstill.new()
 var _speed := ConsacSpeed.new()
 var _wanted_ticks := ConsacSpeed.TICKS_A_FRAME  # before a frame of this session
@@ -212,6 +217,46 @@ func agents_may_leave() -> bool:
 ## Whether what [param agent] earns is what this session is about: beside agents that learn an opponent's is not.
 func counts(agent: ConsacAgent) -> bool:
 	return not (agent.played and learning)
+
+
+## Called by an agent: [method ConsacAgent.note].
+func note(metric: StringName, value: float) -> void:
+	if report.note_metric(metric, value) and backend != null:
+		backend.tell(metric, value)
+
+
+## Pays every agent of [param group], as [method ConsacAgent.add_group_reward] does: for whoever judges a team.
+func add_group_reward(group: StringName, amount: float) -> void:
+	_groups.pay(group, amount, _roster)
+
+
+## What [param group] has earned since the agents act, for the backend.
+func earned_by(group: StringName) -> float:
+	return _groups.earned(group)
+
+
+## Called by an agent whose episode begins: what that has of [member parameters], by name.
+func parameters_of(agent: ConsacAgent) -> Dictionary:
+	var values := {}
+	for parameter in parameters:
+		values[parameter.name] = parameter.default_value
+	if not values.is_empty() and backend != null and not agent.played:
+		backend.fill_parameters(agent, values)
+	return values
+
+
+## What a parameter is where nobody sets it.
+func default_of(parameter_name: StringName) -> float:
+	for parameter in parameters:
+		if parameter != null and parameter.name == parameter_name:
+			return parameter.default_value
+	if not _unknown.has(parameter_name):
+		_unknown[parameter_name] = true
+		var names := parameters.filter(func(one: ConsacParameter) -> bool: return one != null).map(
+				func(one: ConsacParameter) -> String: return one.name)
+		printerr("consac: there is no parameter '%s'; %s has %s" % [parameter_name, name,
+				"none: add it to parameters" if names.is_empty() else ", ".join(names)])
+	return 0.0
 
 
 ## Whether the backend has no agent to drive: all choose for themselves, or nobody is there yet.
@@ -321,6 +366,8 @@ func _begin() -> void:
 	if fault.is_empty():
 		fault = _roster.gather()
 	fault = _first(_errors.take(), fault)
+	if fault.is_empty():
+		fault = ConsacParameter.fault_of(parameters)
 	if fault.is_empty() and loop_mode and learning and _roster.sees_pictures:
 		fault = "loop_mode leaves no time to draw what a camera sensor sees; turn it off"
 	if fault.is_empty():
@@ -383,6 +430,10 @@ func _drive() -> void:
 						continue
 				var newcomers := _roster.newcomers
 				var fresh := not newcomers.is_empty()
+				_groups.forget()
+				for agent in _roster.agents:  # all before any acts: what one does may pay another
+					if not (fresh and newcomers.has(agent)):
+						agent.forget_step()
 				for agent in _roster.agents:
 					if not (fresh and newcomers.has(agent)):
 						agent.hand_over()
@@ -415,6 +466,7 @@ func go_on_later(due: Callable, frames := 0) -> void:
 
 func _start_session() -> void:
 	_hold(_standstill.held)
+	_groups.forget()
 	steps = 0
 	var fault := report.begin(curve_path if learning else "")
 	session_began.emit()

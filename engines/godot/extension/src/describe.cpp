@@ -178,6 +178,41 @@ Result<host::Offering> ReadOffering(const Dictionary& table) {
   return offering;
 }
 
+namespace {
+
+Result<ParameterSpec> ReadParameter(const Dictionary& table) {
+  ParameterSpec parameter;
+  Reader reader(table, "parameter: ");
+  reader.Take("name", &parameter.name);
+  reader.Take("default", &parameter.default_value);
+  reader.Take("low", &parameter.low);
+  reader.Take("high", &parameter.high);
+  reader.Take("description", &parameter.description);
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  return parameter;
+}
+
+/// "agents" are pairs of a behaviour and a place of it, all in one row.
+Result<GroupSpec> ReadGroup(const Dictionary& table) {
+  GroupSpec group;
+  std::vector<double> agents;
+  Reader reader(table, "group: ");
+  reader.Take("name", &group.name);
+  reader.Take("agents", &agents);
+  CONSAC_RETURN_IF_ERROR(reader.Finish());
+  constexpr double kMost = 1e9;
+  const auto place = [](double number) { return number >= 0.0 && number <= kMost && number == std::floor(number); };
+  if (agents.size() % 2 != 0 || !std::all_of(agents.begin(), agents.end(), place)) {
+    return Status{StatusCode::kInvalidArgument,
+                  "group '" + group.name + "': 'agents' holds pairs of a behaviour and a place of it, from 0"};
+  }
+  for (std::size_t i = 0; i < agents.size(); i += 2)
+    group.members.push_back({static_cast<std::size_t>(agents[i]), static_cast<std::size_t>(agents[i + 1])});
+  return group;
+}
+
+}  // namespace
+
 Result<host::TickWorldOptions> ReadWorld(const Dictionary& table) {
   host::TickWorldOptions options;
   std::vector<Dictionary> behaviours;
@@ -185,6 +220,20 @@ Result<host::TickWorldOptions> ReadWorld(const Dictionary& table) {
   reader.Take("id", &options.id);
   reader.Take("max_episode_steps", &options.max_episode_steps);
   reader.Take("agents_leave", &options.agents_leave);
+  reader.Take("notes", &options.notes);
+  std::vector<Dictionary> parameters, groups;
+  reader.Take("parameters", &parameters);
+  reader.Take("groups", &groups);
+  for (const Dictionary& table_of_one : parameters) {
+    Result<ParameterSpec> parameter = ReadParameter(table_of_one);
+    if (!parameter.ok()) return parameter.status();
+    options.parameters.push_back(*std::move(parameter));
+  }
+  for (const Dictionary& table_of_one : groups) {
+    Result<GroupSpec> group = ReadGroup(table_of_one);
+    if (!group.ok()) return group.status();
+    options.groups.push_back(*std::move(group));
+  }
   reader.Take("behaviours", &behaviours);
   for (const Dictionary& behaviour : behaviours) {
     Result<host::Offering> offering = ReadOffering(behaviour);

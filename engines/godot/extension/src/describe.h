@@ -19,7 +19,8 @@ namespace consac::godot {
 
 /// Reads one behaviour. The error names behaviour, entry and key.
 Result<host::Offering> ReadOffering(const Dictionary& table);
-/// Reads a whole world: {id, max_episode_steps, agents_leave, behaviours = [...]}. What it would take in memory is
+/// Reads a whole world: {id, max_episode_steps, agents_leave, behaviours = [...], notes, parameters = [{name, default,
+/// low, high, description}], groups = [{name, agents = [behaviour, place, ...]}]}. What it would take in memory is
 /// bounded.
 Result<host::TickWorldOptions> ReadWorld(const Dictionary& table);
 

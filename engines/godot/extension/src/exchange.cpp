@@ -152,6 +152,30 @@ Status World::AddReward(std::int64_t agent, double reward) {
   return Status::Ok();
 }
 
+Result<double> World::NextParameter(std::int64_t agent, const std::string& name) {
+  const Result<Part> part = One(agent);
+  if (!part.ok()) return part.status();
+  const Result<std::size_t> index = world_->ParameterNamed(name);
+  if (!index.ok()) return index.status();
+  return world_->NextParameter(part->first, *index);
+}
+
+Status World::Note(const std::string& name, double value) {
+  CONSAC_RETURN_IF_ERROR(Ready());
+  return world_->Note(name, value);
+}
+
+Status World::TellGroupReward(std::int64_t group, double reward) {
+  CONSAC_RETURN_IF_ERROR(Ready());
+  const auto groups = static_cast<std::int64_t>(world_->spec().groups.size());
+  if (group < 0 || group >= groups) {
+    return {StatusCode::kInvalidArgument,
+            "there is no group " + std::to_string(group) + "; this world has " + std::to_string(groups) + ", from 0"};
+  }
+  world_->TellGroupReward(static_cast<std::size_t>(group), static_cast<float>(reward));
+  return Status::Ok();
+}
+
 Status World::EndEpisode(std::int64_t agent, std::int64_t end) {
   const Result<Part> part = One(agent);
   if (!part.ok()) return part.status();

@@ -66,6 +66,15 @@ Result<std::int64_t> World::Join(std::int64_t behaviour) {
   return std::int64_t{*agent};
 }
 
+Result<std::int64_t> World::JoinGroup(std::int64_t behaviour, std::int64_t group) {
+  const Result<Part> part = All(behaviour);
+  if (!part.ok()) return part.status();
+  const Result<host::AgentId> agent = world_->JoinGroup(static_cast<std::size_t>(behaviour),
+                                                        group < 0 ? host::kNoGroup : static_cast<std::size_t>(group));
+  if (!agent.ok()) return agent.status();
+  return std::int64_t{*agent};
+}
+
 Status World::Leave(std::int64_t agent) {
   const Result<Part> part = One(agent);
   if (!part.ok()) return part.status();

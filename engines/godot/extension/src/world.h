@@ -31,6 +31,7 @@ class World : public Instance {
   // ---- what it is made of (world.cpp)
   Status Create(const Dictionary& description);
   Result<std::int64_t> Join(std::int64_t behaviour);
+  Result<std::int64_t> JoinGroup(std::int64_t behaviour, std::int64_t group);  // group: its place, -1: of none
   Status Leave(std::int64_t agent);
   bool Joined(std::int64_t agent);
   Result<std::int64_t> Agents(std::int64_t behaviour);
@@ -81,6 +82,9 @@ class World : public Instance {
   Status SetFinalObservationBytesOf(std::int64_t agent, const Bytes& bytes);
   Status SetMask(std::int64_t agent, const Bytes& mask);
   Status AddReward(std::int64_t agent, double reward);
+  Result<double> NextParameter(std::int64_t agent, const std::string& name);
+  Status Note(const std::string& name, double value);
+  Status TellGroupReward(std::int64_t group, double reward);
   Status EndEpisode(std::int64_t agent, std::int64_t end);
   bool Ending(std::int64_t agent);
   bool ResetsOne(std::int64_t agent);

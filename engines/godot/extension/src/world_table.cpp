@@ -17,9 +17,14 @@ std::vector<Method> MakingMethods() {
           "pays}}]}[/code], goals where it observes achieved_goal and desired_goal. An entry is [code]{name, "
           "type, ...}[/code]: [code]box[/code] (low, high, shape, dtype \"float32\" or \"uint8\"), "
           "[code]discrete[/code] (n, start), [code]multi_discrete[/code] (nvec) or "
-          "[code]multi_binary[/code] (n)."),
+          "[code]multi_binary[/code] (n). Also [code]parameters = [{name, default, low, high, description}][/code] "
+          "that "
+          "a trainer may set, [code]notes = true[/code] where [method note] is called, and [code]groups = [{name, "
+          "agents = [behaviour, place, behaviour, place, ...]}][/code] of agents of several behaviours."),
       Bind<World, &World::Join>("join", {"behaviour"},
                                 "An agent takes a free place of a behaviour. Its number, or -1 when there is none."),
+      Bind<World, &World::JoinGroup>("join_group", {"behaviour", "group"},
+                                     "The same for a place of this group alone, or -1: of none."),
       Bind<World, &World::Leave>("leave", {"agent"},
                                  "Its place is free again; its episode is truncated where it was last seen."),
       Bind<World, &World::Joined>("joined", {"agent"}, "Whether this agent is there."),
@@ -38,7 +43,8 @@ std::vector<Method> DrivingMethods() {
       Bind<World, &World::Train>(
           "train", {"options"},
           "A learner in this process decides: [code]{algorithm, hyperparameters = {}, total_steps, seed, "
-          "while_learning = \"wait\" or \"go_on\", start_from = [a model for each behaviour]}[/code]."),
+          "while_learning = \"wait\" or \"go_on\", start_from = [a model for each behaviour], environment_parameters = "
+          "\"gravity=uniform 5 15, mass=2\"}[/code]."),
       Bind<World, &World::Act>(
           "act", {"options"},
           "Models decide: [code]{models = [a path for each behaviour], mode = \"deterministic\" or "
@@ -128,6 +134,15 @@ std::vector<Method> AgentMethods() {
                                                       "Its entries of uint8."),
       Bind<World, &World::SetMask>("set_mask_of", {"agent", "mask"}, "Which choices are legal for one agent."),
       Bind<World, &World::AddReward>("add_reward", {"agent", "reward"}, "Adds to the reward of one agent."),
+      Bind<World, &World::NextParameter>(
+          "next_parameter", {"agent", "name"},
+          "What the episode of one agent has of a parameter that begins now; 0 where there is no such one."),
+      Bind<World, &World::Note>("note", {"name", "value"},
+                                "A number of the game's own, for the log of who trains. What is wrong with it, or "
+                                "\"\"."),
+      Bind<World, &World::TellGroupReward>("tell_group_reward", {"group", "reward"},
+                                           "What a group has earned together since the latest [method offer], beside "
+                                           "[method add_reward] of each of its agents, which is called too."),
       Bind<World, &World::EndEpisode>("end_episode", {"agent", "end"},
                                       "Ends the episode of one agent, by an [enum End]."),
       Bind<World, &World::Ending>("ending", {"agent"}, "Whether the coming offer ends its episode."),

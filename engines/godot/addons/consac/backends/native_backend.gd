@@ -18,6 +18,7 @@ class Herd:
 	var first := 0  # the first place's number in the world
 	var masked := false
 	var goals := {}  # as ConsacWorld takes them; empty: none
+	var groups: Array[StringName] = []  # of each place; "" for none
 
 var _sync: ConsacSync
 var _agents: Array[ConsacAgent] = []
@@ -32,6 +33,8 @@ var _refused := false
 var _unsaved := false  # something was learned since
 var _ended := false  # nobody drives any more
 var _watching := false  # for Ctrl-C
+var _groups: Array[Dictionary] = []  # that who trains knows of
+var _untold := {}  # names that nobody can be told
 
 
 func _init(sync: ConsacSync) -> void:
@@ -59,6 +62,10 @@ func offer() -> void:
 	for b in _herds.size():
 		fault = _first(fault, _look(b))
 		fault = _first(fault, _judge(b))
+	for g in _groups.size():
+		var earned := _sync.earned_by(_groups[g].name)
+		if earned != 0.0:
+			fault = _first(fault, _world.tell_group_reward(g, earned))
 	_offer(fault)
 
 
@@ -104,6 +111,22 @@ func seed_for(index: int) -> int:
 	return _world.seed_of(_ids[_agents[index].get_instance_id()])
 
 
+func fill_parameters(agent: ConsacAgent, values: Dictionary) -> void:
+	var id: int = _ids.get(agent.get_instance_id(), -1)
+	if id >= 0:
+		for parameter: StringName in values:
+			values[parameter] = _world.next_parameter(id, parameter)
+
+
+func tell(metric: StringName, value: float) -> void:
+	if _untold.has(metric):
+		return
+	var fault: String = _world.note(metric, value)
+	if not fault.is_empty():
+		_untold[metric] = true
+		printerr("consac: note(): ", fault)
+
+
 func join(agent: ConsacAgent) -> String:
 	for b in _herds.size():
 		var herd := _herds[b]
@@ -113,6 +136,8 @@ func join(agent: ConsacAgent) -> String:
 			return "its entries or goals are not those of the behaviour '%s'" % herd.name
 		if herd.agents.find(null) < 0:
 			return "room_for_agents is %d, and so many of the behaviour '%s' are there" % [herd.agents.size(), herd.name]
+		if _place_for(herd, agent) < 0:
+			return "the free places of the behaviour '%s' are kept for agents of the groups that those who left were in" % herd.name
 		_take_place(b, agent)
 		return ""
 	return "there was no agent of the behaviour '%s' when it began" % agent.behaviour
@@ -208,15 +233,23 @@ func _create() -> String:
 		if seen.size() == herd.entries.size() and not herd.goals.is_empty():  # numbers without names have no goals
 			behaviour.goals = herd.goals
 		behaviours.append(behaviour)
+	_groups = ConsacGroups.tables(_herds)
 	var scene := _sync.get_parent().scene_file_path.get_file().get_basename()
 	var fault: String = _world.create({
-		id = scene, behaviours = behaviours, agents_leave = _sync.agents_may_leave()})
+		id = scene, behaviours = behaviours, agents_leave = _sync.agents_may_leave(), notes = true,
+		parameters = ConsacParameter.tables(_sync.parameters), groups = _groups})
 	if not fault.is_empty():
 		return fault
 	for b in _herds.size():
 		_herds[b].first = _world.first_agent(b)
 		var agents := _herds[b].agents.duplicate()
+		_herds[b].agents.clear()
 		_herds[b].agents.resize(maxi(agents.size(), _sync.room_for_agents))
+		_herds[b].groups.resize(_herds[b].agents.size())
+		_herds[b].groups.fill(&"")
+		if not _groups.is_empty():
+			for i in agents.size():
+				_herds[b].groups[i] = agents[i].group
 		for agent in agents:
 			_take_place(b, agent)
 		if not _sync.record_path.is_empty():
@@ -225,9 +258,23 @@ func _create() -> String:
 
 
 func _take_place(b: int, agent: ConsacAgent) -> void:
-	var id: int = _world.join(b)
+	var group := _herds[b].groups[_place_for(_herds[b], agent)]
+	var id: int = _world.join_group(b, _groups.find_custom(func(one: Dictionary) -> bool: return one.name == group))
 	_ids[agent.get_instance_id()] = id
 	_herds[b].agents[id - _herds[b].first] = agent
+
+
+## A free place for [param agent]: one of its group, else one of none; -1 where there is none.
+static func _place_for(herd: Herd, agent: ConsacAgent) -> int:
+	var place := -1
+	for i in herd.agents.size():
+		if herd.agents[i] != null:
+			continue
+		if herd.groups[i] == agent.group:
+			return i
+		if herd.groups[i] == &"" and place < 0:
+			place = i
+	return place
 
 
 ## What would only be found out after the training. What is wrong, or "".
@@ -275,6 +322,7 @@ func _drive() -> String:
 				start_from = begins,
 				algorithm = _sync.algorithm if settings == null else settings.algorithm(),
 				hyperparameters = values,
+				environment_parameters = ConsacParameter.laws(_sync.parameters),
 				total_steps = _sync.training_length, seed = _sync.world_seed,
 				while_learning = "go_on" if _sync.act_while_learning else "wait"})
 		ConsacSync.Mode.ACT:

@@ -26,6 +26,9 @@ var deadline_s := 60.0
 ## Session k starts from seed + k.
 var first_seed: int = 0
 
+## Numbers of the world, of which the protocol carries none.
+var parameters: Array[ConsacParameter] = []
+
 var _agent: ConsacAgent
 var _choices := 0  # of a discrete action; 0 for a box
 var _lows := PackedFloat32Array()
@@ -41,6 +44,7 @@ var _steps := 0
 var _fresh := true  # the next observation begins a session
 var _heard_usec := 0
 var _door_usec := 0
+var _told := false  # of what the protocol does not carry
 
 
 func begin(agents: Array[ConsacAgent]) -> String:
@@ -55,8 +59,9 @@ func begin(agents: Array[ConsacAgent]) -> String:
 		return "port %d of %s is taken or not allowed; set another one, or 0 for a free one" % [port, bind_address]
 	if _agent.masks_actions:
 		push_warning("%s masks its actions, which text protocol 1 cannot carry: mask() counts for nothing, and trainers choose "
-				% _agent.name + "what is not legal. For protocol 2 %s" % ("leave protocol as it is (auto)" if ConsacSync.has_native()
-				else "build the native extension, as engines/godot/README.md says"))
+				% _agent.name + "what is not legal. For protocol 2 " + _how_to_get_protocol2())
+	if not parameters.is_empty() or _agent.group != &"":
+		_tell_what_is_missing()
 	port = _server.get_local_port()
 	state = "waiting for a trainer on port %d" % port
 	return ""
@@ -103,6 +108,19 @@ func poll(wait_s: float) -> Cue:
 	return Cue.WAIT
 
 
+func tell(_metric: StringName, _value: float) -> void:
+	_tell_what_is_missing()
+
+
+# Once, when the first of it is wanted.
+func _tell_what_is_missing() -> void:
+	if _told:
+		return
+	_told = true
+	push_warning("text protocol 1 carries no parameters, notes or groups: parameters stay as they are by default, and the trainer "
+			+ "hears of nothing. For protocol 2 " + _how_to_get_protocol2())
+
+
 func refuse(why: String) -> void:
 	if _trainer != null:
 		_refusal = why
@@ -112,6 +130,11 @@ func close() -> void:
 	_hang_up()
 	_server.stop()
 	state = "closed"
+
+
+static func _how_to_get_protocol2() -> String:
+	return ("leave protocol as it is (auto)" if ConsacSync.has_native()
+			else "build the native extension, as engines/godot/README.md says")
 
 
 ## Fills the setup message from the agent's entries, or says what the protocol cannot carry.

@@ -52,6 +52,10 @@ namespace Consac
         protected void AddReward(float amount) => Agent.Call("add_reward", amount);
         /// <summary>Ends the episode; cutOff: there would have been more to earn.</summary>
         protected void EndEpisode(bool cutOff = false) => Agent.Call("end_episode", cutOff);
+        /// <summary>Adds to the reward of every agent of the ConsacAgent's group.</summary>
+        protected void AddGroupReward(float amount) => Agent.Call("add_group_reward", amount);
+        /// <summary>What this episode has of one of the ConsacSync's parameters.</summary>
+        protected float Parameter(string name) => Agent.Call("parameter", name).AsSingle();
         /// <summary>A number for people to see, with the rewards.</summary>
         protected void Note(string metric, float value) => Agent.Call("note", metric, value);
     }
