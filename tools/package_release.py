@@ -3,7 +3,7 @@
 
   tools/package_release.py [--out dist] [--epoch SECONDS] [--targets linux-x86_64-musl ...]
 
-The program: a .tar.gz or .zip for each target, and a .deb for Linux. consac-cad: a .deb and a .tar.gz for Debian 12. Godot's
+The program: a .tar.gz or .zip for each target, and a .deb for Linux. The library of consac.h with its header, for each. consac-cad: a .deb and a .tar.gz for Debian 12. Godot's
 add-on with its native extension and the program for every system. Each with the licences of all that is linked into it
 and a bill of materials, which also lies beside it. SHA256SUMS is of all that is in the folder. The same inputs give the same bytes.
 """
@@ -12,7 +12,7 @@ import pathlib
 import subprocess
 import sys
 
-from release import archives, cad, godot, program
+from release import archives, cad, godot, library, program
 from release.components import Missing
 from version import version_of
 
@@ -47,6 +47,7 @@ def main() -> int:
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "dist", help="where the archives go")
     parser.add_argument("--epoch", type=int, help="the time of all files; the commit's, unless given")
     parser.add_argument("--targets", nargs="*", default=program.TARGETS, help="whose program is packed: " + " ".join(program.TARGETS))
+    parser.add_argument("--libraries", nargs="*", default=library.TARGETS, help="whose library of consac.h is packed: " + " ".join(library.TARGETS))
     parser.add_argument("--no-cad", action="store_true", help="without consac-cad")
     parser.add_argument("--no-godot", action="store_true", help="without Godot's add-on")
     options = parser.parse_args()
@@ -56,6 +57,8 @@ def main() -> int:
     try:
         for target in options.targets:
             made += pack_program(options.root, target, options.out, epoch)
+        for target in options.libraries:
+            made += library.pack(options.root, target, options.out, epoch)
         if not options.no_cad:
             made += cad.pack(options.root, options.out, epoch)
         if not options.no_godot:

@@ -26,6 +26,7 @@ EPOCH = 1_700_000_000
 PROJECT = """
 cmake_minimum_required(VERSION 3.25)
 project(consac LANGUAGES CXX)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 include_directories(SYSTEM ${CMAKE_SOURCE_DIR}/build/windows-needs/linux-x86_64-musl/prefix/include)
 add_library(yaml-cpp STATIC library.cpp)
 add_library(unused STATIC unused.cpp)
@@ -33,6 +34,9 @@ add_subdirectory(core)
 add_executable(consac main.cpp)
 target_link_libraries(consac PRIVATE consac_core yaml-cpp)
 add_executable(odd main.cpp)
+add_library(consac_c SHARED main.cpp)
+set_target_properties(consac_c PROPERTIES OUTPUT_NAME consac VERSION 0.1 SOVERSION 0 LIBRARY_OUTPUT_DIRECTORY engines/c)
+target_link_libraries(consac_c PRIVATE consac_core)
 target_link_libraries(odd PRIVATE consac_core unused)
 """
 TARGET = "linux-x86_64-musl"
@@ -46,6 +50,7 @@ def tree(tmp_path_factory):
     parts = {part.text for part in (*COMPONENTS, *runtime(TARGET))}
     files = {"CMakeLists.txt": PROJECT, "core/include/consac/base/version.h": 'kVersion = "1.2.3"', "LICENSE": "ours\n", "main.cpp": "int Core();\nint main() { return Core(); }\n", "library.cpp": "int library;\n",
              "unused.cpp": "#include <CLI/CLI.hpp>\n",
+             "engines/c/include/consac.h": "a header\n",
              "core/CMakeLists.txt": "add_library(consac_core STATIC core.cpp)\n", "core/core.cpp": "#include <Eigen/Dense>\nint Core() { return 0; }\n",
              f"{NEEDS}/include/eigen3/Eigen/Dense": "", f"{NEEDS}/include/Eigen/Dense": "", f"{NEEDS}/include/CLI/CLI.hpp": "",
              "build/windows-needs/yaml-cpp_0.7.0+dfsg.orig.tar.xz": "",
@@ -63,7 +68,7 @@ def tree(tmp_path_factory):
 def out(tree, tmp_path_factory):
     folder = tmp_path_factory.mktemp("dist")
     subprocess.run([sys.executable, ROOT / "tools/package_release.py", "--root", tree, "--out", folder, "--epoch", str(EPOCH),
-                    "--targets", TARGET, "--no-cad", "--no-godot"], check=True, capture_output=True)
+                    "--targets", TARGET, "--libraries", TARGET, "--no-cad", "--no-godot"], check=True, capture_output=True)
     return folder
 
 
@@ -97,6 +102,16 @@ def test_a_program_travels_with_its_licences(out):
     assert {name.removeprefix(top + "licenses/") for name in files if "/licenses/" in name} == {f"{name}.txt" for name in expected}
     readme = files[top + "README.txt"][1].decode()
     assert "yaml-cpp 0.7.0, MIT." in readme and "MPL-2.0. Its source" in readme and "CONSAC 1.2.3" in readme
+
+
+def test_the_library_travels_with_its_header_under_the_name_that_a_loader_asks_for(tree, out):
+    files = untarred(out / f"consac-c-1.2.3-{TARGET}.tar.gz")
+    texts = {name.removeprefix(f"consac-c-1.2.3-{TARGET}/"): text for name, (_, text) in files.items()}
+    assert texts["lib/libconsac.so.0"] == (tree / f"build/cross-{TARGET}/engines/c/libconsac.so.0.1").read_bytes()
+    assert {"include/consac.h", "LICENSE", "licenses/eigen.txt", "sbom.cdx.json"} <= set(texts) and "licenses/yaml-cpp.txt" not in texts
+    assert b"CONSAC 1.2.3, the library of consac.h" in texts["README.txt"] and b"eigen" in texts["README.txt"]
+    bill = (out / f"consac-c-1.2.3-{TARGET}.cdx.json").read_text()
+    assert bill.encode() == texts["sbom.cdx.json"] and JsonStrictValidator(SchemaVersion.V1_6).validate_str(bill) is None
 
 
 def test_a_program_without_a_licence_is_not_packed(tree, tmp_path):
@@ -148,7 +163,7 @@ def test_a_debian_package_holds_the_program(out, tmp_path):
 
 def test_the_checksums_are_of_all(out):
     done = subprocess.run(["sha256sum", "-c", "SHA256SUMS"], cwd=out, check=True, capture_output=True, text=True)
-    assert len(done.stdout.splitlines()) == 3
+    assert len(done.stdout.splitlines()) == 5
 
 
 @pytest.mark.parametrize("write", [archives.tar_gz, archives.zip_of, lambda *rest: archives.deb({"Package": "x", "Version": "1", "Architecture": "all",

@@ -68,8 +68,8 @@ def table(parts: list[tuple[Component, str]]) -> str:
     return LICENCES + "\n".join(rows) + "\n"
 
 
-def of(root: pathlib.Path, target: str, name: str, epoch: int) -> Packed:
-    """What a CMake target has become for a system: the program, or a library that others load."""
+def of(root: pathlib.Path, target: str, name: str, epoch: int, words: str = "") -> Packed:
+    """What a CMake target has become for a system: the program, or a library that others load. words: of its README, the trainer's unless given."""
     build, needs = root / f"build/cross-{target}", root / "build/windows-needs"
     if not (build / "build.ninja").is_file():
         raise Missing(f"nothing is compiled for {target}; run tools/cross.sh {target}")
@@ -79,12 +79,12 @@ def of(root: pathlib.Path, target: str, name: str, epoch: int) -> Packed:
     parts = [*linked(build, name), *runtime(target)]
     versions = [(part, version(part, needs)) for part in parts]
     release = version_of(root)
-    system = {"linux": LINUX, "windows": WINDOWS, "macos": MACOS}[target.split("-")[0]]
+    words = words or FIRST_STEPS + {"linux": LINUX, "windows": WINDOWS, "macos": MACOS}[target.split("-")[0]]
     text = file.read_bytes()
     return Packed(file.name, {
         file.name: text,
         "LICENSE": (root / "LICENSE").read_bytes(),
-        "README.txt": (FIRST_STEPS.format(version=release) + system + table(versions)).encode(),
+        "README.txt": (words.replace("{version}", release) + table(versions)).encode(),
         "sbom.cdx.json": sbom(name, release, target, text, versions, epoch),
     } | licence_texts(parts, needs / target / "prefix/licenses"))
 

@@ -124,7 +124,7 @@ def the(dist: pathlib.Path, pattern: str) -> pathlib.Path:
 
 
 def linux(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path, architecture: str, debian: str, emulator: list[str]) -> list[Place]:
-    archive = the(dist, f"consac-*-linux-{architecture}.tar.gz")
+    archive = the(dist, f"consac-[0-9]*-linux-{architecture}.tar.gz")
     here = unpack(archive, scratch / architecture)
     found = [Place(archive.name, "this machine" + (", emulated" if emulator else ""), here, [*emulator, str(here / "consac")])]
     found += [in_root(archive, root, emulator) for root in sorted(roots.glob(f"*-{debian}")) if (root / "whole").exists()]
@@ -138,7 +138,7 @@ def package(dist: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
 
 
 def windows(dist: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
-    archive = the(dist, "consac-*-windows-x86_64.zip")
+    archive = the(dist, "consac-[0-9]*-windows-x86_64.zip")
     here = unpack(archive, scratch / "windows")
     return [Place(archive.name, "Wine, this machine", here, ["wine", str(here / "consac.exe")])]
 
@@ -163,7 +163,7 @@ def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
     try:
         archive = the(dist, "consac-cad-*.tar.gz")
         name, here = archive.name, unpack(archive, scratch / "cad")
-        shutil.copy(unpack(the(dist, "consac-*-linux-x86_64.tar.gz"), scratch / "beside") / "consac", here)
+        shutil.copy(unpack(the(dist, "consac-[0-9]*-linux-x86_64.tar.gz"), scratch / "beside") / "consac", here)
         step = sorted(path for path in ROOT.glob("examples/**/*.step"))[0]
         run([str(here / "consac"), "twin", "import", str(step), "--out", str(here / "twin")], here)
         told = f"imports {step.name}"

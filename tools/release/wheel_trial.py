@@ -104,6 +104,6 @@ def pages(root: pathlib.Path, dist: pathlib.Path, programs: dict[str, bytes], sc
     absent = [f"3.{minor}" for minor in range(OLDEST, NEWEST + 1) if f"3.{minor}" not in here]
     text += f"\nNot here, so not tried: Python {', '.join(absent)}.\n" if absent else ""
     text += "\n| file | its program | what is said of it |\n|---|---|---|\n"
-    for each in sorted((*dist.glob("consac-*.whl"), *dist.glob("consac-[0-9]*[0-9].tar.gz"))):
+    for each in sorted((*dist.glob("consac-*.whl"), *(path for path in dist.glob("consac-*.tar.gz") if re.fullmatch(r"consac-[\d.]+\.tar\.gz", path.name)))):
         text += f"| {each.name} | {same_program(each, programs) if each.suffix == '.whl' else 'none'} | {looked_at(root, each)} |\n"
     return text
