@@ -72,7 +72,7 @@ def attempt(place: Place) -> list[str]:
     """The cells of one row, as far as it came."""
     cells = []
     try:
-        cells.append(run([*place.command, "--version"], place.folder).splitlines()[0])
+        cells.append(", ".join(run([*place.command, "--version"], place.folder).splitlines()[:2]))
         run([*place.command, "demo", "--steps", "2000", "--dir", f"{place.inside}/demo"], place.folder)
         cells.append("yes")
         for name, arguments in TRAININGS.items():
