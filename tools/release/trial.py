@@ -58,7 +58,7 @@ class Failed(Exception):
 
 
 def run(command: list[str], folder: pathlib.Path, limit: float = 900) -> str:
-    environment = {"PATH": "/usr/sbin:/usr/bin:/bin", "HOME": "/tmp", "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", "/tmp/consac-wine")}
+    environment = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp", "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", "/tmp/consac-wine")}
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, env=environment, check=False)
     except subprocess.TimeoutExpired:
@@ -131,10 +131,25 @@ def linux(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path, archit
     return found + ([] if emulator else [in_nothing(archive, scratch / "nothing")])
 
 
-def package(dist: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
-    deb = the(dist, "consac_*_amd64.deb")
-    subprocess.run(["dpkg-deb", "-x", deb, scratch / "deb"], check=True)
-    return [Place(deb.name, "unpacked, this machine", scratch / "deb", [str(scratch / "deb/usr/bin/consac")])]
+def package(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
+    """Installed by each root's own dpkg, of which nothing but unpacking is asked: the package depends on none."""
+    deb, found = the(dist, "consac_*_amd64.deb"), []
+    for root in sorted(roots.glob("*-amd64")):
+        if not (root / "whole").exists():
+            continue
+        shutil.copy(deb, root / "tmp/consac.deb")
+        for name in ("status", "available"):
+            (root / "var/lib/dpkg" / name).touch()
+        for name in ("updates", "info"):
+            (root / "var/lib/dpkg" / name).mkdir(exist_ok=True)
+        run(["chroot", root.as_posix(), "dpkg", "-i", "/tmp/consac.deb"], scratch)
+        shutil.rmtree(root / "tmp/of-deb", ignore_errors=True)
+        (root / "tmp/of-deb").mkdir()
+        suite = root.name.rpartition("-")[0]
+        found.append(Place(deb.name, f"installed by dpkg in Debian {suite}'s root", root, ["chroot", root.as_posix(), "consac"], "/tmp/of-deb"))
+    if not found:
+        raise Failed(f"no root of Debian in {roots} to install {deb.name} in")
+    return found
 
 
 def windows(dist: pathlib.Path, scratch: pathlib.Path) -> list[Place]:
@@ -147,7 +162,7 @@ def rows_of(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path) -> I
     """A row for each place; one that says so where there is nothing to try."""
     groups = {"linux-x86_64": lambda: linux(dist, roots, scratch, "x86_64", "amd64", []),
               "linux-aarch64": lambda: linux(dist, roots, scratch, "aarch64", "arm64", ["/usr/bin/qemu-aarch64-static"]),
-              ".deb": lambda: package(dist, scratch), "windows-x86_64": lambda: windows(dist, scratch)}
+              ".deb": lambda: package(dist, roots, scratch), "windows-x86_64": lambda: windows(dist, scratch)}
     for name, group in groups.items():
         try:
             for place in group():
