@@ -7,17 +7,25 @@ import pytest
 from test_native import built  # noqa: F401 (the extension must be there)
 from test_traps import DRAWS, WORLDS
 
-# An agent without entries, two syncs, a sensor without its node, a body in loop mode, a twin and one without its files.
+# An agent without entries, two syncs, two parameters of one name, a sensor without its node, a body in loop mode, a twin and one without its files.
 WARNED = """[gd_scene format=3]
 [ext_resource type="Script" path="res://addons/consac/consac_sync.gd" id="1"]
 [ext_resource type="Script" path="res://addons/consac/consac_agent.gd" id="2"]
 [ext_resource type="Script" path="res://addons/consac/sensors/ray_sensor_2d.gd" id="3"]
 [ext_resource type="Script" path="res://addons/consac/twin/consac_twin.gd" id="4"]
+[ext_resource type="Script" path="res://addons/consac/consac_parameter.gd" id="5"]
+[sub_resource type="Resource" id="1"]
+script = ExtResource("5")
+name = &"wind"
+[sub_resource type="Resource" id="2"]
+script = ExtResource("5")
+name = &"wind"
 [node name="World" type="Node2D"]
 [node name="Body" type="RigidBody2D" parent="."]
 [node name="ConsacSync" type="Node" parent="."]
 script = ExtResource("1")
 loop_mode = true
+parameters = [SubResource("1"), SubResource("2")]
 [node name="Second" type="Node" parent="."]
 script = ExtResource("1")
 [node name="Agent" type="Node" parent="."]
@@ -67,7 +75,7 @@ def test_the_editor_as_a_person_uses_it(editor, tmp_path):
     code, output = editor.finish()
     assert code == 0 and not re.search(r"(SCRIPT ERROR|res://addons/consac.*(ERROR|Error))", output), output
     for warning in ("The scene has several ConsacSync nodes", "Agent: it has no actions; add a ConsacEntry for each.",
-                    "Agent/Rays: body is empty", "loop_mode stops the engine's physics, and Body is a RigidBody2D"):
+                    "Agent/Rays: body is empty", "Two parameters are named 'wind'.", "loop_mode stops the engine's physics, and Body is a RigidBody2D"):
         assert f"drive: warning: {warning}" in output, output
     assert "drive: Twin: 16 joints, []" in output, output
     assert 'drive: Lost: 0 joints, ["folder is empty; set it to what consac twin import has made."]' in output, output

@@ -59,6 +59,7 @@ def test_by_hand_and_without_laws_they_are_as_they_are_by_default(godot):
     for mode in (["mode=by_hand", "steps=30", "sessions=1", "quit=1"], [*TRAIN, "steps=128", "set=n_steps:64"]):
         output = finished(start(godot, "weather", *mode))
         assert winds(output) == (4.0, 4.0), output
+        assert output.count("weather: before it begins 4.0") == 1, output
 
 
 def test_agents_of_one_behaviour_are_paid_together_and_whoever_comes_too(godot):

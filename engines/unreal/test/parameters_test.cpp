@@ -349,14 +349,18 @@ TEST_F(Parameters, ATrainerIsToldOfGroupsAcrossBehaviours) {
 }
 
 TEST_F(Parameters, AgentsOfOneBehaviourAreOfGroupsToo) {
+  Shim::ForgetLog();
   Windy one(game_, "default", "red"), two(game_, "default", "red"), three(game_, "default", "blue");
-  one.on_action = [&](UConsacAgentComponent* which) { which->AddGroupReward(1.0f); };
+  one.on_action = [&](UConsacAgentComponent* which) {
+    which->AddGroupReward(1.0f);
+    if (one.steps == 1) which->AddGroupReward(std::nanf(""));
+  };
   AConsacTrainer* trainer = Trainer(EConsacMode::ByHand);
   for (int k = 0; k < 3; ++k) game_.Tick();
   EXPECT_EQ(one.episode_reward, 2.0f);
   EXPECT_EQ(two.episode_reward, 2.0f);
   EXPECT_EQ(three.episode_reward, 0.0f);
-  EXPECT_EQ(Lines("group").size(), 0u);
+  EXPECT_EQ(Lines("a reward of the group 'red' is not finite").size(), 1u);
   // One that comes later is of its group as well.
   Windy four(game_, "default", "red");
   for (int k = 0; k < 10; ++k) game_.Tick();

@@ -53,6 +53,9 @@ func _ready() -> void:
 	_sync.session_ended.connect(_tell)
 	_sync.progressed.connect(func(numbers: Dictionary) -> void: print("weather: metres ", numbers.get("metres")))
 	add_child(_sync)
+	for walker in get_children():
+		if walker is Walker and NAMED == "wind":
+			print("weather: before it begins %s" % walker.parameter(&"wind"))
 
 
 func _come(i: int) -> void:

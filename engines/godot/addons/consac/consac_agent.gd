@@ -178,11 +178,14 @@ func note(metric: StringName, value: float) -> void:
 
 
 ## What this episode has of one of the [member ConsacSync.parameters]; it stays so until the next one begins, so
-## [method reset] is the place to set gravity, a weight or a number of enemies by it.
+## [method reset] is the place to set gravity, a weight or a number of enemies by it. Before the first, what it is by
+## default.
 func parameter(parameter_name: StringName) -> float:
 	if _parameters.has(parameter_name):
 		return _parameters[parameter_name]
-	return driven_by.default_of(parameter_name) if is_instance_valid(driven_by) else 0.0
+	var sync: Node = driven_by if is_instance_valid(driven_by) or not is_inside_tree() else (
+			get_tree().get_first_node_in_group(ConsacSync.GROUP))
+	return sync.default_of(parameter_name) if is_instance_valid(sync) else 0.0
 
 
 ## Adds to the reward of the present step.

@@ -184,6 +184,11 @@ void AConsacTrainer::AddGroupReward(FName Group, float Reward)
 	{
 		return;
 	}
+	if (!std::isfinite(Reward))
+	{
+		ConsacPlugin::LogError(FString::Printf(TEXT("a reward of the group '%s' is not finite and is left out; check what was divided by zero"), *ConsacPlugin::FromUtf8(ConsacPlugin::ToKey(Group))));
+		return;
+	}
 	State->Herd->AddGroupReward(Group, Reward);
 	for (const FConsacFurther& Others : State->Further)
 	{
