@@ -16,6 +16,7 @@ MOST_NUMBERS = 1 << 24  # elements or choices of a space
 MOST_SPACE_BYTES = 256 << 20  # of the spaces of all behaviours together, charged before they are made
 _ELEMENT_BYTES, _CHOICE_BYTES, _SPACE_BYTES = 16, 8, 1024
 _SLOT_BYTES = 9  # of a RESULT beside its row
+_NUMBER_BYTES = 8  # of an environment's parameter or group in a frame
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,12 @@ def read_spec(spec: dict[str, Any], autoreset: str, limit: int, agreed: Sequence
         _check_budget(environments, values, limit)
         if begins != autoreset:
             raise ValueError(f"autoreset is {wire.shown(begins)}, asked for was {autoreset}")
+        parameters, groups = read_parameters(spec) if "parameters" in agreed else [], read_groups(spec) if "groups" in agreed else []
+        numbers = _NUMBER_BYTES * environments * (len(parameters) + len(groups))
+        if numbers > limit:
+            raise ValueError(f"{numbers} bytes of parameters and groups of {environments} environments, max_frame is {limit}; raise it or take fewer environments")
         return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], spec.get("deterministic", False),
-                     spec.get("max_episode_steps", 0), spec.get("id", ""), read_parameters(spec) if "parameters" in agreed else [],
-                     read_groups(spec) if "groups" in agreed else [])
+                     spec.get("max_episode_steps", 0), spec.get("id", ""), parameters, groups)
     except wire.WireError as error:
         raise ProtocolError(error.code, error.message) from None
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, AssertionError) as error:  # Gymnasium asserts what it does not take

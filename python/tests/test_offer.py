@@ -40,6 +40,15 @@ def test_the_space_of_a_model_is_judged_as_that_of_an_engine(case):
             _space(behaviour, name)
 
 
+def test_parameters_of_all_environments_are_charged_before_they_are_made():
+    """A SPEC of 30 KiB would make its trainer hold 1000 MiB."""
+    spec = ALL["spec"] | {"environments": 1 << 17, "behaviours": [ALL["behaviour"]], "parameters": [{"name": f"p{i}", "default": 1} for i in range(1000)]}
+    with pytest.raises(ProtocolError, match="1048576000 bytes of parameters and groups of 131072 environments"):
+        read_spec(spec, "same_step", wire.LARGEST_FRAME, ["parameters"])
+    assert read_spec(spec, "same_step", wire.LARGEST_FRAME).environments == 1 << 17, "who has not agreed to them holds none"
+    assert len(read_spec(spec | {"environments": 1000}, "same_step", wire.LARGEST_FRAME, ["parameters"]).parameters) == 1000
+
+
 @pytest.mark.parametrize("expect", [[{"name": "a\x1b[2J"}], [{"name": ""}], [{"agents": ["b\n"]}], [{"observation": {"spaces": [{"name": "\u202e"}]}}]])
 def test_names_that_a_client_expects_are_judged_by_the_server(expect):
     with Server("CartPole-v1", 1) as server, pytest.raises((EngineError, ProtocolError), match="MALFORMED.*expected"):

@@ -72,6 +72,36 @@ TEST(SpecBudget, IsOneForAllBehaviours) {
   }
 }
 
+/// A SPEC of worlds of four agents with so many parameters; each agent is a group.
+std::string SpecWithParameters(int environments, int count) {
+  SpecMessage spec;
+  spec.env.behaviours.push_back(
+      BehaviourSpec::Of("default", *Space::Discrete(2), *Space::Discrete(2), 4 * environments));
+  spec.env.behaviours[0].agents = {"a", "b", "c", "d"};
+  for (int i = 0; i < count; ++i) spec.env.parameters.push_back({"p" + std::to_string(i), 1.0});
+  for (std::size_t agent = 0; agent < 4; ++agent)
+    spec.env.groups.push_back({"g" + std::to_string(agent), {{0, agent}}});
+  return EncodeSpec(spec);
+}
+
+TEST(SpecBudget, CountsWhatAllEnvironmentsHaveOfParametersAndGroups) {
+  const auto parse = [](const std::string& json, Agreed agreed) {
+    return ParseSpec(std::as_bytes(std::span(json)), agreed).status();
+  };
+  constexpr Agreed kAll{true, true, true}, kNone{};
+  const std::string much = SpecWithParameters(1 << 17, 1000);  // a text of 30 KiB, and 1000 MiB of numbers
+  EXPECT_EQ(FaultName(parse(much, kAll)), "MALFORMED");
+  EXPECT_NE(parse(much, kAll).message().find("what all environments have of parameters and groups"), std::string::npos)
+      << parse(much, kAll).message();
+  EXPECT_TRUE(parse(much, kNone).ok()) << "who has not agreed to them holds none: " << parse(much, kNone).message();
+  EXPECT_TRUE(parse(SpecWithParameters(1 << 10, 1000), kAll).ok());
+  // 57 MiB of parameters, 4 MiB of groups and about 4 MiB of rows: one frame holds any two of them.
+  const std::string parameters = SpecWithParameters(1 << 17, 57);
+  EXPECT_TRUE(parse(parameters, {.parameters = true}).ok()) << parse(parameters, {.parameters = true}).message();
+  EXPECT_TRUE(parse(parameters, {.groups = true}).ok());
+  EXPECT_FALSE(parse(parameters, kAll).ok());
+}
+
 TEST(SpecBudget, APictureOfACameraFits) {
   SpecMessage spec;
   const Space camera = *Space::Box(0, 255, {1080, 1920, 3}, DType::kU8);
