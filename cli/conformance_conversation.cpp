@@ -35,11 +35,18 @@ Status Conversation::Do(const Case& step) {
   if (step.contains("reconnect")) return Reconnect(step["reconnect"]);
   if (step.contains("connect")) return ConnectAgain();
   if (step.contains("beside")) return KnockBeside();
+  if (step.contains("wait")) return Wait(step["wait"]);
   if (step.contains("half_close")) {
     transport_->CloseWriting();
     return Status::Ok();
   }
   return DoExpect(step["expect"]);
+}
+
+Status Conversation::Wait(double seconds) {
+  if (patience_s_ <= kConformancePatience) return Over(fmt::format("it takes {:g} s; give --timeout 11", seconds));
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+  return Status::Ok();
 }
 
 Status Conversation::Send(FrameType type, std::uint64_t request, const std::string& payload, const Case& how) {
@@ -106,15 +113,15 @@ Status Conversation::DoSend(const Case& what) {
   const std::string kind = what.value("payload", ""), leaf = what.value("leaf", "");
   if (kind.starts_with("illegal") && !payloads_.CanBeIllegal(leaf))
     return Over("no action can be outside its space" + (leaf.empty() ? "" : " by a " + leaf));
-  if (Payloads::IsSpoilt(kind)) {
-    world_at_fault_ = payloads_.WorldAtFault(kind, result_, leaf);
+  const std::string how = HowItSets(kind), moved = kind.substr(0, kind.find(kSet));
+  if (Payloads::IsSpoilt(moved)) {
+    world_at_fault_ = payloads_.WorldAtFault(moved, result_, leaf);
     if (world_at_fault_ < 0)
-      return Over("nobody takes part whose action can be " + (leaf.empty() ? kind : kind + " by a " + leaf));
+      return Over("nobody takes part whose action can be " + (leaf.empty() ? moved : moved + " by a " + leaf));
   }
-  if (kind.find(", set ") != std::string::npos) {
-    if (!payloads_.CanBeSet(kind) && agreed_.parameters) return Over("no parameter has such a bound");
-    world_at_fault_ = payloads_.last_world();
-  }
+  if (agreed_.parameters && !how.empty() && !CanBeSet(spec_.env.parameters, how))
+    return Over("no parameter can be set to " + how);
+  if (IsWrongSetting(how)) world_at_fault_ = payloads_.last_world();
   if (kind == "goals, as they were") {
     if (paid_.empty()) return Over("no step has led to a row of a behaviour with goals");
     payload = payloads_.GoalsAsTheyWere(paid_rows_);
@@ -228,18 +235,6 @@ Status Conversation::DoExpect(const Case& what) {
   return CheckMessage(what, *frame, payload);
 }
 
-Status Conversation::Compare(const Case& what, const std::string& payload) {
-  if (what.contains("goes_on") && Payloads::HasFinals(payload)) return Over("an episode ended with that step");
-  if (what.contains("same_as") && payload != kept_[what["same_as"]])
-    return Failed("the payload differs from the one before");
-  if (what.contains("begins_as") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["begins_as"]]))
-    return Failed("what is looked at differs from the one before");
-  if (what.contains("repeats") && payloads_.LookedAt(payload) != payloads_.LookedAt(kept_[what["repeats"]]))
-    return Over("one seed and the same actions bring another RESULT each time");
-  if (what.contains("keep")) kept_[what["keep"]] = payload;
-  return Status::Ok();
-}
-
 Status Conversation::CheckMessage(const Case& what, const Frame& frame, const std::string& payload) {
   if (frame.header.type == FrameType::kSpec) return TakeSpec(what, frame);
   if (frame.header.type == FrameType::kResult) return TakeResult(frame.header.request, payload);
@@ -262,8 +257,10 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
   const Case needs = what.value("needs", Case::object());
   for (const auto& [key, range] : needs.items()) {
     if (range.contains("has")) {
-      const bool has = std::ranges::find(message[key], range["has"]) != message[key].end();
-      if (!has) over_ = fmt::format("its {} lack {}", key, JsonText(range["has"]));
+      for (const Case& one : range["has"].is_array() ? range["has"] : Case::array({range["has"]})) {
+        const bool has = std::ranges::find(message[key], one) != message[key].end();
+        if (!has) over_ = fmt::format("its {} lack {}", key, JsonText(one));
+      }
       continue;
     }
     if (message[key] < range["from"] || message[key] > range["to"])
@@ -306,6 +303,7 @@ Status Conversation::TakeSpec(const Case& what, const Frame& frame) {
   spec_ = std::move(*spec);
   blocks_ = protocol2::Blocks(spec_.env);
   payloads_ = Payloads(spec_.env);
+  results_ = Results(spec_.env);
   if (payloads_.longest() > limit_)
     return Failed(fmt::format("STEP or RESULT has up to {} bytes, max_frame is {}: CONFIGURE is UNSUPPORTED (R34)",
                               payloads_.longest(), limit_));
@@ -343,19 +341,27 @@ Status Conversation::Play(const Case& what) {
   double deserted_at = Now();
   for (int step = 0; step < steps || !check_.anyone(); ++step) {
     if (until == "over" && Ended() > 0) return Status::Ok();
+    if (until == "ended" && step > 0 && AnyEnds()) return Status::Ok();
     if (check_.anyone()) deserted_at = Now();
     if (Now() - deserted_at > patience_s_)
       return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", patience_s_));
     const Status status = PlayOne();
     if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
   }
-  return until == "over" ? Over(fmt::format("no episode ended within {} steps", steps)) : Compare(what, result_);
+  return until == "over" || until == "ended" ? Over(fmt::format("no episode ended within {} steps", steps))
+                                             : Compare(what, result_);
 }
 
 std::size_t Conversation::Ended() const {
   std::size_t ended = 0;
   for (std::size_t i = 0; i < blocks_.environments; ++i) ended += check_.over(i) ? 1 : 0;
   return ended;
+}
+
+bool Conversation::AnyEnds() const {
+  bool any = false;
+  for (std::size_t i = 0; i < blocks_.environments; ++i) any = any || results_.Ends(result_, i);
+  return any;
 }
 
 Status Conversation::PlayOne() {

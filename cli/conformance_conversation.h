@@ -12,6 +12,7 @@
 
 #include "cli/conformance_frames.h"
 #include "cli/conformance_payloads.h"
+#include "cli/conformance_results.h"
 #include "consac/protocol/result_check.h"
 #include "consac/transport/transport.h"
 
@@ -58,8 +59,12 @@ class Conversation {
   /// Whatever the server says to bytes of another protocol, it closes.
   Status ExpectGone(Transport& connection) const;
   Status DoExpect(const Case& what);
+  /// Says nothing for so long: of those who have time, and gave a longer --timeout.
+  Status Wait(double seconds);
   /// A payload with those that were kept; over where what is to repeat itself does not.
   Status Compare(const Case& what, const std::string& payload);
+  /// The same of each environment by itself: but for those in which an episode has ended.
+  Status CompareEnvironments(const Case& what, const std::string& payload);
   Status CheckMessage(const Case& what, const Frame& frame, const std::string& payload);
   Status TakeWelcome(const Frame& frame);
   Status TakeSpec(const Case& what, const Frame& frame);
@@ -71,6 +76,8 @@ class Conversation {
   /// with "somebody" from the first on, it goes on until somebody takes part (R77).
   Status Play(const Case& what);
   std::size_t Ended() const;
+  /// Whether some agent has ended with the latest RESULT.
+  bool AnyEnds() const;
   /// An engine that resets all of its environments or none is asked to reset all (R47).
   Status PlayOne();
   /// The engine may not have noticed yet that the connection is gone; "beside": it is not, and the engine closes it.
@@ -90,6 +97,7 @@ class Conversation {
   Case offered_;  // SPEC's behaviours
   protocol2::Blocks blocks_;
   Payloads payloads_;
+  Results results_;
   std::vector<std::string> capabilities_;  // of the session
   protocol2::Agreed agreed_;
   protocol2::ResultCheck check_;

@@ -11,6 +11,7 @@
 
 #include "cli/conformance_frames.h"
 #include "cli/conformance_illegal.h"
+#include "cli/conformance_setting.h"
 #include "consac/base/rng.h"
 #include "consac/protocol/protocol2.h"
 #include "consac/protocol/relabel.h"
@@ -78,17 +79,7 @@ class Payloads {
     return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).second;
   }
 
-  /// Whether a RESET or STEP can be so: where no parameter has a bound, none can be beyond it.
-  bool CanBeSet(const std::string& kind) const {
-    return std::ranges::any_of(env_->parameters, [&](const ParameterSpec& parameter) {
-      return kind.ends_with(" too high")  ? std::isfinite(parameter.high)
-             : kind.ends_with(" too low") ? std::isfinite(parameter.low)
-                                          : true;
-    });
-  }
   std::int64_t last_world() const { return static_cast<std::int64_t>(blocks_.environments) - 1; }
-  /// Whether an episode ended in a RESULT of `same_step`.
-  static bool HasFinals(const std::string& result) { return (result[0] & protocol2::kPartFinals) != 0; }
 
   /// Whether a RELABEL can be so: where no observation has such a number, or every behaviour has goals, it cannot.
   bool CanBeAsked(const std::string& kind) const {
@@ -141,47 +132,6 @@ class Payloads {
                      blocks_.largest_result});
   }
 
-  /// A RESULT without what is not looked at (rows of slots without 16, 1 and 2, mask rows of slots without 16), without
-  /// infos, and without the time that the engine took.
-  std::string LookedAt(std::string result) const {
-    result = WithoutInfos(std::move(result));
-    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
-      const BehaviourSpec& behaviour = env_->behaviours[b];
-      const protocol2::BehaviourBlocks& at = blocks_.behaviours[b];
-      const std::size_t row_bytes = behaviour.observation_layout.row_bytes;
-      const auto mask_bytes =
-          behaviour.masks_actions ? static_cast<std::size_t>(behaviour.action_layout.mask_bytes) : std::size_t{0};
-      for (std::size_t slot = 0; slot < static_cast<std::size_t>(behaviour.slots); ++slot) {
-        const int state = result[at.states + slot];
-        const bool plays = (state & protocol2::kActive) != 0;
-        if (!plays && (state & (protocol2::kTerminated | protocol2::kTruncated)) == 0)
-          std::memset(result.data() + at.observations + slot * row_bytes, 0, row_bytes);
-        if (!plays) std::memset(result.data() + at.masks + slot * mask_bytes, 0, mask_bytes);
-      }
-    }
-    return result;
-  }
-  /// A RESULT without its infos, and as if it had taken no time.
-  std::string WithoutInfos(std::string result) const {
-    if (result.size() < blocks_.result_bytes || result.size() < 2 * sizeof(std::uint32_t)) return result;
-    protocol2::WriteEngineTime(0.0, reinterpret_cast<std::byte*>(result.data()));
-    std::uint32_t parts = 0;
-    std::memcpy(&parts, result.data(), sizeof(parts));
-    std::size_t end = blocks_.result_bytes;
-    for (std::size_t b = 0; b < blocks_.behaviours.size() && (parts & protocol2::kPartFinals) != 0; ++b) {
-      const BehaviourSpec& behaviour = env_->behaviours[b];
-      const auto states = result.begin() + static_cast<std::ptrdiff_t>(blocks_.behaviours[b].states);
-      const auto finals =
-          std::count_if(states, states + behaviour.slots, [](char state) { return (state & protocol2::kFinal) != 0; });
-      end = protocol2::AlignBlock(end + static_cast<std::size_t>(finals) * behaviour.observation_layout.row_bytes);
-    }
-    if ((parts & protocol2::kPartGroups) != 0) end += blocks_.group_bytes();
-    parts &= ~(protocol2::kPartInfos | protocol2::kPartStatistics);
-    std::memcpy(result.data(), &parts, sizeof(parts));
-    result.resize(std::min(end, result.size()));
-    return result;
-  }
-
   /// RESET of the environments for which `chosen` is true.
   template <class Chosen>
   std::string ResetWhere(Chosen chosen) const {
@@ -192,32 +142,10 @@ class Payloads {
   }
 
  private:
-  static constexpr std::string_view kSet = ", set ";
-
-  /// With flag 4 and parameters behind: "defaults", "nothing", "high" and "low" (the bounds, or 1 beyond the default);
-  /// of the last environment wrong: "too high", "too low", "infinity"; "short", "long".
+  /// With flag 4 and parameters behind.
   std::string WithParameters(std::string payload, const std::string& how) const {
     payload[0] = static_cast<char>(payload[0] | static_cast<char>(protocol2::kWithParameters));
-    const bool wrong = how.starts_with("too ") || how == "infinity";
-    for (std::size_t i = 0; i < blocks_.environments * blocks_.parameters; ++i) {
-      const ParameterSpec& parameter = env_->parameters[i % blocks_.parameters];
-      const bool last = i / blocks_.parameters + 1 == blocks_.environments;
-      const double value = ValueOf(parameter, wrong && !last ? "defaults" : how);
-      payload.append(reinterpret_cast<const char*>(&value), sizeof(value));
-    }
-    if (how == "short") payload.resize(payload.size() - 8);
-    if (how == "long") payload.resize(payload.size() + 8);
-    return payload;
-  }
-  static double ValueOf(const ParameterSpec& parameter, const std::string& how) {
-    const bool has_high = std::isfinite(parameter.high), has_low = std::isfinite(parameter.low);
-    if (how == "nothing") return std::numeric_limits<double>::quiet_NaN();
-    if (how == "infinity") return std::numeric_limits<double>::infinity();
-    if (how == "too high" && has_high) return parameter.high + 1.0 + std::fabs(parameter.high);
-    if (how == "too low" && has_low) return parameter.low - 1.0 - std::fabs(parameter.low);
-    if (how == "high") return has_high ? parameter.high : parameter.default_value + 1.0;
-    if (how == "low") return has_low ? parameter.low : parameter.default_value - 1.0;
-    return parameter.default_value;
+    return payload + SettingBlock(env_->parameters, blocks_.environments, how);
   }
 
   static std::string With(std::string payload, std::size_t at, int value) {

@@ -11,7 +11,7 @@ namespace consac::testing {
 
 /// Agent a of a copy is terminated at age 2 + 2 a; its observation is (slot, age), its reward its age. A copy begins
 /// anew once all its agents have ended; with `respawn` an agent comes back by itself after two steps of absence.
-class Swarm final : public VectorEnv {
+class Swarm : public VectorEnv {
  public:
   Swarm(std::int32_t copies, std::int32_t agents, bool respawn)
       : agents_(agents), respawn_(respawn), there_(static_cast<std::size_t>(copies * agents)) {

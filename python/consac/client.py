@@ -391,7 +391,7 @@ class Connection(Session):
         try:
             self._result.check_padding()
             if self.parts & wire.PART_GROUPS:
-                self._result.check_groups(step, chosen)
+                self._result.check_groups(self._judge.played(request, step, chosen))
             if self._judge.judge(request, self.rows, step, chosen, bool(self.parts & wire.PART_FINALS)):
                 self._deserted = None
                 return

@@ -102,6 +102,8 @@ class Setting:
 
     def set(self, values: dict[str, Any]) -> None:
         """{name: number, or one for each environment (NaN: leave it)}; ConsacError where there is no such parameter, or it cannot be that."""
+        if not values:
+            return  # an engine that has no parameters is sent none
         new = self.values.copy()
         for name, value in values.items():
             if name not in self._places:

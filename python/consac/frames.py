@@ -180,12 +180,10 @@ class ResultFrame:
         begin = align(at) + 4
         return begin, begin + (_LENGTH.unpack_from(payload, begin - 4)[0] if begin <= len(payload) else 0)
 
-    def check_groups(self, step: bool, chosen) -> None:
-        """ProtocolError where groups are paid what they cannot be (R107). `chosen` [environments] were asked for, None: all."""
-        paid = self.group_rewards
-        idle = np.ones(len(paid), bool) if not step else np.zeros(len(paid), bool) if chosen is None else ~np.asarray(chosen, bool)
-        if not np.isfinite(paid).all() or paid[idle].any():
-            raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: a group is paid NaN or infinity, or in an environment that was not stepped (R107)")
+    def check_groups(self, played: np.ndarray) -> None:
+        """ProtocolError where groups are paid what they cannot be (R107). `played` [environments]: somebody took part."""
+        if not np.isfinite(self.group_rewards).all() or self.group_rewards[~played].any():
+            raise ProtocolError("MALFORMED", "a RESULT breaks protocol 2: a group is paid NaN or infinity, or in an environment in which nobody took part (R107)")
 
     def _map_finals(self, payload: memoryview, at: int) -> int:
         """Lays the final rows over the payload from `at`; where they end."""

@@ -83,7 +83,7 @@ class Conversation:
         elif ", set " in what.get("payload", ""):
             base, how = what["payload"].split(", set ")
             payload, self.over = self.with_parameters(self.payload(base), how)
-            self.set_wrong = True
+            self.set_wrong = how in ("too high", "too low", "infinity", "infinity without a bound")  # else the action may be
             if self.over:
                 return
         elif "payload" in what:
@@ -132,16 +132,22 @@ class Conversation:
     def with_parameters(self, payload, how):
         """With flag 4 and parameters behind; and whether no parameter has a bound that it takes. What is wrong is of the last environment."""
         values, count = np.full((self.envs, len(self.parameters)), np.nan), len(self.parameters)
+        wrong = how in ("too high", "too low", "infinity", "infinity without a bound")
         number = lambda one, name, otherwise: otherwise if one.get(name) is None else one[name]
         for place, one in enumerate(self.parameters):
             low, high = number(one, "low", -np.inf), number(one, "high", np.inf)
-            normal = {"nothing": np.nan, "high": high if np.isfinite(high) else one["default"] + 1, "low": low if np.isfinite(low) else one["default"] - 1}.get(how, one["default"])
-            values[:, place] = normal
-            values[-1, place] = {"too high": high + 1 + abs(high), "too low": low - 1 - abs(low), "infinity": np.inf}.get(how, normal)
-            if how in ("too high", "too low") and not np.isfinite(values[-1, place]):
-                values[-1, place] = one["default"]
-        bounded = any(number(one, {"too high": "high", "too low": "low"}.get(how, "default"), None) is not None for one in self.parameters)
-        data = bytes([payload[0] | 4]) + payload[1:] + values.astype("<f8").tobytes()
+            highest = high if np.isfinite(high) else one["default"] + 1
+            values[:, place] = {"nothing": np.nan, "high in the last": np.nan, "low": low if np.isfinite(low) else one["default"] - 1}.get(how, highest if wrong or how == "high" else one["default"])
+            boundless = {"infinity without a bound": np.inf}.get(how) if np.isinf(high) else None
+            last = {"too high": high + 1 + abs(high), "too low": low - 1 - abs(low), "infinity": np.inf, "infinity without a bound": boundless, "high in the last": highest}.get(how)
+            if last is not None and not (how in ("too high", "too low") and np.isinf(last)):
+                values[-1, place] = last
+        bounds = {"too high": "high", "too low": "low"}.get(how)
+        bounded = any(number(one, bounds, None) is not None for one in self.parameters) if bounds else how != "infinity without a bound" or any(number(one, "high", None) is None for one in self.parameters)
+        block = bytearray(values.astype("<f8").tobytes())
+        for index in np.flatnonzero(np.isnan(values)):  # of any bits: quiet and signalling, with either sign
+            struct.pack_into("<Q", block, 8 * index, (0x7FF8000000000000, 0xFFF8000000000001, 0x7FF0000000000001, 0xFFFFFFFFFFFFFFFF)[index % 4])
+        data = bytes([payload[0] | 4]) + payload[1:] + block
         return {"short": data[:-8], "long": data + bytes(8)}.get(how, data), bool(count) and not bounded
 
     def goals(self, kind):
@@ -215,7 +221,7 @@ class Conversation:
             self.welcomed, self.capabilities = said["session"], said["capabilities"]
             self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
             self.reader.limit = said["max_frame"]
-            self.over = not all(wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
+            self.over = not all({*wanted["has"]} <= {*said[key]} if isinstance(wanted.get("has"), list) else wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
         if frame.type == wire.SPEC:
             assert said["autoreset"] == what.get("autoreset", "same_step")
             self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"], self.capabilities)
@@ -249,15 +255,34 @@ class Conversation:
     def compare(self, what, payload):
         if "repeats" in what:  # what is served here is the same each time
             assert self.looked_at(payload) == self.looked_at(self.kept[what["repeats"]])
-        if "goes_on" in what and payload[0] & 1:
+        for wanted, compared in (("others_as", range(self.envs - 1)), ("last_as", [self.envs - 1]), ("goes_on_as", range(self.envs))):
+            if wanted not in what:
+                continue
+            kept = self.kept[what[wanted]]
+            goes_on = [env for env in compared if not self.ends(payload, env) and not self.ends(kept, env)]
+            assert wanted != "goes_on_as" or goes_on, "no environment goes on"
+            for env in goes_on:
+                assert self.of(payload, env) == self.of(kept, env), (what, env)
+        if "differs" in what and any(self.of(payload, env) == self.of(self.kept[what["differs"]], env) for env in range(self.envs)):
             self.over = True
             return
+        if "other_than" in what:
+            assert self.looked_at(payload) != self.looked_at(self.kept[what["other_than"]]), what
         if "same_as" in what:
             assert payload == self.kept[what["same_as"]]
         if "begins_as" in what:
             assert self.looked_at(payload) == self.looked_at(self.kept[what["begins_as"]])
         if "keep" in what:
             self.kept[what["keep"]] = payload
+
+    def of(self, payload, env):
+        """What a RESULT says of an environment, but for final rows. One behaviour of one agent and no masks."""
+        rewards = align(8 + self.envs * self.row_bytes)
+        at, state = 8 + env * self.row_bytes, payload[rewards + 8 * self.envs + env]
+        return bytes(payload[at:at + self.row_bytes] * (state & 19 != 0)) + bytes(payload[rewards + 8 * env:rewards + 8 * env + 8]) + bytes([state])
+
+    def ends(self, payload, env):
+        return payload[align(8 + self.envs * self.row_bytes) + 8 * self.envs + env] & 3 != 0
 
     def beside(self, _):
         """A second trainer, while this one is there."""
@@ -269,9 +294,9 @@ class Conversation:
         other.sock.close()
 
     def play(self, what):
-        for _ in range(what.get("steps", 0)):
+        for played in range(what.get("steps", 0)):
             ended = bytes(self.check.over(env) for env in range(self.envs))
-            if what.get("until") == "over" and any(ended):
+            if what.get("until") == "over" and any(ended) or what.get("until") == "ended" and played and any(self.ends(self.result, env) for env in range(self.envs)):
                 return
             reset = self.autoreset == "disabled" and any(ended)
             self.ask(wire.RESET if reset else wire.STEP, self.last + 1, (bytes(8) + ended + bytes(-self.envs % 8)) if reset else self.payload("legal"))
@@ -279,9 +304,13 @@ class Conversation:
             if reset and self.judged != self.last:  # all of them or none (R47)
                 self.ask(wire.RESET, self.last + 1, self.payload("all"))
                 self.expect({"type": "RESULT", "request": self.last})
-        self.over = self.over or what.get("until") == "over"
+        self.over = self.over or what.get("until") in ("over", "ended")
         assert any(state & wire.ACTIVE for states in self.check.states for state in states)
         self.compare(what, self.result)
+
+    def wait(self, _):
+        """The doctor does, where it is given time."""
+        self.over = True
 
     def half_close(self, _):
         self.sock.shutdown(socket.SHUT_WR)

@@ -33,6 +33,9 @@ class ResultCheck:
         agents = len(behaviour.agents)
         return range(environment * agents, (environment + 1) * agents)
 
+    def _took_part(self, environment):
+        return self.step and self.chosen[environment] and any(was[slot] & wire.ACTIVE for behaviour, was in zip(self.behaviours, self.states) for slot in self._slots(behaviour, environment))
+
     def judge(self, payload):
         try:
             self._judge(bytes(payload))
@@ -81,7 +84,7 @@ class ResultCheck:
                     at += behaviour.observation.row_bytes
         if parts & 8:
             for index, reward in enumerate(struct.unpack_from(f"<{self.environments * self.groups}d", payload, paid)):
-                need("R107", math.isfinite(reward) and (reward == 0 or self.step and self.chosen[index // self.groups]))
+                need("R107", math.isfinite(reward) and (reward == 0 or self._took_part(index // self.groups)))
         if 4 in texts:
             judge_statistics(payload[slice(*texts[4])])
         if 2 in texts:

@@ -80,6 +80,15 @@ def test_another_way_to_begin_has_what_was_set_by_then(autoreset):
         assert connection.rows[0].observations[0].ravel().tolist() == [5]
 
 
+def test_an_engine_without_parameters_is_sent_none():
+    with Server("CartPole-v1", 1) as server, connect(f"tcp://127.0.0.1:{server.port}", protocol=2) as connection:
+        connection.set_parameters({})
+        connection.reset()
+        connection.step()
+        with pytest.raises(ConsacError, match="there is no parameter 'gravity'"):
+            connection.set_parameters({"gravity": 1.0})
+
+
 def test_reset_of_gymnasium_takes_parameters_among_its_options():
     with walking() as url, contextlib.closing(consac.make(url)) as env:
         env.reset(options={"parameters": {"speed": 4}, "extra": 7})

@@ -65,14 +65,17 @@ def test_the_session_is_a_session():
         reader.feed(data)
         frame = reader.next()
         kinds.append(frame.type)
+        if frame.type == wire.WELCOME:
+            agreed = wire.load_json(frame.payload)["capabilities"]
         if frame.type == wire.SPEC:
-            check = ResultCheck(wire.load_json(frame.payload), "same_step")
+            check = ResultCheck(wire.load_json(frame.payload), "same_step", agreed)
         if frame.type in (wire.RESET, wire.STEP):
             check.ask(frame.type == wire.STEP, frame.payload[8:10])
         if frame.type == wire.RESULT:
             assert check.judge(frame.payload) is None
     assert kinds == [wire.HELLO, wire.WELCOME, wire.CONFIGURE, wire.SPEC, wire.RESET, wire.RESULT, wire.PING, wire.PONG, wire.STEP, wire.RESULT, wire.STEP, wire.ERROR,
-                     wire.STEP, wire.RESULT, wire.BYE]
+                     wire.STEP, wire.RESULT, wire.BYE,
+                     wire.HELLO, wire.WELCOME, wire.CONFIGURE, wire.SPEC, wire.RESET, wire.RESULT, wire.STEP, wire.RESULT, wire.STEP, wire.ERROR, wire.STEP, wire.RESULT, wire.BYE]
 
 
 @pytest.mark.parametrize("number, name", list(enumerate("HELLO WELCOME CONFIGURE SPEC RESET STEP RESULT ERROR GOAWAY BYE PING PONG PAUSED RESUMED RENDER FRAME RELABEL REWARDS".split(), 1)))

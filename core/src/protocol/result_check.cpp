@@ -202,11 +202,21 @@ Status ResultCheck::JudgeGroups(std::span<const std::byte> payload, std::size_t 
     if (!std::isfinite(paid))
       return Breaks("R107", "what group " + group + std::to_string(environment) + " is paid is NaN or infinite",
                     StatusCode::kNonFinite);
-    if (paid != 0.0 && (chosen_[environment] == 0 || asked_ != FrameType::kStep))
-      return Breaks("R107", "group " + group + std::to_string(environment) + ", which was not stepped, is paid " +
+    if (paid != 0.0 && !TookPart(environment))
+      return Breaks("R107", "group " + group + std::to_string(environment) + ", in which nobody took part, is paid " +
                                 NumberText(paid));
   }
   return Status::Ok();
+}
+
+bool ResultCheck::TookPart(std::size_t environment) const {
+  if (asked_ != FrameType::kStep || chosen_[environment] == 0) return false;
+  for (std::size_t b = 0; b < states_.size(); ++b) {
+    const std::size_t agents = env_->behaviours[b].agents.size();
+    for (std::size_t slot = environment * agents; slot < (environment + 1) * agents; ++slot)
+      if ((states_[b][slot] & kActive) != 0) return true;
+  }
+  return false;
 }
 
 Status ResultCheck::JudgeSlot(const Site& site) const {

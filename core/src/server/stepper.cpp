@@ -38,6 +38,7 @@ Stepper::Stepper(VectorEnv& env) : env_(env), spec_(env.spec()), blocks_(env.spe
   request_.Resize(blocks_.step_bytes + blocks_.parameter_bytes());
   pending_.resize(blocks_.environments);
   stepped_.resize(blocks_.environments);
+  played_.resize(blocks_.environments);
   begins_.resize(blocks_.environments);
   outdated_.resize(blocks_.environments);
   const std::vector<double> defaults = DefaultsOf(spec_.parameters);

@@ -129,6 +129,7 @@ class Stepper {
   std::vector<Batch> whole_, some_;              // one per behaviour
   std::vector<std::uint8_t> pending_, stepped_;  // per environment: has ended; is stepped (or begins) now
   std::vector<std::uint8_t> begins_;             // per environment: its first rows are still to come
+  std::vector<std::uint8_t> played_;             // per environment: an agent took part in this step
   std::vector<std::uint8_t> outdated_;           // per environment: its hidden episode has parameters that are so
   std::vector<double> parameters_;               // [environments, parameters] as they were set
   std::vector<Statistic> noted_;

@@ -22,6 +22,7 @@ void Stepper::BeginResult() {
                      (groups_[b].active[i] != 0 ? std::byte{protocol2::kActive} : std::byte{0});
     }
   }
+  std::fill(played_.begin(), played_.end(), std::uint8_t{0});
   has_finals_ = false;
   result_bytes_ = blocks_.result_bytes;
 }
@@ -95,6 +96,7 @@ void Stepper::WriteOutcomes(std::size_t b, const Batch& batch) {
     const auto slot = static_cast<std::size_t>(batch.slots[i]);
     if (group.active[slot] == 0) continue;
     ++agents_stepped_;
+    played_[group.WorldOf(static_cast<std::int32_t>(slot))] = 1;
     const auto reward = static_cast<double>(batch.rewards[i]);
     std::memcpy(payload_ + blocks_.behaviours[b].rewards + slot * sizeof(reward), &reward, sizeof(reward));
     unsigned state = protocol2::kActive;
@@ -179,14 +181,14 @@ nlohmann::json Stepper::InfoColumns(bool final) {
   return columns;
 }
 
-/// What the groups of the worlds that were stepped were paid; left out where it is nothing.
+/// What the groups of worlds in which somebody took part were paid; left out where it is nothing.
 bool Stepper::WriteGroups() {
   const std::span<const float> paid = env_.group_rewards();
   bool any = false;
-  for (std::size_t i = 0; i < paid.size(); ++i) any = any || (stepped_[i / blocks_.groups] != 0 && paid[i] != 0.0f);
+  for (std::size_t i = 0; i < paid.size(); ++i) any = any || (played_[i / blocks_.groups] != 0 && paid[i] != 0.0f);
   if (!any) return false;
   for (std::size_t i = 0; i < paid.size(); ++i) {
-    const double reward = stepped_[i / blocks_.groups] != 0 ? static_cast<double>(paid[i]) : 0.0;
+    const double reward = played_[i / blocks_.groups] != 0 ? static_cast<double>(paid[i]) : 0.0;
     std::memcpy(payload_ + result_bytes_ + i * sizeof(reward), &reward, sizeof(reward));
   }
   result_bytes_ += blocks_.group_bytes();

@@ -170,6 +170,42 @@ class Together final : public VectorEnv {
   testing::Swarm swarm_{3, 2, false};
 };
 
+/// One insect, whose group is paid 1 in every step, whoever is there.
+class PaidInsect final : public testing::Swarm {
+ public:
+  PaidInsect() : Swarm(1, 1, true), spec_(Swarm::spec()) { spec_.groups = {{"all", {{0, 0}}}}; }
+  const EnvSpec& spec() const override { return spec_; }
+  std::span<const float> group_rewards() const override { return paid_; }
+
+ private:
+  EnvSpec spec_;
+  std::vector<float> paid_{1.0f};
+};
+
+// R107: what a group is paid while its world is empty would be in nobody's reward.
+TEST(StepperGroups, AreNotPaidWhereNobodyTookPart) {
+  PaidInsect world;
+  Stepper stepper(world);
+  stepper.Agree({.groups = true});
+  std::vector<std::uint64_t> result(stepper.result_room() / 8 + 1);
+  stepper.WriteTo(reinterpret_cast<std::byte*>(result.data()));
+  std::vector<std::byte> all(stepper.blocks().seeds);
+  all[protocol2::kActiveOffset] = std::byte{1};
+  ASSERT_TRUE(stepper.Reset(all, true, 0).ok());
+  stepper.FinishReset();
+  all.resize(stepper.blocks().step_bytes);
+  std::string paid;
+  for (int i = 0; i < 6; ++i) {
+    ASSERT_TRUE(stepper.ReadStep(all).ok());
+    stepper.Step();
+    stepper.FinishStep();
+    std::uint32_t parts = 0;
+    std::memcpy(&parts, result.data(), sizeof(parts));
+    paid += (parts & protocol2::kPartGroups) != 0 ? "1" : "0";
+  }
+  EXPECT_EQ(paid, "110011") << "it ends with the second step, is away for two, and comes back";
+}
+
 TEST(StepperSeeds, ALaterResetWithoutSeedsTakesSeedsThatTheSessionHasNotGivenYet) {
   Together worlds;
   Stepper stepper(worlds);

@@ -38,6 +38,8 @@ class ResultCheck {
   Status JudgeSize(std::span<const std::byte> payload, ResultParts* parts) const;
   Status JudgePadding(std::span<const std::byte> payload, const ResultParts& parts) const;
   Status JudgeGroups(std::span<const std::byte> payload, std::size_t at) const;
+  /// Whether an agent of the environment took part in the STEP that is answered.
+  bool TookPart(std::size_t environment) const;
   Status JudgeSlot(const Site& site) const;
   Status JudgeEnd(const Site& site) const;
   Status JudgeMask(const Site& site) const;

@@ -1,0 +1,47 @@
+// A RESULT beside those that a conformance case has kept.
+#include <fmt/format.h>
+
+#include "cli/conformance_conversation.h"
+
+namespace consac::cli {
+
+Status Conversation::Compare(const Case& what, const std::string& payload) {
+  CONSAC_RETURN_IF_ERROR(CompareEnvironments(what, payload));
+  if (what.contains("same_as") && payload != kept_[what["same_as"]])
+    return Failed("the payload differs from the one before");
+  const auto is_like = [&](const char* kept) {
+    return results_.LookedAt(payload) == results_.LookedAt(kept_[what[kept]]);
+  };
+  if (what.contains("begins_as") && !is_like("begins_as"))
+    return Failed("what is looked at differs from the one before");
+  if (what.contains("repeats") && !is_like("repeats"))
+    return Over("one seed and the same actions bring another RESULT each time");
+  if (what.contains("other_than") && is_like("other_than"))
+    return Failed("an episode that began by itself is as if nothing had been set, though one of a RESET is not (R103)");
+  if (what.contains("keep")) kept_[what["keep"]] = payload;
+  return Status::Ok();
+}
+
+Status Conversation::CompareEnvironments(const Case& what, const std::string& payload) {
+  const std::size_t count = results_.environments();
+  const auto is_like = [&](const char* kept, std::size_t i) {
+    return results_.OfEnvironment(payload, i) == results_.OfEnvironment(kept_[what[kept]], i);
+  };
+  std::size_t others = 0;
+  for (const char* kept : {"others_as", "last_as", "goes_on_as"}) {
+    for (std::size_t i = 0; i < count && what.contains(kept); ++i) {
+      const bool compared = kept[0] == 'g' || (kept[0] == 'l') == (i + 1 == count);
+      if (!compared || results_.Ends(payload, i) || results_.Ends(kept_[what[kept]], i)) continue;
+      ++others;
+      if (!is_like(kept, i))
+        return Failed(fmt::format("what is looked at of environment {} is not as it was with the same values", i));
+    }
+  }
+  if (what.contains("goes_on_as") && others == 0) return Over("no episode goes on with that step");
+  for (std::size_t i = 0; i < count && what.contains("differs"); ++i) {
+    if (is_like("differs", i)) return Over("no value changes what is seen of a first step");
+  }
+  return Status::Ok();
+}
+
+}  // namespace consac::cli
