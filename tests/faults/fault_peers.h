@@ -165,9 +165,11 @@ inline bool Soon(const std::function<bool()>& condition) {
 }
 
 /// HELLO with a token to resume: the code of the answer, "WELCOME" when it is one that resumes, "new" when it does not.
-inline std::string ResumeAnswer(RawTrainer& trainer, const std::string& token) {
+inline std::string ResumeAnswer(RawTrainer& trainer, const std::string& token,
+                                std::vector<std::string> capabilities = {}) {
   Hello hello;
   hello.resume = token;
+  hello.capabilities = std::move(capabilities);
   trainer.Send(FrameType::kHello, 0, EncodeHello(hello));
   const Frame frame = trainer.Next();
   if (frame.header.type == FrameType::kWelcome) return ParseWelcome(frame.payload)->resumed ? "WELCOME" : "new";

@@ -122,7 +122,7 @@ TEST(FaultBShared, B8_TheEngineLooksAtACrcThereToo) {
   EXPECT_EQ(error.header.request, 4u);
   EXPECT_EQ(engine.steps(), steps) << "nothing is carried out";
   RawTrainer again(engine.Connect());
-  ASSERT_EQ(ResumeAnswer(again, shared.trainer.resume), "WELCOME") << "a loss, and nobody's fault (R24)";
+  ASSERT_EQ(ResumeAnswer(again, shared.trainer.resume, {"shm"}), "WELCOME") << "a loss, and nobody's fault (R24)";
   again.blocks = shared.trainer.blocks;
   again.Ask(FrameType::kStep, 4, shared.step);
   EXPECT_EQ(again.last_type, FrameType::kResult);
