@@ -102,6 +102,10 @@ Status Conversation::DoSend(const Case& what) {
     Case value = what["json"];
     const std::string token = TokenOf(what);
     if (what["type"] == "HELLO" && !token.empty()) value["token"] = token;
+    if (value.value("max_frame", Case()) == "too small") {
+      if (payloads_.longest() < protocol2::kLargestBeforeWelcome + 8) return Over("its frames are short");
+      value["max_frame"] = payloads_.longest() - 8;
+    }
     if (what.contains("resume") && resume_.empty()) return Over(kKeepsNone);
     if (what.contains("resume")) value["resume"] = resume_;
     if (what.contains("expect")) value["expect"] = what["expect"] == "offered" ? offered_ : WithFractions(offered_);
@@ -333,49 +337,6 @@ Status Conversation::TakeRewards(const Case& what, const std::string& payload) c
                                 paid_[i], reward));
   }
   return Status::Ok();
-}
-
-Status Conversation::Play(const Case& what) {
-  const std::string until = what.value("until", "");
-  const int steps = what.value("steps", 0);
-  double deserted_at = Now();
-  for (int step = 0; step < steps || !check_.anyone(); ++step) {
-    if (until == "over" && Ended() > 0) return Status::Ok();
-    if (until == "ended" && step > 0 && AnyEnds()) return Status::Ok();
-    if (check_.anyone()) deserted_at = Now();
-    if (Now() - deserted_at > patience_s_)
-      return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", patience_s_));
-    const Status status = PlayOne();
-    if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
-  }
-  return until == "over" || until == "ended" ? Over(fmt::format("no episode ended within {} steps", steps))
-                                             : Compare(what, result_);
-}
-
-std::size_t Conversation::Ended() const {
-  std::size_t ended = 0;
-  for (std::size_t i = 0; i < blocks_.environments; ++i) ended += check_.over(i) ? 1 : 0;
-  return ended;
-}
-
-bool Conversation::AnyEnds() const {
-  bool any = false;
-  for (std::size_t i = 0; i < blocks_.environments; ++i) any = any || results_.Ends(result_, i);
-  return any;
-}
-
-Status Conversation::PlayOne() {
-  const bool resets = spec_.autoreset == protocol2::Autoreset::kDisabled && Ended() > 0;
-  if (!resets) {
-    CONSAC_RETURN_IF_ERROR(Ask(FrameType::kStep, request_ + 1, payloads_.Of("legal", result_)));
-    return DoExpect({{"type", "RESULT"}, {"request", request_}});
-  }
-  CONSAC_RETURN_IF_ERROR(
-      Ask(FrameType::kReset, request_ + 1, payloads_.ResetWhere([&](std::size_t i) { return check_.over(i); })));
-  CONSAC_RETURN_IF_ERROR(DoExpect({{"type", "RESULT"}, {"request", request_}, {"or", "UNSUPPORTED"}}));
-  if (judged_ == request_) return Status::Ok();
-  CONSAC_RETURN_IF_ERROR(Ask(FrameType::kReset, request_ + 1, payloads_.Of("all", result_)));
-  return DoExpect({{"type", "RESULT"}, {"request", request_}});
 }
 
 Status Conversation::Reconnect(const Case& how) {

@@ -70,6 +70,9 @@ class Conversation:
         payload = what.get("text", "").encode()
         if "json" in what:
             expect = {"offered": self.offered, "with fractions": with_fractions(self.offered)}[what["expect"]] if "expect" in what else None
+            if what["json"].get("max_frame") == "too small":  # frames are short here
+                self.over = True
+                return
             payload = wire.dump_json(what["json"] | ({"resume": self.resume} if "resume" in what else {}) | ({"expect": expect} if expect else {}))
         payload = payload.ljust(what.get("blanks", 0))
         if "floats" in what or "token" in what or what.get("leaf", "discrete") not in ("discrete", "discrete, below"):  # there are two choices; and no token is asked for

@@ -29,6 +29,15 @@ TEST_F(ConformanceOfExtras, EveryCaseHoldsForAWorldThatHasAllOfThem) {
     EXPECT_THAT(outcome.out, HasSubstr("holds        " + std::string(name))) << outcome.out;
 }
 
+TEST_F(ConformanceOfExtras, EveryCaseHoldsForAWorldWhoseFramesAreLong) {
+  const ServedWorld engine(std::make_unique<RichEnv>(200), ForLong());
+  const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  for (const char* name :
+       {"a limit that RESULT does not fit in (R34)", "a limit that RESULT does not fit in by its groups"})
+    EXPECT_THAT(outcome.out, HasSubstr("holds        " + std::string(name))) << outcome.out;
+}
+
 TEST_F(ConformanceOfExtras, EveryCaseHoldsForPendulums) {
   const ServedWorld engine((*worlds::FindWorld("pendulum-v1"))->create(2), ForLong());
   const Outcome outcome = RunProgram(folder(), {"doctor", "--conformance", engine.url()});
