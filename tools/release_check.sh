@@ -2,8 +2,8 @@
 # Tries what tools/release.sh has put into dist, and writes down what came of it.
 #   tools/release_check.sh                      the programs for Linux in the roots of other systems, ARM64's by an emulator, Windows'
 #                                               under Wine, consac-cad here; writes bench/results/release.md
-#   tools/release_check.sh again [TARGET...]    compiles the programs once more from a clone in another folder, with no cache of
-#                                               compiled things, and compares the bytes
+#   tools/release_check.sh again [TARGET...]    compiles the programs once more from a clone in another folder, without ccache,
+#                                               and compares the bytes (of linux-x86_64 and linux-aarch64 the library of consac.h)
 # Roots are the required packages of a suite, unpacked and not set up: a C library, a shell, no Python. They come from the
 # mirror that this machine uses itself, and are kept in build/release-roots. Needs to be root (debootstrap, chroot).
 set -euo pipefail
@@ -27,7 +27,7 @@ root_of() {
 
 # again TARGET...: two folders, the same bytes. Without ccache, which would give the first's objects.
 again() {
-  local other target program said differs=0
+  local other target program made said differs=0
   other=$(mktemp -d)
   trap "rm -rf '$other'" EXIT
   git clone -q . "$other/another-folder"
@@ -35,8 +35,9 @@ again() {
   mkdir -p "$other/another-folder/build/windows-needs"
   cp build/windows-needs/*.orig.tar.* "$other/another-folder/build/windows-needs"
   for target in "$@"; do
-    (cd "$other/another-folder" && CCACHE_DISABLE=1 ZIG_GLOBAL_CACHE_DIR=$other/zig tools/cross.sh "$target" consac) | tail -n 1
-    for program in build/cross-"$target"/cli/consac{,.exe}; do
+    case $target in linux-x86_64 | linux-aarch64) made=consac_c ;; *) made=consac ;; esac  # those have no program
+    (cd "$other/another-folder" && CCACHE_DISABLE=1 tools/cross.sh "$target" "$made") | tail -n 1
+    for program in build/cross-"$target"/{cli/consac{,.exe},engines/c/libconsac.so.[0-9]*.[0-9]*}; do
       [ -f "$program" ] || continue
       if cmp "$program" "$other/another-folder/$program"; then
         echo "release_check: $target: the same bytes in another folder"
@@ -45,7 +46,7 @@ again() {
         differs=1 said="FAILED: other bytes"
       fi
       mkdir -p build/release-notes
-      echo "- $target, commit $(git describe --always --abbrev=12): $said" >>build/release-notes/again.md
+      echo "- $target, ${program##*/}, commit $(git describe --always --abbrev=12): $said" >>build/release-notes/again.md
     done
   done
   return $differs
