@@ -10,7 +10,7 @@ build:
 	@tools/setup.sh build
 	@echo "build: compiling the program, a minute or two on two cores, seconds when it is up to date"
 	@cmake --preset release -DCONSAC_BUILD_TESTS=OFF -DCONSAC_BUILD_BENCH=OFF --log-level=WARNING >/dev/null
-	@start=$$(date +%s); cmake --build --preset release -j $(JOBS) --target consac && \
+	@start=$$(date +%s); cmake --build --preset release -j $(JOBS) --target programs && \
 	  echo "build: build/release/cli/consac is ready after $$(($$(date +%s) - start)) s"
 
 ## Set up, build, all tests; those in a real engine where it can be fetched.

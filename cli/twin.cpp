@@ -89,15 +89,16 @@ int ImportTwin(const TwinFlags& flags) {
   }
   Print("{}: {} links, {} joints, {} of them move by themselves\n", report->robot.name, report->robot.links.size(),
         report->robot.joints.size(), report->robot.positions());
-  Print("{} meshes, {} triangles, in {:.2f} s; about {:.0f} MiB for the largest, one at a time\n", report->meshes,
-        report->triangles, took.count(),
-        static_cast<double>(report->most_triangles * twin::kBytesPerTriangle) / 1048576.0);
+  if (report->meshes > 0)
+    Print("{} meshes, {} triangles, in {:.2f} s; about {:.0f} MiB for the largest, one at a time\n", report->meshes,
+          report->triangles, took.count(),
+          static_cast<double>(report->most_triangles * twin::kBytesPerTriangle) / 1048576.0);
   for (const std::string& warning : report->warnings) Print("warning: {}\n", warning);
   std::vector<std::string_view> files;
   for (const std::string& file : report->files) {
     if (file.find('/') == std::string::npos) files.emplace_back(file);
   }
-  Print("written to {}: {} and the meshes\n", flags.output, Join(files));
+  Print("written to {}: {}{}\n", flags.output, Join(files), report->meshes > 0 ? " and the meshes" : "");
   return 0;
 }
 
@@ -168,11 +169,27 @@ Result<std::vector<double>> ReadPositions(const TwinFlags& flags, const robot::R
   return positions;
 }
 
+// Where the links are is computed of any position; on stderr it is said which ones the robot cannot take.
+void WarnOfLimits(const robot::Robot& robot, const std::vector<double>& positions, bool degrees) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const robot::Joint& joint = robot.joints[static_cast<std::size_t>(robot.position_joints[i])];
+    if (positions[i] >= joint.drive.lower && positions[i] <= joint.drive.upper) continue;
+    const bool slides = joint.type == robot::JointType::kPrismatic;
+    const double unit = degrees && !slides ? kDegrees : 1.0;
+    PrintError("consac twin: warning: {} = {:.6g} is beyond its limits {:.6g} to {:.6g} {}\n", joint.name,
+               positions[i] * unit, joint.drive.lower * unit, joint.drive.upper * unit,
+               slides    ? "m"
+               : degrees ? "degrees"
+                         : "rad");
+  }
+}
+
 int ShowPose(const TwinFlags& flags) {
   const Result<robot::Robot> robot = twin::LoadRobot(flags.input);
   if (!robot.ok()) return Fail("twin", robot.status());
   const Result<std::vector<double>> positions = ReadPositions(flags, *robot);
   if (!positions.ok()) return Fail("twin", positions.status());
+  if (!flags.positions.empty()) WarnOfLimits(*robot, *positions, flags.degrees);
   const robot::Convention convention = flags.convention == "gltf"     ? robot::Convention::kGltf
                                        : flags.convention == "unreal" ? robot::Convention::kUnreal
                                                                       : robot::Convention::kRobot;
@@ -213,6 +230,7 @@ int CheckTwin(const TwinFlags& flags) {
     Print("{:>3} {:<28} {:<10} {:>10.4g} to {:<10.4g} {}\n", i, joint.name, NameOf(joint.type),
           joint.drive.lower * unit, joint.drive.upper * unit, turns ? "degrees" : "m");
   }
+  for (const std::string& line : twin::WideLimits(*robot)) Print("warning: {}\n", line);
   robot::Kinematics kinematics(*robot);
   const robot::SelfCollision collision(*robot);
   const robot::SelfCollision::Nearest nearest = collision.Find(kinematics.links());
@@ -223,6 +241,11 @@ int CheckTwin(const TwinFlags& flags) {
   };
   Print("at 0 the nearest capsules are {} and {}, {:.1f} mm {}\n", link(nearest.first), link(nearest.second),
         std::abs(nearest.distance) * 1000.0, nearest.distance < 0.0 ? "into each other" : "apart");
+  if (nearest.distance < 0.0)
+    Print(
+        "that need not be a fault: 0 may be a pose that the robot never takes (its maker says which are clear), and a\n"
+        "capsule is wider than its link; pairs that may always touch belong into an SRDF (consac twin import "
+        "--srdf)\n");
   return 0;
 }
 
@@ -265,9 +288,16 @@ void AddCadFlags(CLI::App* app, TwinFlags* flags) {
 
 Action AddTwin(CLI::App& app) {
   auto flags = std::make_shared<TwinFlags>();
+  // Without it each would show the examples of all.
+  const auto examples = [](CLI::App* sub, const char* lines) {
+    sub->footer(std::string("Examples:\n") + lines + "\n\nExit codes: " + kExitCodes);
+  };
   app.require_subcommand(1);
   CLI::App* import =
       app.add_subcommand("import", "make twin.glb, twin.json, twin.urdf, twin.xml (MJCF) and a report of a robot");
+  examples(
+      import,
+      "consac twin import robot.urdf -o twin\nconsac twin import arm.step --hints hints.json --density 1200 -o arm");
   import->add_option("file", flags->input, "the description: a URDF, an MJCF or a STEP file")->required();
   import->add_option("-o,--output", flags->output, "folder to make")->capture_default_str();
   import->add_option("--package", flags->packages, "NAME=FOLDER of package://NAME/..., once or more");
@@ -278,11 +308,16 @@ Action AddTwin(CLI::App& app) {
   import->add_flag("--json", flags->json, "print what was made as JSON");
   AddCadFlags(import, flags.get());
   CLI::App* candidates = app.add_subcommand("candidates", "where a STEP file's joints may be, with scores and reasons");
+  examples(candidates,
+           "consac twin candidates arm.step\nconsac twin candidates arm.step --hints hints.json -o found.json");
   candidates->add_option("file", flags->input, "the assembly: STEP or IGES")->required();
   candidates->add_option("-o,--output", flags->candidates, "file to write")->capture_default_str();
   candidates->add_flag("--json", flags->json, "print JSON");
   AddCadFlags(candidates, flags.get());
   CLI::App* fk = app.add_subcommand("fk", "where the links are for given joint positions");
+  examples(fk,
+           "consac twin fk twin --q 0.1,-0.4,0 --link tool\nconsac twin fk twin --degrees --q elbow=30 --convention "
+           "unreal --json");
   fk->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
   fk->add_option("--q", flags->positions,
                  "0.1,0.2,... for every joint, or JOINT=NUMBER,...; rad and m; without it all are 0");
@@ -293,12 +328,17 @@ Action AddTwin(CLI::App& app) {
       ->capture_default_str();
   fk->add_flag("--json", flags->json, "print JSON");
   CLI::App* check = app.add_subcommand("check", "read a twin and say what it is");
+  examples(check, "consac twin check twin\nconsac twin check robot.urdf");
   check->add_option("twin", flags->input, "folder of an import, its twin.json, or a URDF")->required();
   CLI::App* reach = app.add_subcommand(
       "reach", "what twin-reach-v0 makes of a twin: tool, ready pose, goals; a file to change them in");
+  examples(reach, "consac twin reach twin\nconsac twin reach twin -o task.json");
   reach->add_option("twin", flags->input, "folder of an import")->required();
   reach->add_option("-o,--output", flags->reach, "file to write; without it they are printed");
   CLI::App* view = app.add_subcommand("view", "show a twin in the browser: move its joints, let a model play");
+  examples(view,
+           "consac twin view twin --open\nconsac twin view twin --model reach --open\nconsac twin view arm.step "
+           "--hints hints.json --open");
   view->add_option("twin", flags->input, "folder of an import, or a description")->required();
   view->add_option("--model", flags->view.model,
                    "model of yumi-reach-v0, of a variant or of twin-reach-v0, or the name of its run");

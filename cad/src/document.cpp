@@ -74,7 +74,8 @@ class Walk {
     for (int i = 1; i <= roots.Length(); ++i) CONSAC_RETURN_IF_ERROR(Add(roots.Value(i), roots.Value(i), -1, "", 0));
     if (shown_ == 0) return {StatusCode::kDataLoss, "it holds no surface"};
     if (left_out_ > 0)
-      out_.AddWarning(std::to_string(left_out_) + " faces could not be made triangles and are missing");
+      out_.AddWarning(std::to_string(left_out_) + (left_out_ == 1 ? " face" : " faces") + " of " + HoledParts() +
+                      " could not be made triangles and " + (left_out_ == 1 ? "is" : "are") + " missing");
     return {};
   }
 
@@ -90,6 +91,15 @@ class Walk {
   }
 
  private:
+  // The first few by name.
+  std::string HoledParts() const {
+    constexpr std::size_t kNamed = 5;
+    std::string names = holed_.size() == 1 ? "part" : "parts";
+    for (std::size_t i = 0; i < std::min(holed_.size(), kNamed); ++i) names += (i > 0 ? ", " : " ") + Quote(holed_[i]);
+    if (holed_.size() > kNamed) names += " and " + std::to_string(holed_.size() - kNamed) + " more";
+    return names;
+  }
+
   static std::string EntryOf(const TDF_Label& label) {
     TCollection_AsciiString entry;
     TDF_Tool::Entry(label, entry);
@@ -184,7 +194,9 @@ class Walk {
       const std::optional<twin::Colour> own = ColourOf(face);
       return own.has_value() ? own : whole;
     };
+    const std::size_t before = left_out_;
     TakeShape(shape, metres_, fineness_, colour_of, &part, &triangles, &left_out_);
+    if (left_out_ > before) holed_.push_back(part.name.empty() ? "part" : part.name);
     if (triangles.count() > twin::kMostTriangles)
       return Status{StatusCode::kResourceExhausted, "part " + Quote(part.name) + " has " +
                                                         std::to_string(triangles.count()) +
@@ -201,6 +213,7 @@ class Walk {
   double metres_ = 0.001;  // of the document's unit
   std::map<std::string, std::int32_t> parts_;
   std::map<std::string, std::int32_t> nodes_of_;  // by the place's label; -1 several
+  std::vector<std::string> holed_;                // parts with a face that is missing
   std::size_t nodes_ = 0, shown_ = 0, left_out_ = 0, most_parts_ = 0;
 };
 

@@ -27,6 +27,8 @@ TEST_F(TwinProgram, ImportsAndAnswers) {
   ASSERT_EQ(import.code, 0) << import.error;
   EXPECT_NE(import.out.find("arm: 2 links, 1 joints, 1 of them move by themselves"), std::string::npos) << import.out;
   EXPECT_NE(import.out.find("warning: without a mass"), std::string::npos) << import.out;
+  EXPECT_EQ(import.out.find("meshes,"), std::string::npos) << "it has none: " << import.out;
+  EXPECT_EQ(import.out.find("and the meshes"), std::string::npos) << import.out;
   for (const char* q : {"turn=90", "90"}) {
     const Outcome pose =
         Twin({"fk", "out", "--degrees", "--q", q, "--link", "tip", "--convention", "unreal", "--json"});
@@ -38,6 +40,65 @@ TEST_F(TwinProgram, ImportsAndAnswers) {
   const Outcome check = Twin({"check", "out"});
   EXPECT_EQ(check.code, 0) << check.error;
   EXPECT_NE(check.out.find("turn"), std::string::npos);
+}
+
+TEST_F(TwinProgram, ARobotsFileIsNoTwinYet) {
+  const auto train = [&](const std::string& world) {
+    return RunProgram(folder(), {"train", world, "--steps", "200", "--name", "m", "--no-table", "--no-progress"});
+  };
+  ExpectRefusal(train("twin-reach-v0:arm.urdf"), 2,
+                "'arm.urdf' is a robot's description, not a twin; make one of it first: consac twin import arm.urdf -o "
+                "twin, then name its folder: twin-reach-v0:twin");
+  std::ofstream(folder() + "/arm.step") << "ISO-10303-21;\nHEADER;\n";
+  ExpectRefusal(train("twin-reach-v0:arm.step"), 2, "consac twin import arm.step");
+}
+
+TEST_F(TwinProgram, WarnsOfWhatTheRobotCannotDo) {
+  const Outcome beyond = Twin({"fk", "arm.urdf", "--degrees", "--q", "turn=-300", "--json"});
+  EXPECT_EQ(beyond.code, 0);
+  EXPECT_EQ(beyond.error, "consac twin: warning: turn = -300 is beyond its limits -57.2958 to 57.2958 degrees\n");
+  const Outcome within = Twin({"fk", "arm.urdf", "--q", "-0.5", "--json"});
+  EXPECT_EQ(within.error, "");
+  EXPECT_EQ(Twin({"fk", "arm.urdf", "--q", "-0", "--json"}).out.find("-0.0"), std::string::npos);
+  std::ofstream(folder() + "/wide.urdf") << "<robot name='r'><link name='a'/><link name='b'/><joint name='j' "
+                                            "type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/>"
+                                            "<limit lower='-160' upper='160'/></joint></robot>";
+  const Outcome check = Twin({"check", "wide.urdf"});
+  EXPECT_EQ(check.code, 0) << check.error;
+  EXPECT_NE(check.out.find("warning: joint 'j': its limits of -160 to 160 rad are 51 turns apart"), std::string::npos)
+      << check.out;
+}
+
+TEST_F(TwinProgram, SaysWhyTheZeroPoseMayTouch) {
+  const std::string box = "<visual><geometry><box size='1 1 1'/></geometry></visual></link>";
+  const auto joint = [](const std::string& parent, const std::string& child) {
+    return "<joint name='to_" + child + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+           "'/><axis xyz='0 0 1'/><limit lower='-1' upper='1'/></joint>";
+  };
+  std::ofstream(folder() + "/folded.urdf") << "<robot name='r'><link name='a'>" + box +
+                                                  "<link name='b'/><link name='c'>" + box + joint("a", "b") +
+                                                  joint("b", "c") + "</robot>";
+  ASSERT_EQ(Twin({"import", "folded.urdf", "-o", "folded"}).code, 0);
+  const std::string said = Twin({"check", "folded"}).out;
+  EXPECT_NE(said.find("mm into each other\nthat need not be a fault: 0 may be a pose that the robot never takes"),
+            std::string::npos)
+      << said;
+}
+
+TEST_F(TwinProgram, EachSubcommandHasExamplesOfItsOwn) {
+  for (const std::string verb : {"import", "candidates", "fk", "check", "reach", "view"}) {
+    const std::string help = Twin({verb, "--help"}).out;
+    const std::size_t examples = help.find("Examples:");
+    ASSERT_NE(examples, std::string::npos) << verb;
+    const std::string shown = help.substr(examples);
+    std::size_t all = 0, own = 0;
+    for (std::size_t at = 0; (at = shown.find("consac twin ", at)) != std::string::npos; ++at) {
+      all += 1;
+      own += shown.compare(at + 12, verb.size() + 1, verb + " ") == 0 ? 1 : 0;
+    }
+    EXPECT_GE(own, 2u) << verb;
+    EXPECT_EQ(all, own) << shown;
+  }
 }
 
 // With the library of MuJoCo elsewhere than the environment says, or a build without, the program is what it is else.
@@ -61,6 +122,8 @@ TEST_F(TwinProgram, SaysInOneLineWhatIsWrong) {
   ExpectRefusal(Twin({"fk", "arm.urdf", "--link", "tap"}), 2, "no link 'tap' (did you mean 'tip'?)");
   ExpectRefusal(Twin({"fk", "arm.urdf", "--convention", "blender"}), 2, "blender");
   ExpectRefusal(Twin({"check", "."}), 2, "twin.json");
+  std::ofstream(folder() + "/cut.urdf") << "<robot name='arm'><link";
+  ExpectRefusal(Twin({"check", "cut.urdf"}), 2, "line 1: this is no XML");
   ASSERT_EQ(Twin({"import", "arm.urdf"}).code, 0);
   ExpectRefusal(Twin({"import", "arm.urdf"}), 2, "--force to replace it");
   EXPECT_EQ(Twin({"import", "arm.urdf", "--force"}).code, 0);

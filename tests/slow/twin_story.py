@@ -77,7 +77,7 @@ def main() -> int:
             assert re.search("joint_1|joint 1", found), found
             page(browser, folder, [ARM / "arm.step"], pictures / "twin-step-1.png", look_at_a_candidate)
             page(browser, folder, [ARM / "arm.step", "--hints", ARM / "reach_hints.json"], pictures / "twin-step-2.png", see_what_hints_say)
-            consac(folder, "twin", "import", ARM / "arm.step", "--hints", ARM / "reach_hints.json", "-o", "arm")
+            consac(folder, "twin", "import", ARM / "arm.step", "--hints", ARM / "reach_hints.json", "--density", "1200", "-o", "arm")
             page(browser, folder, ["arm"], pictures / "twin-step-3.png", bend)
             consac(folder, "twin", "reach", "arm")
             consac(folder, "train", "twin-reach-v0:arm", "--name", "arm-reach", "--no-progress", "--no-table", *TRAIN)

@@ -195,7 +195,7 @@ Result<std::shared_ptr<CadOutput>> RunCadProgram(const std::string& path, const 
     return Status{StatusCode::kUnavailable,
                   "'" + path +
                       "': CAD files are read by the program consac-cad, which is neither beside consac nor in "
-                      "PATH; tools/setup.sh cad, then build again, makes it"};
+                      "PATH; tools/setup.sh cad, then make build, makes it"};
   const int file = NamelessFile();
   if (file < 0) return Status{StatusCode::kResourceExhausted, "no temporary file can be made; set TMPDIR"};
   const std::shared_ptr<int> closed(new int(file), [](int* each) { close(*each), delete each; });

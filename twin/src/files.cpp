@@ -186,11 +186,16 @@ Status OutputFolder::Check(const fs::path& folder) const {
   return {};
 }
 
-Status OutputFolder::Open(const std::string& path, bool replace) {
+Status OutputFolder::Choose(const std::string& path, bool replace) {
   std::error_code error;
   path_ = Canonical(fs::absolute(ToPath(path), error));  // a link to a folder means that folder
   if (!path_.has_filename()) path_ = path_.parent_path();
   replace_ = replace;
+  return Check(path_);
+}
+
+Status OutputFolder::Open() {
+  std::error_code error;
   CONSAC_RETURN_IF_ERROR(Check(path_));
   fs::create_directories(path_.parent_path(), error);
   // Only a folder that was made here is written and removed: another import may be under way, another may have been

@@ -47,9 +47,11 @@ class OutputFolder {
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
-  /// Begins a folder for `path`. What is there is refused (kAlreadyExists), unless it is empty, or `replace` and an
-  /// import's with nothing else in it.
-  Status Open(const std::string& path, bool replace);
+  /// Says where the folder is to be. What is there is refused (kAlreadyExists), unless it is empty, or `replace` and an
+  /// import's with nothing else in it. Makes nothing.
+  Status Choose(const std::string& path, bool replace);
+  /// Begins it, once it is chosen.
+  Status Open();
   /// Where to write until then.
   std::string file(const std::string& name) const;
   /// Puts it in its place, once, if what is there by now may still be replaced.

@@ -46,8 +46,8 @@ class Importer {
       : path_(path), options_(options), finder_(path, options.root, options.packages) {}
 
   Result<ImportReport> Run() {
-    for (const auto step : {&Importer::Read, &Importer::Begin, &Importer::CopyMeshes, &Importer::Measure,
-                            &Importer::AddBodies, &Importer::WriteAll}) {
+    for (const auto step : {&Importer::ChooseFolder, &Importer::Read, &Importer::Begin, &Importer::CopyMeshes,
+                            &Importer::Measure, &Importer::AddBodies, &Importer::WriteAll}) {
       CONSAC_RETURN_IF_ERROR((this->*step)());
     }
     report_.robot = std::move(scene_.robot);
@@ -97,6 +97,7 @@ class Importer {
     if (!robot.ok()) return Of(path_, robot.status());
     scene_.robot = std::move(*robot);
     report_.warnings = model->warnings;
+    for (std::string& line : WideLimits(scene_.robot)) Warn(std::move(line));
     Place(model->visuals, &scene_.visuals);
     Place(model->collisions, &scene_.collisions);
     Allow(model->allowed_collisions);
@@ -135,7 +136,10 @@ class Importer {
     }
   }
 
-  Status Begin() { return folder_.Open(options_.output, options_.replace); }
+  // Before anything is read: a CAD file takes its time.
+  Status ChooseFolder() { return folder_.Choose(options_.output, options_.replace); }
+
+  Status Begin() { return folder_.Open(); }
 
   // A name of its own below meshes/: the file's, else with the folder's, else with a number.
   std::string OutputName(const std::string& path) {
@@ -236,7 +240,9 @@ class Importer {
       longest = std::max(longest, static_cast<double>(geometry->high[k]) - static_cast<double>(geometry->low[k]));
     if (!cad_.has_value() && (longest > kLargestLink || longest < kSmallestLink)) {  // CAD files say their unit
       Warn("link " + Quote(visual.shape.link) + ": what it looks like is " + NumberText(static_cast<float>(longest)) +
-           " m long; if that is a wrong unit, set its mesh's scale (0.001 for millimetres)");
+           " m long; if that is a wrong unit, " +
+           (visual.shape.kind == ShapeKind::kMesh ? "set its mesh's scale (0.001 for millimetres)"
+                                                  : "mend its size, in metres"));
     }
   }
 
@@ -312,7 +318,9 @@ class Importer {
     if (link->inertial.has_value() || density <= 0.0) return;
     if (!solid || !(sum.mass > 0.0)) {
       Warn("link " + Quote(link->name) +
-           ": its meshes are not closed, or are inside out, so it has no mass; mend them, or write <inertial>");
+           (cad_.has_value() ? ": no part of it is closed, so it has no mass; make solids of them"
+                             : ": its meshes are not closed, or are inside out, so it has no mass; mend them, or write "
+                               "<inertial>"));
       return;
     }
     link->inertial = WithDensity(sum, density);
@@ -351,7 +359,8 @@ class Importer {
     std::vector<std::string> massless;
     for (const std::string& link : mjcf.massless) massless.push_back(Quote(link));
     WarnOf("MuJoCo refuses twin.xml, for these links move and weigh nothing", massless,
-           "write their <inertial>, or something they collide by");
+           cad_.has_value() ? "--density gives them masses, or say each link's mass in --hints"
+                            : "write their <inertial>, or something they collide by");
     CONSAC_RETURN_IF_ERROR(Put("twin.xml", mjcf.text));
     const std::string table = robot::WriteTable(scene_.robot, origin_);
     const Result<robot::Robot> again = robot::ReadTable(table);  // too many long names or pairs are refused there

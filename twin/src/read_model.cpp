@@ -1,9 +1,11 @@
 #include "read_model.h"
 
+#include <cmath>
 #include <filesystem>
 
 #include "cad_model.h"
 #include "consac/base/file.h"
+#include "consac/base/text.h"
 #include "consac/robot/table.h"
 #include "consac/twin/import.h"
 #include "consac/twin/urdf.h"
@@ -42,6 +44,22 @@ Result<Model> ReadModelAndText(const std::string& path, std::string* text) {
 Result<Model> ReadModel(const std::string& path) {
   std::string text;
   return ReadModelAndText(path, &text);
+}
+
+std::vector<std::string> WideLimits(const robot::Robot& robot) {
+  constexpr double kTurn = 2.0 * robot::kPiRadians, kMostTurns = 4.0, kNone = 1e6;
+  const auto in_radians = [](double degrees) { return std::round(degrees * kTurn / 360.0 * 1e4) / 1e4; };  // to read
+  std::vector<std::string> lines;
+  for (const robot::Joint& joint : robot.joints) {
+    const double lower = joint.drive.lower, upper = joint.drive.upper, turns = (upper - lower) / kTurn;
+    if (joint.type != robot::JointType::kRevolute || !(turns > kMostTurns) || lower <= -kNone || upper >= kNone)
+      continue;
+    lines.push_back("joint " + Quote(joint.name) + ": its limits of " + NumberText(lower) + " to " + NumberText(upper) +
+                    " rad are " + std::to_string(std::llround(turns)) +
+                    " turns apart; URDF is in radians: if these are degrees, write " + NumberText(in_radians(lower)) +
+                    " and " + NumberText(in_radians(upper)));
+  }
+  return lines;
 }
 
 Result<robot::Robot> LoadRobot(const std::string& path) {

@@ -34,6 +34,7 @@ class UrdfReader {
     for (const pugi::xml_node node : root.children("link")) ReadLink(node);
     // <transmission> and <gazebo> nest elements of the same name that are no joints: only direct children count.
     for (const pugi::xml_node node : root.children("joint")) ReadJoint(node);
+    for (const pugi::xml_node node : root.children("joint")) CheckLinks(node);
     if (!xml_.status().ok()) return xml_.status();
     return std::move(model_);
   }
@@ -154,6 +155,9 @@ class UrdfReader {
       if (limit) {
         drive.lower = xml_.Number(limit, "lower", 0.0);
         drive.upper = xml_.Number(limit, "upper", 0.0);
+        if (drive.lower > drive.upper)
+          xml_.Refuse(limit, "joint " + Quote(joint->name) + ": its lower limit " + NumberText(drive.lower) +
+                                 " is above its upper limit " + NumberText(drive.upper));
         if (drive.lower == drive.upper)
           Warn("joint " + Quote(joint->name) + ": its limits are both " + NumberText(drive.lower) +
                ", so it cannot move");
@@ -185,6 +189,10 @@ class UrdfReader {
     joint.axis = xml_.Vector(node.child("axis"), "xyz", {1, 0, 0});
     if (joint.type != JointType::kFixed && !node.child("axis"))
       Warn(which + "it has no <axis>; URDF then takes (1, 0, 0)");
+    if (joint.type != JointType::kFixed && joint.axis == Vector3{})
+      xml_.Refuse(node.child("axis"), which +
+                                          "its axis is (0, 0, 0), which is no direction; say about or along which "
+                                          "axis it moves");
     ReadDrive(node, &joint);
     if (const pugi::xml_node mimic = node.child("mimic")) {
       joint.mimic = robot::Mimic{xml_.Text(mimic, "joint"), xml_.Number(mimic, "multiplier", 1.0),
@@ -192,6 +200,19 @@ class UrdfReader {
     }
     joint.source = "urdf";
     model_.robot.joints.push_back(std::move(joint));
+  }
+
+  // What MakeRobot would refuse without a line.
+  void CheckLinks(pugi::xml_node joint) {
+    for (const char* end : {"parent", "child"}) {
+      const std::string link = joint.child(end).attribute("link").value();
+      const auto is_it = [&](const robot::LinkDescription& each) { return each.name == link; };
+      if (std::any_of(model_.robot.links.begin(), model_.robot.links.end(), is_it)) continue;
+      std::vector<std::string_view> known;
+      for (const robot::LinkDescription& each : model_.robot.links) known.emplace_back(each.name);
+      return xml_.Refuse(joint.child(end), "joint " + Quote(joint.attribute("name").value()) + " names the link " +
+                                               Quote(link) + ", which is not there" + Suggestion(link, known));
+    }
   }
 
   XmlReader& xml_;

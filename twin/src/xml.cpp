@@ -55,8 +55,8 @@ XmlReader::XmlReader(std::string_view text) : text_(text) {
       document_.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!parsed) {
     const auto end = text.begin() + std::min<std::ptrdiff_t>(parsed.offset, static_cast<std::ptrdiff_t>(text.size()));
-    status_ = {StatusCode::kDataLoss, "line " + std::to_string(1 + std::count(text.begin(), end, '\n')) +
-                                          ": this is no XML (" + std::string(parsed.description()) + ")"};
+    status_ = {StatusCode::kInvalidArgument, "line " + std::to_string(1 + std::count(text.begin(), end, '\n')) +
+                                                 ": this is no XML (" + std::string(parsed.description()) + ")"};
   } else if (IsTooDeep(document_)) {
     status_ = {StatusCode::kResourceExhausted,
                "it has more than " + std::to_string(kMostDepth) + " elements within each other"};
@@ -110,9 +110,12 @@ std::vector<double> XmlReader::ListOf(pugi::xml_node node, const char* name, std
   for (std::string_view piece = NextPiece(&rest); !piece.empty(); piece = NextPiece(&rest)) {
     double number = 0.0;
     if (list.size() >= most || !ParseNumber(piece, &number)) {
+      const bool commas = piece.find(',') != std::string_view::npos;
       Refuse(node,
              "<" + std::string(node.name()) + " " + name + "=" + Quote(text) + ">: " +
-                 (list.size() >= most ? "more numbers than " + std::to_string(most) : Quote(piece) + " is no number"));
+                 (list.size() >= most ? "more numbers than " + std::to_string(most)
+                                      : Quote(piece) + " is no number" +
+                                            (commas ? "; numbers stand with blanks between, without commas" : "")));
       return list;
     }
     list.push_back(number);

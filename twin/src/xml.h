@@ -17,7 +17,7 @@ namespace consac::twin {
 /// A parsed text, and the first thing that was wrong with it.
 class XmlReader {
  public:
-  /// Parses; status() says what is no XML. `text` must outlive this.
+  /// Parses; status() says what is no XML: kInvalidArgument, as what is wrong in it. `text` must outlive this.
   explicit XmlReader(std::string_view text);
   /// The outermost element.
   pugi::xml_node root() const { return document_.document_element(); }

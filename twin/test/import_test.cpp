@@ -115,6 +115,16 @@ TEST_F(ImportTest, WhatIsThereIsReplacedOnlyIfItIsAnImport) {
   EXPECT_EQ(TextOf(At("out/notes.txt")), "mine");
 }
 
+// A CAD file takes its time, and what is wrong with it does not matter before.
+TEST_F(ImportTest, TheFolderIsLookedAtBeforeTheFile) {
+  ASSERT_TRUE(Run(Urdf("../meshes/box.stl")).ok());
+  EXPECT_NE(Run("<robot").status().message().find("--force to replace it"), std::string::npos);
+  EXPECT_NE(Import(At("arm.step"), options_).status().message().find("--force to replace it"), std::string::npos);
+  options_.output = At("new/out");
+  EXPECT_FALSE(Import(At("arm.step"), options_).ok());
+  EXPECT_FALSE(fs::exists(At("new"))) << "nothing is made for a file that is not there";
+}
+
 // What the user has put there, by every way that looks like an import's folder.
 TEST_F(ImportTest, AFolderThatIsNoImportsIsNeverReplaced) {
   const std::string mine = At("out/meshes/mine.stl"), urdf = Urdf("../meshes/box.stl");
@@ -261,6 +271,21 @@ TEST_F(ImportTest, AMeshInMillimetresIsNoticed) {
   ASSERT_TRUE(report.ok());
   EXPECT_NE(report->warnings[0].find("is 100 m long; if that is a wrong unit"), std::string::npos)
       << report->warnings[0];
+}
+
+TEST_F(ImportTest, WrongUnitsAreNoticed) {
+  const Result<ImportReport> report =
+      Run(Urdf("../meshes/box.stl",
+               "<link name='far'><visual><geometry><box size='300 1 1'/></geometry></visual></link>"
+               "<joint name='k' type='revolute'><parent link='tip'/><child link='far'/>"
+               "<axis xyz='0 0 1'/><limit lower='-160' upper='160'/></joint>"));
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  ASSERT_GE(report->warnings.size(), 2u);
+  EXPECT_NE(report->warnings[0].find("joint 'k': its limits of -160 to 160 rad are 51 turns apart"), std::string::npos)
+      << report->warnings[0];
+  EXPECT_NE(report->warnings[1].find("is 300 m long; if that is a wrong unit, mend its size, in metres"),
+            std::string::npos)
+      << report->warnings[1];
 }
 
 TEST_F(ImportTest, ARobotWithoutLooksIsAGlbToo) {

@@ -228,6 +228,7 @@ TEST_F(InMujoco, WhatDoesNotFitIsOneLine) {
   text.replace(text.find("name=\"bend\""), 11, "name=\"band\"");
   Put(At("arm/twin.xml"), text);
   ExpectPart(refusal(), "twin.xml': MuJoCo " + worlds::MujocoVersion() + " cannot take it: ");
+  EXPECT_EQ(refusal().find("x0a"), std::string::npos) << "MuJoCo writes several lines: " << refusal();
   for (std::size_t at; (at = text.find("\"bend\"")) != std::string::npos;) text.replace(at, 6, "\"band\"");
   Put(At("arm/twin.xml"), text);
   ExpectPart(refusal(),

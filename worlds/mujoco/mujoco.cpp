@@ -264,8 +264,11 @@ Result<std::shared_ptr<const ReachDynamics>> LoadMujoco(const std::string& path,
   auto model = std::make_shared<Model>(robot);
   char error[1000] = "";
   model->mujoco = Mujoco().loadXML(path.c_str(), nullptr, error, sizeof(error));
+  for (char& c : error) c = c == '\n' ? ' ' : c;  // it writes several lines
+  std::string_view why = error;
+  while (why.ends_with(' ')) why.remove_suffix(1);
   if (model->mujoco == nullptr)
-    return in_file("MuJoCo " + MujocoVersion() + " cannot take it: " + Quote(error, 300) +
+    return in_file("MuJoCo " + MujocoVersion() + " cannot take it: " + Quote(why, 300) +
                    "; import the robot again, with masses (--density) where it has none");
   SetMotors(model->mujoco);
   const Status matched = Match(*model);

@@ -37,6 +37,16 @@ struct Twin {
   std::string table;
 };
 
+// Whether it is what `consac twin import` reads: XML (URDF, MJCF, xacro), STEP, IGES (an S in column 73).
+bool IsRobotFile(std::string_view text) {
+  constexpr std::size_t kIgesSection = 72, kIgesLine = 80;
+  const std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+  if (line.size() == kIgesLine && line[kIgesSection] == 'S' && !line.starts_with('{')) return true;
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  return text.starts_with('<') || text.starts_with("ISO-10303-21");
+}
+
 // A twin's folder, or its table.
 Result<Twin> ReadTwin(const std::string& path) {
   const std::string file = IsFolder(path) ? path + "/twin.json" : path;
@@ -132,6 +142,11 @@ Result<std::shared_ptr<const ReachTask>> ReadTwinReach(std::string_view argument
   const std::string path(argument);
   TwinReachChoice choice;
   const Result<std::string> text = IsFolder(path) ? Result<std::string>(std::string()) : ReadText(path);
+  if (text.ok() && IsRobotFile(*text))
+    return Status{
+        StatusCode::kInvalidArgument,
+        Quote(path) + " is a robot's description, not a twin; make one of it first: consac twin import " + path +
+            " -o twin, then name its folder: " + (physics == TwinReachPhysics::kMujoco ? kMujocoId : kId) + "twin"};
   const bool is_task = text.ok() && !text->empty() && text->find("\"consac-twin\"") == std::string::npos;
   Result<Twin> twin = is_task ? ReadTaskFile(path, *text, &choice) : ReadTwin(path);
   if (!twin.ok()) return twin.status();

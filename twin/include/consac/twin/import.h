@@ -63,6 +63,9 @@ Result<ImportReport> Import(const std::string& path, const ImportOptions& option
 Result<CadRobot> FindCandidates(const std::string& path, const CadOptions& options, const ImportProgress& progress);
 /// The same as JSON (docs/twin.md).
 std::string CandidatesText(const CadRobot& robot);
+/// A line for each joint that turns and whose limits are more than four turns apart: degrees, most likely. A limit of
+/// 1e6 rad and more means none (twin.urdf) and is not looked at.
+std::vector<std::string> WideLimits(const robot::Robot& robot);
 /// The joint table of an import's folder, of a twin.json or of a description.
 Result<robot::Robot> LoadRobot(const std::string& path);
 
