@@ -14,6 +14,7 @@ if [ "$what" = targets ]; then printf '%s\n' "${cross_targets[@]}"; exit; fi
 shift
 tools/setup.sh cross
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
+export CCACHE_BASEDIR=  # a user's own would make paths relative, which the compiler is not told to leave out
 choose_target "$what"
 [ $# -gt 0 ] || set -- "$made"
 exec 9>"$needs.lock"

@@ -21,6 +21,7 @@ printf 'Commit %s, %s, %s processors.\n\n| what | seconds | of processors |\n|--
 
 tools/setup.sh release
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
+export CCACHE_BASEDIR=  # as in tools/cross.sh
 export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
 
 for target in linux-x86_64-musl linux-aarch64-musl; do tools/cross.sh "$target" consac; step "$target"; done
