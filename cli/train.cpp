@@ -167,7 +167,8 @@ Action AddTrain(CLI::App& app) {
   app.add_option("--config", flags->config_file, "YAML file (docs/configuration.md)");
   app.add_option("--name", flags->name, "name of the run: its folder is DIR/NAME");
   app.add_option("--dir", flags->directory, "folder of the runs; 'runs' unless given");
-  app.add_flag("--resume", flags->resume, "go on with a run that was stopped");
+  app.add_flag("--resume", flags->resume,
+               "go on with a run that was stopped, or for longer: --steps are those of all of it, from its beginning");
   app.add_flag("--force", flags->force, "overwrite a run of that name");
   app.add_flag("--forever", flags->forever,
                "serve one session of the engine after another, training or acting as it asks");

@@ -13,28 +13,42 @@ namespace {
 
 constexpr std::string_view kHyperparameters = "hyperparameters", kEnvironmentParameters = "environment_parameters";
 
-Status UnknownKey(std::string_view name, std::span<const learn::Hyperparameter> table) {
+const learn::Hyperparameter* FindHyperparameter(std::span<const learn::Hyperparameter> table, std::string_view name) {
+  for (const learn::Hyperparameter& row : table) {
+    if (row.name == name || (row.alias[0] != '\0' && row.alias == name)) return &row;
+  }
+  return nullptr;
+}
+
+/// `name` is no key of `algorithm`: what is said of it.
+Status UnknownKey(std::string_view name, const learn::Algorithm& algorithm) {
   if (name == kHyperparameters) {
     return {StatusCode::kInvalidArgument,
             "'hyperparameters' is a heading of the file, with 'name: value' lines below it; give each by its own name"};
   }
   if (std::string answer = learn::StableBaselinesAnswer(name); !answer.empty())
     return {StatusCode::kInvalidArgument, std::move(answer)};
+  std::vector<std::string_view> others;  // algorithms that have it
+  for (const learn::Algorithm& other : learn::Algorithms()) {
+    if (FindHyperparameter(other.hyperparameters, name) != nullptr) others.emplace_back(other.name);
+  }
+  if (!others.empty()) {
+    return {StatusCode::kInvalidArgument, "algorithm " + std::string(algorithm.name) + " has no " + Quote(name) + "; " +
+                                              Join(others) + (others.size() == 1 ? " has" : " have") +
+                                              " (--algo NAME, or algorithm: NAME in a file)"};
+  }
   std::vector<std::string_view> known;
   for (const Field& field : Fields()) known.emplace_back(field.name);
   known.push_back(kHyperparameters);
-  for (const learn::Hyperparameter& row : table) {
+  for (const learn::Hyperparameter& row : algorithm.hyperparameters) {
     known.emplace_back(row.name);
     if (row.alias[0] != '\0') known.emplace_back(row.alias);
   }
-  return {StatusCode::kInvalidArgument, "unknown key " + Quote(name) + Suggestion(name, known)};
-}
-
-const learn::Hyperparameter* FindHyperparameter(std::span<const learn::Hyperparameter> table, std::string_view name) {
-  for (const learn::Hyperparameter& row : table) {
-    if (row.name == name || (row.alias[0] != '\0' && row.alias == name)) return &row;
-  }
-  return nullptr;
+  const std::string_view meant = NearestName(name, known);
+  return {StatusCode::kInvalidArgument,
+          "unknown key " + Quote(name) +
+              (meant.empty() ? "; 'consac list hyperparameters " + std::string(algorithm.name) + "' shows all"
+                             : Suggestion(name, known))};
 }
 
 /// Checks a hyperparameter against the algorithm's table and keeps its text, under the table's own name.
@@ -43,7 +57,7 @@ Status SetHyperparameter(std::string_view name, std::string_view text, RunConfig
   if (!algorithm.ok()) return algorithm.status();
   const auto table = (*algorithm)->hyperparameters;
   const learn::Hyperparameter* row = FindHyperparameter(table, name);
-  if (row == nullptr) return UnknownKey(name, table);
+  if (row == nullptr) return UnknownKey(name, **algorithm);
   learn::HyperparameterSet checked(table);
   CONSAC_RETURN_IF_ERROR(checked.Set(name, text));
   std::erase_if(config->hyperparameters,

@@ -138,6 +138,7 @@ class Training {
   std::size_t LargestCheckpoint();
   Status CannotResume(const Status& why) const;
   Status CheckSteps() const;
+  Status CheckMoreToTrain() const;
   std::size_t SavingBytes();
   Status CheckCheckpointFits();
 

@@ -123,6 +123,18 @@ Status Training::CheckSteps() const {
                                      "by somebody else's hand"};
 }
 
+// A number that is meant as so many steps more would end in nothing. What was rounded up to whole steps of all agents
+// is no less than was asked for.
+Status Training::CheckMoreToTrain() const {
+  std::int64_t slots = 0;
+  for (const Trainee& trainee : trainees_) slots += trainee.episodes.slots();
+  const bool asked = std::find(config_.given.begin(), config_.given.end(), "steps") != config_.given.end();
+  if (!asked || restored_steps_ - config_.steps < slots) return Status::Ok();
+  return {StatusCode::kInvalidArgument,
+          fmt::format("run '{}' has {} steps, and steps are counted from its beginning: {} more are --steps {}",
+                      directory_->path(), restored_steps_, config_.steps, restored_steps_ + config_.steps)};
+}
+
 // Everything is judged before a file of the run is touched. The report needs to know where a resumed run stands before
 // it opens its files, and is itself part of the state: it comes last.
 Status Training::Restore() {
@@ -152,6 +164,7 @@ Status Training::Restore() {
     const std::int64_t more = crew_[0].link().request().training_length;
     config_.steps = restored_steps_ + std::min(more, kMostSteps - restored_steps_);
   }
+  CONSAC_RETURN_IF_ERROR(CheckMoreToTrain());
   const std::string then = TextIn(*state, "instruction_set");
   if (!then.empty() && then != nn::InstructionSet()) {
     Log(LogLevel::kWarning, "this run was trained with " + then + " kernels and goes on with " +
@@ -172,9 +185,15 @@ Status Training::Restore() {
     trainees_[i].saved_steps = trainees_[i].learner->steps();
   }
   if (config_.quiet) return Status::Ok();
-  report_->Line(goal_reached_ ? fmt::format("stop_reward {} has been reached: the training ended after {} steps",
-                                            config_.stop_reward, restored_steps_)
-                              : "going on from step " + std::to_string(restored_steps_));
+  if (goal_reached_) {
+    report_->Line(fmt::format("stop_reward {} has been reached: the training ended after {} steps", config_.stop_reward,
+                              restored_steps_));
+  } else if (restored_steps_ >= config_.steps) {
+    report_->Line(fmt::format("the run has all of its {} steps; --steps {} trains as many more", restored_steps_,
+                              2 * restored_steps_));
+  } else {
+    report_->Line("going on from step " + std::to_string(restored_steps_));
+  }
   return Status::Ok();
 }
 

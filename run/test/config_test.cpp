@@ -115,6 +115,15 @@ TEST(Config, AnUnknownKeyNamesTheNearestOfFieldsAndHyperparameters) {
   EXPECT_EQ(ErrorOf("hyperparameter: {gamma: 1}\n"),
             "test.yaml:1: unknown key 'hyperparameter' (did you mean 'hyperparameters'?)");
   EXPECT_THAT(ErrorOf("algorithm: ppo\nnoptepoch: 1\n"), HasSubstr("did you mean 'noptepochs'"));
+  EXPECT_THAT(ErrorOf("algorithm: sac\nentropy_target: -1\n"), HasSubstr("did you mean 'target_entropy'"));
+  EXPECT_EQ(SettingError("zzzzzzzzzz=4"), "unknown key 'zzzzzzzzzz'; 'consac list hyperparameters ppo2' shows all");
+}
+
+TEST(Config, AKeyOfOtherAlgorithmsNamesThem) {
+  EXPECT_EQ(
+      SettingError("replay_buffer_class=HerReplayBuffer"),
+      "algorithm ppo2 has no 'replay_buffer_class'; dqn, ddpg, td3, sac have (--algo NAME, or algorithm: NAME in a "
+      "file)");
 }
 
 TEST(Config, UnknownWorldsAndAlgorithmsNameTheNearest) {

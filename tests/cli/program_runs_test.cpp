@@ -270,7 +270,13 @@ TEST_F(ProgramTest, SettingsOfAResumedRunAreOfItsOwnAlgorithm) {
     return RunProgram(folder(), {"train", "--resume", "--name", "q", "--steps", "300", "--set", setting});
   };
   ExpectRefusal(resume("buffer_size=600"), 2, "began with buffer_size = '500' and cannot go on with '600'");
-  ExpectRefusal(resume("noptepochs=4"), 2, "unknown key 'noptepochs'");
+  ExpectRefusal(resume("noptepochs=4"), 2, "algorithm dqn has no 'noptepochs'; ppo2, ppo have");
+  const Outcome passed = RunProgram(folder(), {"train", "--resume", "--name", "q", "--steps", "150"});
+  ExpectRefusal(passed, 2, "has 200 steps, and steps are counted from its beginning: 150 more are --steps 350");
+  const Outcome whole = RunProgram(folder(), {"train", "--resume", "--name", "q"});
+  EXPECT_EQ(whole.code, 0) << whole.error;
+  EXPECT_NE(whole.out.find("the run has all of its 200 steps; --steps 400 trains as many more"), std::string::npos)
+      << whole.out;
   const Outcome resumed = resume("buffer_size=500");
   EXPECT_EQ(resumed.code, 0) << resumed.error;
   EXPECT_NE(resumed.out.find("going on from step 200"), std::string::npos) << resumed.out;

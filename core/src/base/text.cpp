@@ -52,6 +52,19 @@ std::string WithoutSeparators(std::string_view text) {
   return out;
 }
 
+/// The words between '_', in alphabetical order.
+std::vector<std::string_view> SortedWords(std::string_view name) {
+  std::vector<std::string_view> words;
+  while (true) {
+    const std::size_t end = std::min(name.find('_'), name.size());
+    words.push_back(name.substr(0, end));
+    if (end == name.size()) break;
+    name.remove_prefix(end + 1);
+  }
+  std::sort(words.begin(), words.end());
+  return words;
+}
+
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -122,6 +135,10 @@ std::string Quote(std::string_view text, std::size_t limit) {
 }
 
 std::string_view NearestName(std::string_view name, std::span<const std::string_view> known) {
+  const std::vector<std::string_view> words = SortedWords(name);
+  for (const std::string_view candidate : known) {
+    if (words.size() > 1 && SortedWords(candidate) == words) return candidate;
+  }
   std::string_view nearest;
   std::size_t best = std::max<std::size_t>(2, name.size() / 2) + 1;
   for (const std::string_view candidate : known) {

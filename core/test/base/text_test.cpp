@@ -133,6 +133,7 @@ TEST(Text, NearestNameIsMeantOrEmpty) {
   EXPECT_EQ(NearestName("learnin_rate", kKnown), "learning_rate");
   EXPECT_EQ(NearestName("gama", kKnown), "gamma");
   EXPECT_EQ(NearestName("completely_different_thing", kKnown), "");
+  EXPECT_EQ(NearestName("rate_learning", kKnown), "learning_rate");
   EXPECT_EQ(Suggestion("gama", kKnown), " (did you mean 'gamma'?)");
 }
 

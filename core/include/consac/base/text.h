@@ -32,7 +32,8 @@ bool ParseHumanNumber(std::string_view text, std::int64_t* value);
 
 /// `text` in quotes, cut to `limit` bytes at a character's end, as a line for people (PrintableLine in names.h).
 std::string Quote(std::string_view text, std::size_t limit = 80);
-/// The known name nearest to `name` by edit distance; empty when none is near enough to be meant.
+/// The known name of the same words in another order, else the nearest one by edit distance; empty when none is near
+/// enough to be meant.
 std::string_view NearestName(std::string_view name, std::span<const std::string_view> known);
 /// " (did you mean 'x'?)" or a list of what is known, to end an "unknown ..." message.
 std::string Suggestion(std::string_view name, std::span<const std::string_view> known);
