@@ -122,7 +122,7 @@ TEST(Config, AnUnknownKeyNamesTheNearestOfFieldsAndHyperparameters) {
 TEST(Config, AKeyOfOtherAlgorithmsNamesThem) {
   EXPECT_EQ(
       SettingError("replay_buffer_class=HerReplayBuffer"),
-      "algorithm ppo2 has no 'replay_buffer_class'; dqn, ddpg, td3, sac have (--algo NAME, or algorithm: NAME in a "
+      "algorithm ppo2 has no 'replay_buffer_class'; dqn, sac, td3, ddpg have (--algo NAME, or algorithm: NAME in a "
       "file)");
 }
 
