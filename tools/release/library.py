@@ -11,8 +11,7 @@ HEADER = "engines/c/include/consac.h"
 NAMES = {"linux": "libconsac.so.0", "windows": "consac.dll", "macos": "libconsac.0.dylib"}  # by which a loader asks for it
 README = """CONSAC {version}, the library of consac.h: models act, learners learn and worlds are served inside of any program that calls C.
 
-include/consac.h says what each function does. The library asks for nothing but the system's C library; of functions it shows those of
-the header alone. Programs of an older consac.h of the same major number go on with a newer library.
+include/consac.h says what each function does. The library asks for nothing but the system's C library. Programs of an older consac.h of the same major number go on with a newer library.
 
 """
 LINUX = """For glibc 2.17 (2012) and later:
