@@ -284,7 +284,7 @@ std::string EncodeSpec(const SpecMessage& spec) {
                {"autoreset", kAutoresetNames[static_cast<std::size_t>(spec.autoreset)]},
                {"training_length", spec.training_length},
                {"model_name", spec.model_name},
-               {"deterministic", true},
+               {"deterministic", spec.env.deterministic},
                {"hash", Sha256Hex(pieces)},
                {"behaviours", behaviours}};
   if (!spec.env.parameters.empty()) json["parameters"] = ParametersToJson(spec.env.parameters);
@@ -306,8 +306,8 @@ Result<SpecMessage> ParseSpec(std::span<const std::byte> payload, const Agreed& 
   spec.env.max_episode_steps = members.Count("max_episode_steps");
   spec.training_length = members.Count("training_length");
   spec.model_name = members.Text("model_name");
-  (void)members.Truth("deterministic");  // not looked at, but for their types
-  (void)members.Text("hash");
+  spec.env.deterministic = members.Truth("deterministic");
+  (void)members.Text("hash");  // not looked at, but for its type
   if (const Json* shared = members.Find("shm"); shared != nullptr) {
     Result<SharedMemorySpec> where = SharedMemoryFromJson(*shared);
     if (!where.ok()) return where.status();

@@ -32,6 +32,17 @@ TEST(SpecNames, OfAnyScriptAreTaken) {
   EXPECT_TRUE(Judged(SpecOf({"walker", "L\xc3\xa4ufer", "\xe8\xb5\xb0\xe8\x80\x85", "red team/scout"})).ok());
 }
 
+TEST(SpecNames, AnEngineMaySayThatItsResultsMayDiffer) {
+  for (const bool deterministic : {true, false}) {
+    SpecMessage spec = SpecOf({"walker"});
+    spec.env.deterministic = deterministic;
+    const std::string json = EncodeSpec(spec);
+    const Result<SpecMessage> parsed = ParseSpec(std::as_bytes(std::span(json)));
+    ASSERT_TRUE(parsed.ok());
+    EXPECT_EQ(parsed->env.deterministic, deterministic);
+  }
+}
+
 TEST(SpecNames, OfBehavioursDifferAndShow) {
   ExpectRefused(SpecOf({"walker", "walker"}), "twice");
   ExpectRefused(SpecOf({"walker", "Walker"}), "capitals");

@@ -153,6 +153,7 @@ Result<std::unique_ptr<TickWorld>> TickWorld::Create(TickWorldOptions options) {
   std::size_t bytes = 0;
   std::vector<std::string_view> names;
   state->spec.id = std::move(options.id);
+  state->spec.deterministic = false;  // frames, physics and people are the engine's own
   state->spec.max_episode_steps = state->max_episode_steps = options.max_episode_steps;
   state->agents_leave = options.agents_leave;
   for (const Offering& offering : options.offerings) {

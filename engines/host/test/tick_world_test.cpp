@@ -81,6 +81,10 @@ TEST(TickWorld, SaysWhatIsWrongWithAnOffering) {
   EXPECT_THAT(message(Walkers(1, -1)), HasSubstr("max_episode_steps is -1"));
 }
 
+TEST(TickWorld, PromisesNoEqualResults) {
+  EXPECT_FALSE(World(Walkers(1)).world->spec().deterministic);
+}
+
 TEST(TickWorld, OneEntryIsTheSpaceItselfAndSeveralAreADictOfThem) {
   const World world(Walkers(2));
   const BehaviourSpec& behaviour = world.world->spec().behaviours[0];

@@ -51,6 +51,7 @@ struct EnvSpec {
       std::numeric_limits<double>::quiet_NaN();  ///< mean return at which the world counts as solved; NaN: none
   std::vector<ParameterSpec> parameters;         ///< that a trainer may set; none unless SetParameters works
   std::vector<GroupSpec> groups;                 ///< the same in every world; mostly none
+  bool deterministic = true;                     ///< equal seeds, actions and parameters give equal results
 
   /// Copies of the world: the same for every behaviour.
   std::int32_t environments() const {
