@@ -163,7 +163,7 @@ Action AddTrain(CLI::App& app) {
   AddField(app, flags, "--threads", "threads", "cores to learn on; never changes the result");
   app.add_option("--set", flags->settings,
                  "key=value: a hyperparameter or a field of the configuration; several may follow (--set gamma=0.9 "
-                 "n_steps=64), and it may be repeated");
+                 "n_steps=64), and it may be repeated; 'consac list hyperparameters ALGO' shows them");
   app.add_option("--config", flags->config_file, "YAML file (docs/configuration.md)");
   app.add_option("--name", flags->name, "name of the run: its folder is DIR/NAME");
   app.add_option("--dir", flags->directory, "folder of the runs; 'runs' unless given");
