@@ -346,7 +346,7 @@ Status Conversation::Reconnect(const Case& how) {
   for (int attempt = 0; attempt < kMostReconnects; ++attempt) {
     CONSAC_RETURN_IF_ERROR(ConnectAgain());
     std::vector<std::string> named = capabilities_;
-    for (const Case& also : how.is_object() ? how["also"] : Case::array()) named.push_back(also);
+    for (const Case& also : how.is_object() ? how["also"] : Case::array()) named.push_back(also.get<std::string>());
     CONSAC_RETURN_IF_ERROR(SayHello(named));
     const Result<Frame> answer = Next();
     held_ = answer.ok() && answer->header.type == FrameType::kWelcome;

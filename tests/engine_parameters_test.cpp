@@ -62,8 +62,8 @@ TEST(EngineParameters, ARunThatIsResumedDrawsOnForEachOfItsEngines) {
   ASSERT_TRUE(rest.ok()) << rest.status().message();
   const std::vector<double> after[] = {first.Take(), second.Take()};
   for (std::size_t engine = 0; engine < 2; ++engine) {
-    ASSERT_GT(before[engine].size(), 4u);
-    ASSERT_GT(after[engine].size(), 4u);
+    ASSERT_GE(before[engine].size(), 2u);
+    ASSERT_GE(after[engine].size(), 2u);
     EXPECT_NE(after[engine][0], before[engine][0]) << "engine " << engine << " is set to what it was set to before";
     EXPECT_NE(after[engine][1], before[engine][1]);
   }

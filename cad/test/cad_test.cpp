@@ -129,7 +129,7 @@ class Cad : public ::testing::Test {
   ImportOptions options_;
 };
 
-// What is expected of arm.step: shared/data of its maker's own numbers, examples/robots/low_cost_robot_arm/README.md.
+// What is expected of arm.step, by its maker's own numbers: examples/robots/low_cost_robot_arm/README.md.
 const std::string kArm = std::string(CONSAC_SOURCE_DIR) + "/examples/robots/low_cost_robot_arm";
 
 // Seconds of processor that this process and its children took.

@@ -77,10 +77,10 @@ class Judge:
     def played(self, request: int, step: bool, chosen: np.ndarray | None) -> np.ndarray:
         """[environments] whether somebody took part in the request that is answered; where that is not known, or was judged already, it counts as so."""
         before, count = self._seen, int(self._environment_of[0][-1]) + 1
-        if before[1] is None or request == before[0]:
+        if request == before[0]:
             return np.ones(count, bool)
-        played = np.zeros(count, bool)
-        for environments, was in zip(self._environment_of, before[1]):
+        played = np.full(count, step and before[1] is None)
+        for environments, was in zip(self._environment_of, before[1] or []):
             played[environments[np.frombuffer(was, np.uint8) & wire.ACTIVE != 0]] = step
         return played if chosen is None else played & np.asarray(chosen, bool)
 

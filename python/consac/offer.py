@@ -38,12 +38,12 @@ def read_spec(spec: dict[str, Any], autoreset: str, limit: int, agreed: Sequence
     try:
         check_spec(spec)
         environments, values, begins = spec["environments"], spec["behaviours"], spec.get("autoreset", "same_step")
-        _check_budget(environments, values, limit)
+        results = _check_budget(environments, values, limit)
         if begins != autoreset:
             raise ValueError(f"autoreset is {wire.shown(begins)}, asked for was {autoreset}")
         parameters, groups = read_parameters(spec) if "parameters" in agreed else [], read_groups(spec) if "groups" in agreed else []
         numbers = _NUMBER_BYTES * environments * (len(parameters) + len(groups))
-        if numbers > limit:
+        if results + numbers > limit:
             raise ValueError(f"{numbers} bytes of parameters and groups of {environments} environments, max_frame is {limit}; raise it or take fewer environments")
         return Offer(spec, environments, [Behaviour.from_json(value, environments) for value in values], spec.get("deterministic", False),
                      spec.get("max_episode_steps", 0), spec.get("id", ""), parameters, groups)
@@ -53,8 +53,8 @@ def read_spec(spec: dict[str, Any], autoreset: str, limit: int, agreed: Sequence
         raise ProtocolError("MALFORMED", f"SPEC cannot be used: {str(error)[:300] or 'a space cannot be made'}") from None
 
 
-def _check_budget(environments: int, behaviours: list[Any], limit: int) -> None:
-    """A small SPEC must not make large arrays, nor many small ones."""
+def _check_budget(environments: int, behaviours: list[Any], limit: int) -> int:
+    """A small SPEC must not make large arrays, nor many small ones. The bytes of all rows of a RESULT."""
     if len(behaviours) > MOST_BEHAVIOURS:
         raise ValueError(f"{len(behaviours)} behaviours, at most {MOST_BEHAVIOURS} are taken")
     spaces = actions = results = 0
@@ -69,6 +69,7 @@ def _check_budget(environments: int, behaviours: list[Any], limit: int) -> None:
         raise ValueError(f"spaces that take {spaces} bytes, at most {MOST_SPACE_BYTES} are taken")
     if max(actions, results) > limit:
         raise ValueError(f"frames of {max(actions, results)} bytes for {environments} environments, max_frame is {limit}; raise it or take fewer environments")
+    return results
 
 
 def _space_bytes(value: dict[str, Any]) -> int:

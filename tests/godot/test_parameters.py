@@ -98,7 +98,7 @@ def test_what_cannot_be_is_one_line(godot):
         return output.splitlines()[-1]
 
     assert "parameter 'wind' has the default_value 12.0, which is not within its 0.0 to 9.0" in refused(DEFAULT="12.0")
-    assert "Walker0 is in the group 'red', and its goals alone pay it" in refused(GOALS="true")
+    assert "Walker0 is in the group 'red', and its goals say what it is paid" in refused(GOALS="true")
     assert "wind" in refused("train", TRAINING='"uniform 6"') and "20" in refused("train", TRAINING='"uniform 6 20"')
     output = finished(start(godot, "weather", "mode=by_hand", "steps=20", "sessions=1", "quit=1", NAMED='"wnd"'))
     assert len(re.findall(r"there is no parameter 'wnd'; \S+ has wind", output)) == 1, output

@@ -251,14 +251,15 @@ std::size_t AgentsOfAWorld(const EnvSpec& spec) {
 }
 
 /// Said for each trainer that speaks it, since what is lost is lost in silence.
-void SayWhatIsNotCarried(const EnvSpec& spec) {
+void SayWhatIsNotCarried(const EnvSpec& spec, Protocol spoken) {
   std::string lost;
   if (spec.behaviours[0].masks_actions) lost = "action masks (it may choose what is not legal)";
   if (!spec.parameters.empty())
     lost += std::string(lost.empty() ? "" : " and ") + "environment parameters (all are at their defaults)";
   if (lost.empty()) return;
   Log(LogLevel::kWarning, "the trainer speaks text protocol 1, which does not carry what is offered here: " + lost +
-                              "; protocol 2 does (consac train --protocol 2)");
+                              (spoken == Protocol::kText1 ? "; protocol 2 does, which this engine was told not to speak"
+                                                          : "; protocol 2 does (consac train --protocol 2)"));
 }
 
 }  // namespace
@@ -284,7 +285,7 @@ Result<std::unique_ptr<ServerSession>> BeginTextSession(const SessionHost& host,
     (void)session->End(status);
     return status;
   }
-  SayWhatIsNotCarried(host.env.spec());
+  SayWhatIsNotCarried(host.env.spec(), host.options.protocol);
   return std::unique_ptr<ServerSession>(std::move(session));
 }
 

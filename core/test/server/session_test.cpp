@@ -163,8 +163,8 @@ TEST(Server, WhatTextProtocol1DoesNotCarryIsSaid) {
     EXPECT_EQ(
         told,
         rich ? "the trainer speaks text protocol 1, which does not carry what is offered here: action masks (it may "
-               "choose what is not legal) and environment parameters (all are at their defaults); protocol 2 does "
-               "(consac train --protocol 2)"
+               "choose what is not legal) and environment parameters (all are at their defaults); protocol 2 does, "
+               "which this engine was told not to speak"
              : "");
   }
   SetHooks(Hooks{});

@@ -89,8 +89,9 @@ Status CheckGroups(const std::vector<GroupSpec>& groups, const EnvSpec& spec, co
       if (member.behaviour >= spec.behaviours.size() || member.agent >= spec.behaviours[member.behaviour].agents.size())
         return wrong(group, "has an agent that there is no place for");
       if (herds[member.behaviour].goals.reward() != GoalReward::kNone) {
-        return wrong(group, "has an agent of '" + spec.behaviours[member.behaviour].name +
-                                "', whose goals say what it is paid; leave it out of groups, or let no goals pay");
+        return wrong(group,
+                     "has an agent of '" + spec.behaviours[member.behaviour].name +
+                         "', whose goals say what it is paid; leave it out of groups, or give its goals no reward");
       }
       for (const GroupSpec::Member& other : taken) {
         if (other.behaviour == member.behaviour && other.agent == member.agent)

@@ -70,7 +70,7 @@ TEST(ParametersInside, ATrainingSetsAndDrawsThem) {
     TrainOptions options = WindyTraining("wind=uniform 2 5, mass=3");
     options.while_learning = meanwhile;
     const auto driver = *Train(engine.world(), options);
-    for (int tick = 0; tick < 100'000 && !driver->finished(); ++tick) engine.Tick(*driver);
+    for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) engine.Tick(*driver);
     ASSERT_TRUE(driver->finished());
     ASSERT_GE(engine.winds.size(), 80u);
     EXPECT_THAT(engine.masses, Each(3.0)) << "from the first episode on";

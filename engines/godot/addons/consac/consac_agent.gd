@@ -50,7 +50,7 @@ const GROUP := &"consac_agents"
 @export var goals: ConsacGoals
 ## Agents of one name win and lose together: [method add_group_reward] pays all of them. A trainer of protocol 2 is told of
 ## groups where agents of several behaviours share the scene; agents of one behaviour alone are paid as well, each in a world
-## of its own. "" for none. No agent whose [member goals] pay is in a group.
+## of its own. "" for none. No agent with [member goals] is in a group.
 @export var group: StringName = &""
 @export_group("Who chooses")
 ## Who chooses for this agent: a person or a model may act beside agents that learn, or against them.
@@ -183,8 +183,11 @@ func note(metric: StringName, value: float) -> void:
 func parameter(parameter_name: StringName) -> float:
 	if _parameters.has(parameter_name):
 		return _parameters[parameter_name]
-	var sync: Node = driven_by if is_instance_valid(driven_by) or not is_inside_tree() else (
-			get_tree().get_first_node_in_group(ConsacSync.GROUP))
+	var sync: Node = null
+	if is_instance_valid(driven_by):
+		sync = driven_by
+	elif is_inside_tree():
+		sync = get_tree().get_first_node_in_group(ConsacSync.GROUP)
 	return sync.default_of(parameter_name) if is_instance_valid(sync) else 0.0
 
 
@@ -237,8 +240,8 @@ func prepare() -> String:
 		fault = goals.fault(all_observations)
 		fault = "" if fault.is_empty() else "%s, %s" % [name, fault]
 		_goals_at = ConsacGoals.places(all_observations)
-	if fault.is_empty() and goals != null and goals.pays and group != &"":
-		fault = "%s is in the group '%s', and its goals alone pay it; empty group, or turn off goals.pays" % [name, group]
+	if fault.is_empty() and goals != null and group != &"":
+		fault = "%s is in the group '%s', and its goals say what it is paid; empty group, or goals" % [name, group]
 	row.resize(ConsacValues.plan(all_observations, _names, _widths))
 	action_row.resize(ConsacValues.plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
@@ -274,6 +277,11 @@ func forget_step() -> void:
 	reward = 0.0
 	terminated = false
 	truncated = false
+	_accounted = false
+
+
+## Called by [ConsacSync] once the step is told: what is earned from now on, and before the next one begins, is nobody's.
+func close_account() -> void:
 	_accounted = false
 
 

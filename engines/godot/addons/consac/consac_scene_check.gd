@@ -95,7 +95,10 @@ static func _fault_of_entries(agent: Node, role: String) -> String:
 
 static func _fault_of_parameters(sync: Node) -> String:
 	var seen := {}
-	for parameter: Variant in sync.get("parameters"):
+	var parameters: Variant = sync.get("parameters")
+	if not parameters is Array:  # its script cannot be read
+		return ""
+	for parameter: Variant in parameters:
 		var name: Variant = &"" if parameter == null else parameter.get("name")
 		if name == &"":
 			return "One of parameters is empty or has no name."

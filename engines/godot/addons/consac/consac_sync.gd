@@ -227,6 +227,9 @@ func note(metric: StringName, value: float) -> void:
 
 ## Pays every agent of [param group], as [method ConsacAgent.add_group_reward] does: for whoever judges a team.
 func add_group_reward(group: StringName, amount: float) -> void:
+	if not is_finite(amount):
+		printerr("consac: add_group_reward(): %s for the group '%s' is left out; give a number" % [amount, group])
+		return
 	_groups.pay(group, amount, _roster)
 
 
@@ -487,6 +490,8 @@ func offer(fault: String) -> void:
 	_roster.newcomers.clear()
 	if fault.is_empty() and not _errors.has_heard:
 		backend.offer()
+		for agent in _roster.agents:
+			agent.close_account()
 	else:
 		_refuse(fault)
 
