@@ -76,8 +76,8 @@ class Conversation {
   /// with "somebody" from the first on, it goes on until somebody takes part (R77).
   Status Play(const Case& what);
   std::size_t Ended() const;
-  /// Whether some agent has ended with the latest RESULT.
-  bool AnyEnds() const;
+  /// Whether some episode is over with the latest RESULT (`same_step`).
+  bool AnyIsOver() const;
   /// An engine that resets all of its environments or none is asked to reset all (R47).
   Status PlayOne();
   /// The engine may not have noticed yet that the connection is gone; "beside": it is not, and the engine closes it.

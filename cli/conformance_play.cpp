@@ -13,7 +13,7 @@ Status Conversation::Play(const Case& what) {
   double deserted_at = Now();
   for (int step = 0; step < steps || !check_.anyone(); ++step) {
     if (until == "over" && Ended() > 0) return Status::Ok();
-    if (until == "ended" && step > 0 && AnyEnds()) return Status::Ok();
+    if (until == "ended" && step > 0 && AnyIsOver()) return Status::Ok();
     if (check_.anyone()) deserted_at = Now();
     if (Now() - deserted_at > patience_s_)
       return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", patience_s_));
@@ -30,9 +30,9 @@ std::size_t Conversation::Ended() const {
   return ended;
 }
 
-bool Conversation::AnyEnds() const {
+bool Conversation::AnyIsOver() const {
   bool any = false;
-  for (std::size_t i = 0; i < blocks_.environments; ++i) any = any || results_.Ends(result_, i);
+  for (std::size_t i = 0; i < blocks_.environments; ++i) any = any || results_.IsOver(result_, i);
   return any;
 }
 

@@ -61,6 +61,21 @@ class Results {
     return ends;
   }
 
+  /// Whether, with `same_step`, an episode of the environment is over with that RESULT (section 8): some agent has
+  /// ended or vanished, and nobody goes on with it. Or that of an agent which has episodes of its own.
+  bool IsOver(const std::string& result, std::size_t environment) const {
+    bool goes_on = false, begins_anew = false;
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const std::size_t agents = env_->behaviours[b].agents.size();
+      for (std::size_t slot = environment * agents; slot < (environment + 1) * agents; ++slot) {
+        const int state = result[blocks_.behaviours[b].states + slot];
+        goes_on = goes_on || (state & (protocol2::kActive | protocol2::kFirst)) == protocol2::kActive;
+        begins_anew = begins_anew || ((state & kEnds) != 0 && (state & protocol2::kFirst) != 0);
+      }
+    }
+    return begins_anew || (Ends(result, environment) && !goes_on);
+  }
+
   std::size_t environments() const { return blocks_.environments; }
 
  private:

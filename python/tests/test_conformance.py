@@ -348,6 +348,39 @@ def test_every_case_holds_where_one_agent_ends_before_the_others():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+class Walkers(pettingzoo.ParallelEnv):
+    """Of two agents, which walk at a pace that may be set, one ends long before the other, and so the episode."""
+    metadata = {"name": "walkers_v0"}
+    possible_agents = ["first", "last"]
+
+    def observation_space(self, agent):
+        return gymnasium.spaces.Box(0, 1e6, (1,), np.float32)
+
+    def action_space(self, agent):
+        return gymnasium.spaces.Discrete(2)
+
+    def reset(self, seed=None, options=None):
+        self.steps, self.agents, self.pace = 0, list(self.possible_agents), options["pace"] if options else 1.0
+        return {agent: np.zeros(1, np.float32) for agent in self.agents}, {agent: {} for agent in self.agents}
+
+    def step(self, actions):
+        self.steps += 1
+        were = self.agents
+        ended = {agent: self.steps == (3 if agent == "first" else 20) for agent in were}
+        self.agents = [agent for agent in were if not ended[agent]]
+        seen = {agent: np.array([self.pace * self.steps], np.float32) for agent in were}
+        return seen, {agent: 1.0 for agent in were}, ended, {agent: False for agent in were}, {agent: {} for agent in were}
+
+
+@needs_program
+def test_an_episode_begins_by_itself_once_all_of_its_agents_have_ended():
+    """An agent that ends while another goes on begins none, so what was set has no effect yet (R103)."""
+    with Server(Walkers, envs=2, parameters=[Parameter("pace", 1.0, 0.0, 10.0)]) as server:
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "holds        same_step: an episode that begins by itself has what was set (R103)" in done.stdout, done.stdout
+
+
 class Outsider(gymnasium.Env):
     """Its bounds are more values than a message's JSON may have."""
     observation_space = gymnasium.spaces.Box(np.arange(140000.0), np.arange(140000.0) + 1, dtype=np.float64)
