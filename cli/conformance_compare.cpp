@@ -27,11 +27,14 @@ Status Conversation::CompareEnvironments(const Case& what, const std::string& pa
   const auto is_like = [&](const char* kept, std::size_t i) {
     return results_.OfEnvironment(payload, i) == results_.OfEnvironment(kept_[what[kept]], i);
   };
+  const struct {
+    const char* kept;
+    std::size_t first, end;  // the environments that are compared
+  } rows[] = {{"others_as", 0, count - 1}, {"last_as", count - 1, count}, {"goes_on_as", 0, count}};
   std::size_t others = 0;
-  for (const char* kept : {"others_as", "last_as", "goes_on_as"}) {
-    for (std::size_t i = 0; i < count && what.contains(kept); ++i) {
-      const bool compared = kept[0] == 'g' || (kept[0] == 'l') == (i + 1 == count);
-      if (!compared || results_.Ends(payload, i) || results_.Ends(kept_[what[kept]], i)) continue;
+  for (const auto& [kept, first, end] : rows) {
+    for (std::size_t i = first; i < end && what.contains(kept); ++i) {
+      if (results_.Ends(payload, i) || results_.Ends(kept_[what[kept]], i)) continue;
       ++others;
       if (!is_like(kept, i))
         return Failed(fmt::format("what is looked at of environment {} is not as it was with the same values", i));

@@ -268,10 +268,8 @@ Action AddDoctor(CLI::App& app) {
       "disabled, first: then their cases come too. Cases of some of the two environments alone come to a trainer that, "
       "behind the first RESET, steps all, then the second alone; or steps the second alone, then the first; or steps "
       "the first alone; or steps all, then resets the first alone; with disabled also steps all, then the second "
-      "alone, "
-      "then resets the first alone: a run each. It must wait for an answer for more than 10 s, as it does in games: "
-      "one that gives up before "
-      "seems to refuse what it has overlooked. With --timeout above that time it is "
+      "alone, then resets the first alone: a run each. It must wait for an answer for more than 10 s, as it does in "
+      "games: one that gives up before seems to refuse what it has overlooked. With --timeout above that time it is "
       "also judged by when it leaves an engine in which nobody takes part");
   AddToken(app, &flags->token, "access token that the server asks for");
   app.add_option("--dir", flags->directory, "folder of the runs, for the writing test");

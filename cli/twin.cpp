@@ -244,8 +244,7 @@ int CheckTwin(const TwinFlags& flags) {
   if (nearest.distance < 0.0)
     Print(
         "that need not be a fault: 0 may be a pose that the robot never takes (its maker says which are clear), and a\n"
-        "capsule is wider than its link; pairs that may always touch belong into an SRDF (consac twin import "
-        "--srdf)\n");
+        "capsule is wider than its link; pairs that may always touch belong into an SRDF (import's --srdf)\n");
   return 0;
 }
 

@@ -14,6 +14,8 @@ from consac.layout import align
 from result_check import ResultCheck
 
 
+WRONG_SETTINGS = ("too high", "too low", "infinity", "infinity without a bound")  # of parameters
+
 class Conversation:
     """One case under way, with a server of an action space of two choices. Every RESULT is judged."""
 
@@ -86,7 +88,7 @@ class Conversation:
         elif ", set " in what.get("payload", ""):
             base, how = what["payload"].split(", set ")
             payload, self.over = self.with_parameters(self.payload(base), how)
-            self.set_wrong = how in ("too high", "too low", "infinity", "infinity without a bound")  # else the action may be
+            self.set_wrong = how in WRONG_SETTINGS  # else the action may be
             if self.over:
                 return
         elif "payload" in what:
@@ -135,7 +137,7 @@ class Conversation:
     def with_parameters(self, payload, how):
         """With flag 4 and parameters behind; and whether no parameter has a bound that it takes. What is wrong is of the last environment."""
         values, count = np.full((self.envs, len(self.parameters)), np.nan), len(self.parameters)
-        wrong = how in ("too high", "too low", "infinity", "infinity without a bound")
+        wrong = how in WRONG_SETTINGS
         number = lambda one, name, otherwise: otherwise if one.get(name) is None else one[name]
         for place, one in enumerate(self.parameters):
             low, high = number(one, "low", -np.inf), number(one, "high", np.inf)

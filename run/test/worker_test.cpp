@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "consac/base/archive.h"
+#include "consac/env/parameter_laws.h"
 #include "consac/learn/algo/learner.h"
 #include "small_run.h"
 
@@ -67,6 +69,27 @@ TEST(Worker, LearnersMemoryIsReadNeitherAfterRecordNorForStepsOfItsOwn) {
     EXPECT_EQ(learner.stages, rows == Rows::kLearners ? 3 : 0);
     EXPECT_EQ(learner.staged, rows == Rows::kLearners);
   }
+}
+
+// A checkpoint may be saved while an engine is connected anew on another thread.
+TEST(Worker, ParametersAreDrawnOnlyOnceANewConnectionIsAdopted) {
+  const auto connect = [] { return MakeLocalLink("pendulum-v1", 2); };
+  Worker worker(*connect(), {0}, connect);
+  const std::int64_t steps = 0;
+  const Result<std::vector<ParameterLaw>> laws = ParseParameterLaws("gravity=uniform 5 15");
+  ASSERT_TRUE(laws.ok());
+  worker.UseParameters({ParameterChooser(*laws, worker.link().spec().parameters, 1, 0), &steps});
+  ASSERT_TRUE(worker.Reset(1).ok());
+  const auto state = [&worker] {
+    StateHasher hasher;
+    worker.VisitParameters("parameters", hasher);
+    return hasher.hash();
+  };
+  const std::uint64_t before = state();
+  ASSERT_TRUE(worker.ConnectAnew(2).ok());
+  EXPECT_EQ(state(), before);
+  worker.Adopt();
+  EXPECT_NE(state(), before);
 }
 
 }  // namespace

@@ -45,13 +45,13 @@ def in_venv(wheel: pathlib.Path, python: pathlib.Path, folder: pathlib.Path) -> 
     cells = []
     try:
         run(python, "-m", "venv", folder)
-        bin = folder / "bin"
-        run(bin / "python", "-m", "pip", "install", "-q", wheel)
-        cells.append(run(bin / "consac", "--version").splitlines()[0])
-        run(bin / "consac", "demo", "--steps", "2000", "--dir", "demo")
+        programs = folder / "bin"
+        run(programs / "python", "-m", "pip", "install", "-q", wheel)
+        cells.append(run(programs / "consac", "--version").splitlines()[0])
+        run(programs / "consac", "demo", "--steps", "2000", "--dir", "demo")
         cells.append("yes")
-        cells += run(bin / "python", "-c", TRAINS).split()
-        cells.append(run(bin / "python", "-c", PLAIN).strip())
+        cells += run(programs / "python", "-c", TRAINS).split()
+        cells.append(run(programs / "python", "-c", PLAIN).strip())
     except (RuntimeError, subprocess.TimeoutExpired) as error:
         cells.append(f"FAILED: {error}")
     return cells + [""] * (5 - len(cells))

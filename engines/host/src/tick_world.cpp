@@ -207,31 +207,30 @@ const EnvSpec& TickWorld::spec() const {
 
 // ---- who is there
 
-/// `there` says what places `fits` takes.
-template <class Fits>
-Result<AgentId> TickWorld::JoinWhere(std::size_t b, const char* there, const Fits& fits) {
+Result<AgentId> TickWorld::JoinOne(std::size_t b, std::optional<std::size_t> group) {
   if (b >= state_->herds.size())
     return Status{StatusCode::kInvalidArgument, "there is no behaviour " + std::to_string(b)};
   Herd& herd = state_->herds[b];
   for (std::size_t i = 0; i < herd.places.size(); ++i) {
     Place& place = herd.places[i];
     const AgentId agent = herd.first + static_cast<AgentId>(i);
-    if (place.joined || !fits(agent)) continue;
+    if (place.joined || GroupOf(agent) != group.value_or(GroupOf(agent))) continue;
     place.joined = place.fresh = true;
     place.resets = state_->cue == Cue::kReset;
     return agent;
   }
   return Status{StatusCode::kResourceExhausted, "behaviour '" + state_->spec.behaviours[b].name + "' has room for " +
-                                                    std::to_string(herd.places.size()) + " agents, and all of them " +
-                                                    there};
+                                                    std::to_string(herd.places.size()) +
+                                                    " agents, and all of them are there" +
+                                                    (group.has_value() ? " or of other groups" : "")};
 }
 
 Result<AgentId> TickWorld::Join(std::size_t b) {
-  return JoinWhere(b, "are there", [](AgentId) { return true; });
+  return JoinOne(b, std::nullopt);
 }
 
 Result<AgentId> TickWorld::JoinGroup(std::size_t b, std::size_t group) {
-  return JoinWhere(b, "are there or of other groups", [&](AgentId agent) { return GroupOf(agent) == group; });
+  return JoinOne(b, group);
 }
 
 void TickWorld::Leave(AgentId agent) {

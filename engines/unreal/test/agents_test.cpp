@@ -66,9 +66,7 @@ class RoadHyperparameters final : public UConsacHyperparameters {
 
 /// Whether the log says so.
 bool Logged(const std::string& what) {
-  for (const std::string& line : Shim::Log())
-    if (line.find(what) != std::string::npos) return true;
-  return false;
+  return !Shim::LogLines(what).empty();
 }
 
 TEST(Agents, ByHandTheirOwnRulesDecide) {

@@ -19,9 +19,7 @@ namespace consac::testing {
 namespace {
 
 bool Said(const std::string& what) {
-  for (const std::string& line : Shim::Log())
-    if (line.find(what) != std::string::npos) return true;
-  return false;
+  return !Shim::LogLines(what).empty();
 }
 
 /// A program that does what `lines` say, in a folder of its own; it gets that folder as $FOLDER.

@@ -28,9 +28,7 @@ namespace consac::testing {
 namespace {
 
 long Count(const std::string& what) {
-  long count = 0;
-  for (const std::string& line : Shim::Log()) count += line.find(what) != std::string::npos ? 1 : 0;
-  return count;
+  return static_cast<long>(Shim::LogLines(what).size());
 }
 
 AConsacTrainer* Trainer(Shim::Game& game, EConsacMode mode) {

@@ -86,12 +86,6 @@ class Parameters : public ::testing::Test {
         [&] { return peer.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }));
     peer.get();
   }
-  static std::vector<std::string> Lines(const std::string& with) {
-    std::vector<std::string> found;
-    for (const std::string& line : Shim::Log())
-      if (line.find(with) != std::string::npos) found.push_back(line);
-    return found;
-  }
 
   Shim::Game game_;
   std::vector<std::string> errors_;
@@ -243,7 +237,7 @@ TEST_F(Parameters, WhatIsNotDeclaredIsNamedWithTheNearest) {
   EXPECT_EQ(agent.agent->GetEnvironmentParameter(TEXT("WIND")), 4.0f);
   UConsacBlueprintLibrary::ForgetErrors();
   EXPECT_EQ(agent.agent->GetEnvironmentParameter(TEXT("wnd")), 0.0f);
-  EXPECT_EQ(Lines("is 'wind' meant?").size(), 1u);
+  EXPECT_EQ(Shim::LogLines("is 'wind' meant?").size(), 1u);
 }
 
 TEST_F(Parameters, WhatCannotBeIsRefusedInOneLine) {
@@ -360,7 +354,7 @@ TEST_F(Parameters, AgentsOfOneBehaviourAreOfGroupsToo) {
   EXPECT_EQ(one.episode_reward, 2.0f);
   EXPECT_EQ(two.episode_reward, 2.0f);
   EXPECT_EQ(three.episode_reward, 0.0f);
-  EXPECT_EQ(Lines("a reward of the group 'red' is not finite").size(), 1u);
+  EXPECT_EQ(Shim::LogLines("a reward of the group 'red' is not finite").size(), 1u);
   // One that comes later is of its group as well.
   Windy four(game_, "default", "red");
   for (int k = 0; k < 10; ++k) game_.Tick();

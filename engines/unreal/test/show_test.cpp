@@ -21,12 +21,6 @@ class Shown : public ::testing::Test {
     });
   }
   ~Shown() override { Shim::vlog_records = false; }
-  static std::vector<std::string> Lines(const std::string& with) {
-    std::vector<std::string> found;
-    for (const std::string& line : Shim::Log())
-      if (line.find(with) != std::string::npos) found.push_back(line);
-    return found;
-  }
 
   Shim::Game game_;
   AConsacTrainer* trainer_ = nullptr;
@@ -70,16 +64,17 @@ TEST_F(Shown, NumbersOfTheGamesOwnAreInTheLogAsMeans) {
   UConsacBlueprintLibrary::RecordStat(agent.agent, TEXT("fouls"), 0.5f);
   UConsacBlueprintLibrary::RecordStat(agent.agent, TEXT("fouls"), std::numeric_limits<float>::quiet_NaN());
   UConsacBlueprintLibrary::RecordStat(nullptr, TEXT("nowhere"), 1.0f);
-  EXPECT_EQ(Lines("'fouls' is NaN or infinite").size(), 1u);
+  EXPECT_EQ(Shim::LogLines("'fouls' is NaN or infinite").size(), 1u);
   Shim::ForgetLog();
   trainer_->LogSeconds = 1e-9f;
   game_.Tick();
-  ASSERT_EQ(Lines("mean reward").size(), 1u);
-  EXPECT_NE(Lines("mean reward")[0].find(", fouls 0.5, goals 3"), std::string::npos) << Lines("mean reward")[0];
+  ASSERT_EQ(Shim::LogLines("mean reward").size(), 1u);
+  EXPECT_NE(Shim::LogLines("mean reward")[0].find(", fouls 0.5, goals 3"), std::string::npos)
+      << Shim::LogLines("mean reward")[0];
   Shim::ForgetLog();
   game_.Tick();
-  ASSERT_EQ(Lines("mean reward").size(), 1u);
-  EXPECT_EQ(Lines("mean reward")[0].find("goals"), std::string::npos) << "told once";
+  ASSERT_EQ(Shim::LogLines("mean reward").size(), 1u);
+  EXPECT_EQ(Shim::LogLines("mean reward")[0].find("goals"), std::string::npos) << "told once";
   // A further training begins with numbers of its own.
   trainer_->LogSeconds = 0.0f;
   UConsacBlueprintLibrary::RecordStat(agent.agent, TEXT("goals"), 7.0f);
@@ -91,8 +86,8 @@ TEST_F(Shown, NumbersOfTheGamesOwnAreInTheLogAsMeans) {
   trainer_->LogSeconds = 1e-9f;
   Shim::ForgetLog();
   game_.Tick();
-  ASSERT_EQ(Lines("mean reward").size(), 1u);
-  EXPECT_EQ(Lines("mean reward")[0].find("goals"), std::string::npos) << Lines("mean reward")[0];
+  ASSERT_EQ(Shim::LogLines("mean reward").size(), 1u);
+  EXPECT_EQ(Shim::LogLines("mean reward")[0].find("goals"), std::string::npos) << Shim::LogLines("mean reward")[0];
 }
 
 }  // namespace

@@ -18,9 +18,8 @@ std::vector<Method> MakingMethods() {
           "type, ...}[/code]: [code]box[/code] (low, high, shape, dtype \"float32\" or \"uint8\"), "
           "[code]discrete[/code] (n, start), [code]multi_discrete[/code] (nvec) or "
           "[code]multi_binary[/code] (n). Also [code]parameters = [{name, default, low, high, description}][/code] "
-          "that "
-          "a trainer may set, [code]notes = true[/code] where [method note] is called, and [code]groups = [{name, "
-          "agents = [behaviour, place, behaviour, place, ...]}][/code] of agents of several behaviours."),
+          "that a trainer may set, [code]notes = true[/code] where [method note] is called, and [code]groups = "
+          "[{name, agents = [behaviour, place, behaviour, place, ...]}][/code] of agents of several behaviours."),
       Bind<World, &World::Join>("join", {"behaviour"},
                                 "An agent takes a free place of a behaviour. Its number, or -1 when there is none."),
       Bind<World, &World::JoinGroup>("join_group", {"behaviour", "group"},

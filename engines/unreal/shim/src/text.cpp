@@ -133,6 +133,12 @@ void LogLine(const LogCategory& category, Verbosity verbosity, std::u16string li
 const std::vector<std::string>& Log() {
   return Lines();
 }
+std::vector<std::string> LogLines(const std::string& part) {
+  std::vector<std::string> found;
+  for (const std::string& line : Lines())
+    if (line.find(part) != std::string::npos) found.push_back(line);
+  return found;
+}
 void ForgetLog() {
   Lines().clear();
 }

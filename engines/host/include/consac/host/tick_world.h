@@ -219,8 +219,7 @@ class TickWorld final : public VectorEnv {
   bool Acts(AgentId agent) const;
   Status OfferPlace(std::size_t b, std::size_t index, std::size_t row, Batch& batch);
   void Count(struct Place& place);
-  template <class Fits>
-  Result<AgentId> JoinWhere(std::size_t b, const char* there, const Fits& fits);
+  Result<AgentId> JoinOne(std::size_t b, std::optional<std::size_t> group);
   explicit TickWorld(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

@@ -40,6 +40,8 @@ struct Copier {
 int AddCopier(const UClass* cls, Copier copier);
 /// The latest lines of the log, oldest first; emptied by ForgetLog.
 const std::vector<std::string>& Log();
+/// Those of them that hold `part`.
+std::vector<std::string> LogLines(const std::string& part);
 void ForgetLog();
 
 /// "Play" pressed, until the destructor: a game with its subsystems and its world. Several may run in one process. The

@@ -90,11 +90,7 @@ float UConsacAgentComponent::GetEnvironmentParameter(FName Name) const
 	{
 		Value = ConsacPlugin::DefaultOf(Trainer->EnvironmentParameters, Name);
 	}
-	if (!Value.ok())
-	{
-		ConsacPlugin::LogError(FString::Printf(TEXT("parameter '%s': %s"), *Name.ToString(), *ConsacPlugin::FromUtf8(Value.status().message())));
-	}
-	return Value.ok() ? static_cast<float>(*Value) : 0.0f;
+	return ConsacPlugin::ValueOrLog(Name, Value);
 }
 
 void UConsacAgentComponent::EndEpisode(EConsacEpisodeEnd End)

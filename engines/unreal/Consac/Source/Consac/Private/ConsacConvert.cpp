@@ -199,6 +199,24 @@ consac::Result<double> DefaultOf(const TArray<FConsacParameter>& Parameters, FNa
 	return At.ok() ? consac::Result<double>((*Specs)[*At].default_value) : At.status();
 }
 
+float ValueOrLog(FName Name, const consac::Result<double>& Value)
+{
+	if (!Value.ok())
+	{
+		LogError(FString::Printf(TEXT("parameter '%s': %s"), *Name.ToString(), *FromUtf8(Value.status().message())));
+		return 0.0f;
+	}
+	return static_cast<float>(*Value);
+}
+
+void NoteOrLog(consac::host::TickWorld& World, FName Name, float Value)
+{
+	if (const consac::Status Status = World.Note(ToKey(Name), static_cast<double>(Value)); !Status.ok())
+	{
+		LogError(FromUtf8(Status.message()));
+	}
+}
+
 std::string ToParameterLaws(const TArray<FConsacParameter>& Parameters)
 {
 	std::string Laws;

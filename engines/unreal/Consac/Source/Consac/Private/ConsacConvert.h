@@ -33,6 +33,10 @@ std::string ToKey(FName Name);
 consac::Result<std::vector<consac::ParameterSpec>> ToParameters(const TArray<FConsacParameter>& Parameters);
 /** What one of them is where nobody sets it. */
 consac::Result<double> DefaultOf(const TArray<FConsacParameter>& Parameters, FName Name);
+/** A parameter's value for a node: 0 where there is none, and why in the log. */
+float ValueOrLog(FName Name, const consac::Result<double>& Value);
+/** A number of the game's own for whoever trains; what is wrong with it goes to the log. */
+void NoteOrLog(consac::host::TickWorld& World, FName Name, float Value);
 /** What a training sets of them, as environment_parameters of a run; empty: nothing. */
 std::string ToParameterLaws(const TArray<FConsacParameter>& Parameters);
 /** A status as a node's two outputs; a failure is written to the log as well. Returns whether it was a success. */

@@ -272,19 +272,14 @@ float UConsacEnvironmentComponent::GetTrainingParameter(FName Name) const
 		const consac::Result<std::size_t> At = State->World->ParameterNamed(ConsacPlugin::ToKey(Name));
 		Value = At.ok() ? consac::Result<double>(State->World->Parameter(State->Agent, *At)) : At.status();
 	}
-	if (!Value.ok())
-	{
-		ConsacPlugin::LogError(FString::Printf(TEXT("parameter '%s': %s"), *Name.ToString(), *ConsacPlugin::FromUtf8(Value.status().message())));
-	}
-	return Value.ok() ? static_cast<float>(*Value) : 0.0f;
+	return ConsacPlugin::ValueOrLog(Name, Value);
 }
 
 void UConsacEnvironmentComponent::RecordTrainingStat(FName Name, float Value)
 {
-	const consac::Status Status = State->World ? State->World->Note(ConsacPlugin::ToKey(Name), static_cast<double>(Value)) : consac::Status::Ok();
-	if (!Status.ok())
+	if (State->World)
 	{
-		ConsacPlugin::LogError(ConsacPlugin::FromUtf8(Status.message()));
+		ConsacPlugin::NoteOrLog(*State->World, Name, Value);
 	}
 }
 

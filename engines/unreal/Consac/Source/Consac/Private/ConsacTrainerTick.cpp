@@ -171,10 +171,9 @@ void AConsacTrainer::TellCompleted(double MostSeconds)
 
 void AConsacTrainer::NoteStat(FName Name, float Value)
 {
-	const consac::Status Status = State->Driver ? State->Herd->World().Note(ConsacPlugin::ToKey(Name), static_cast<double>(Value)) : consac::Status::Ok();
-	if (!Status.ok())
+	if (State->Driver)
 	{
-		ConsacPlugin::LogError(ConsacPlugin::FromUtf8(Status.message()));
+		ConsacPlugin::NoteOrLog(State->Herd->World(), Name, Value);
 	}
 }
 
