@@ -20,6 +20,9 @@ import tempfile
 import time
 import zipfile
 
+from release.components import Missing
+from release.program import of
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # The system's name -> what pip calls it, and whose program and whose library it has (folders build/cross-...). The program for Linux
 # asks for no library at all; what Python loads must share Python's C library, that of 2012 or later.
@@ -32,10 +35,6 @@ SYSTEMS = {
 }
 LIBRARIES = ("libconsac.so", "libconsac.dylib", "consac.dll")  # as a build has them, and consac/native.py looks for them
 Files = dict[str, bytes]
-
-
-class Missing(Exception):
-    """Something is not there that has to be made first."""
 
 
 def pure(root: pathlib.Path, epoch: int) -> tuple[Files, bytes]:
@@ -80,14 +79,13 @@ def native(program: pathlib.Path, libraries: pathlib.Path, stripped: bool) -> tu
     return texts[0], found, texts[1]
 
 
-def licences(root: pathlib.Path, *systems: str) -> Files:
-    """Those of all that is linked into a system's program and library, as tools/cross.sh has put them down."""
+def papers_of(root: pathlib.Path, trainer: str, library: str, epoch: int) -> Files:
+    """The licences and the bills of materials of what tools/cross.sh has linked into a program and a library, for the systems named."""
     found: Files = {}
-    for system in systems:
-        folder = root / f"build/windows-needs/{system}/prefix/licenses"
-        if not folder.is_dir():
-            raise Missing(f"no licences in {folder}; run tools/cross.sh {system}")
-        found |= {f"licenses/linked/{path.name}": path.read_bytes() for path in sorted(folder.glob("*.txt"))}
+    for system, made in ((trainer, "consac"), (library, "consac_c")):
+        packed = of(root, system, made, epoch).files
+        found |= {f"licenses/linked/{name.removeprefix('licenses/')}": text for name, text in packed.items() if name.startswith("licenses/")}
+        found[f"sboms/{made}.cdx.json"] = packed["sbom.cdx.json"]
     return found
 
 
@@ -139,11 +137,11 @@ def main() -> int:
             tag = sysconfig.get_platform().replace("-", "_").replace(".", "_")
             made.update([wheel(files, tag, epoch, native(options.native / "cli/consac", options.native / "engines/c", stripped=False))])
         for target in options.targets if options.native is None else ():
-            tag, program, library = SYSTEMS[target]
-            folders = [options.root / f"build/cross-{name}" for name in (program, library)]
+            tag, trainer, library = SYSTEMS[target]
+            folders = [options.root / f"build/cross-{name}" for name in (trainer, library)]
             name = "consac.exe" if target.startswith("windows") else "consac"
             inside = native(folders[0] / "cli" / name, folders[1] / "engines/c", stripped=True)
-            made.update([wheel(files, tag, epoch, inside, licences(options.root, program, library))])
+            made.update([wheel(files, tag, epoch, inside, papers_of(options.root, trainer, library, epoch))])
     except Missing as error:
         print(f"wheels: {error}", file=sys.stderr)
         return 1

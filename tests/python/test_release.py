@@ -17,6 +17,7 @@ from cyclonedx.validation.json import JsonStrictValidator
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 import package_release  # noqa: E402
+import wheels  # noqa: E402
 from release import archives, cad, godot, program  # noqa: E402
 from release.components import COMPONENTS, Missing, linked, runtime, version  # noqa: E402
 from release.sbom import sbom  # noqa: E402
@@ -33,6 +34,7 @@ add_library(unused STATIC unused.cpp)
 add_subdirectory(core)
 add_executable(consac main.cpp)
 target_link_libraries(consac PRIVATE consac_core yaml-cpp)
+set_target_properties(consac PROPERTIES RUNTIME_OUTPUT_DIRECTORY cli)
 add_executable(odd main.cpp)
 add_library(consac_c SHARED main.cpp)
 set_target_properties(consac_c PROPERTIES OUTPUT_NAME consac VERSION 0.1 SOVERSION 0 LIBRARY_OUTPUT_DIRECTORY engines/c)
@@ -112,6 +114,23 @@ def test_the_library_travels_with_its_header_under_the_name_that_a_loader_asks_f
     assert b"CONSAC 1.2.3, the library of consac.h" in texts["README.txt"] and b"eigen" in texts["README.txt"]
     bill = (out / f"consac-c-1.2.3-{TARGET}.cdx.json").read_text()
     assert bill.encode() == texts["sbom.cdx.json"] and JsonStrictValidator(SchemaVersion.V1_6).validate_str(bill) is None
+
+
+def test_a_wheel_has_both_with_the_licences_and_the_bills_of_what_is_linked(tree, tmp_path, monkeypatch):
+    root = tmp_path / "copy"
+    shutil.copytree(tree, root, symlinks=True)
+    (root / "python").symlink_to(ROOT / "python")
+    for folder in ("build/cross-", "build/windows-needs/"):
+        (root / f"{folder}linux-x86_64").symlink_to(root / f"{folder}{TARGET}")
+    monkeypatch.setattr(sys, "argv", ["wheels.py", "--root", str(root), "--targets", "linux-x86_64", "--out", str(tmp_path / "out"), "--epoch", str(EPOCH)])
+    assert wheels.main() == 0
+    with zipfile.ZipFile(next((tmp_path / "out").glob("*-py3-none-manylinux_2_17_x86_64.manylinux2014_x86_64.whl"))) as archive:
+        found = {re.sub(r"^[^/]+\.(dist-info|data)/", "", name): archive.read(name) for name in archive.namelist()}
+    assert {name for name in found if "/linked/" in name} >= {"licenses/linked/musl.txt", "licenses/linked/yaml-cpp.txt", "licenses/linked/eigen.txt"}
+    for bill, made in (("sboms/consac.cdx.json", "scripts/consac"), ("sboms/consac_c.cdx.json", "consac/lib/libconsac.so")):
+        assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(found[bill].decode()) is None
+        assert json.loads(found[bill])["metadata"]["component"]["hashes"][0]["content"] == hashlib.sha256(found[made]).hexdigest()
+    assert b"yaml-cpp" in found["sboms/consac.cdx.json"] and b"yaml-cpp" not in found["sboms/consac_c.cdx.json"]
 
 
 def test_a_program_without_a_licence_is_not_packed(tree, tmp_path):

@@ -94,21 +94,6 @@ def test_a_wheel_says_where_it_may_be_installed_and_runs_there(target, tmp_path)
         assert recorded == set(archive.namelist()) and "consac-1.0.dist-info/sboms/consac.cdx.json" in recorded
 
 
-def test_a_wheel_of_a_cross_build_has_both_and_the_licences_of_what_is_linked(tmp_path, monkeypatch):
-    (tmp_path / "LICENSE").write_bytes((ROOT / "LICENSE").read_bytes())
-    (tmp_path / "python").symlink_to(ROOT / "python")
-    for name, text in {"cross-linux-aarch64-musl/cli/consac": "program", "cross-linux-aarch64/engines/c/libconsac.so": "library",
-                       "windows-needs/linux-aarch64-musl/prefix/licenses/fmt.txt": "fmt's", "windows-needs/linux-aarch64/prefix/licenses/highway.txt": "Highway's"}.items():
-        (tmp_path / "build" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "build" / name).write_text(text)
-    monkeypatch.setattr(sys, "argv", ["wheels.py", "--root", str(tmp_path), "--targets", "linux-aarch64", "--out", str(tmp_path / "out"), "--epoch", str(EPOCH)])
-    assert wheels.main() == 0
-    with zipfile.ZipFile(next((tmp_path / "out").glob("*-py3-none-manylinux_2_17_aarch64.manylinux2014_aarch64.whl"))) as archive:
-        found = {name.split("/", 1)[1] if ".dist-info/" in name else name: archive.read(name) for name in archive.namelist()}
-    assert found["licenses/linked/fmt.txt"] == b"fmt's" and found["licenses/linked/highway.txt"] == b"Highway's"
-    assert found["consac/lib/libconsac.so"] == b"library" and b"program" in found.values()
-
-
 def test_what_is_not_there_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["wheels.py", "--native", str(tmp_path), "--out", str(tmp_path / "out"), "--epoch", "0"])
     assert wheels.main() == 1 and "build the targets consac and consac_c" in capsys.readouterr().err

@@ -6,22 +6,20 @@
 Used by tools/release_check.sh. Exit code 1 where something did not run; the table says what.
 """
 import json
-import os
 import pathlib
 import platform
 import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import tempfile
 import time
-import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from release import wheel_trial  # noqa: E402
+from release import addon_trial, asks, library_trial, wheel_trial  # noqa: E402
+from release.running import Failed, run, the, unpack  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUIET = ["--no-table", "--no-progress", "--no-tensorboard", "--json"]
@@ -39,8 +37,8 @@ after a short training: equal ones are the same training, bit for bit.
 |---|---|---|---|{lines}
 """
 NOT_RUN = """
-Not run anywhere: what is for macOS (there is no Mac here), anything on Windows itself, ARM64 on a processor of that kind, Unreal's and
-Godot's archives (`make test` tries the plug-in and the add-on that they are packed from).
+Not run anywhere: what is for macOS (there is no Mac here), anything on Windows itself, ARM64 on a processor of that kind, the plug-in in Unreal
+(`make test` tries what it is packed from).
 """
 
 
@@ -52,21 +50,6 @@ class Place:
     folder: pathlib.Path
     command: list[str]
     inside: str = "."
-
-
-class Failed(Exception):
-    """A program that did not do what it should; the text is its last line."""
-
-
-def run(command: list[str], folder: pathlib.Path, limit: float = 900) -> str:
-    environment = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp", "WINEDEBUG": "-all", "WINEPREFIX": os.environ.get("WINEPREFIX", "/tmp/consac-wine")}
-    try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, env=environment, check=False)
-    except subprocess.TimeoutExpired:
-        raise Failed(f"nothing after {limit:.0f} s") from None
-    if done.returncode:
-        raise Failed(f"exit code {done.returncode}: {(done.stderr or done.stdout).strip().splitlines()[-1:]}")
-    return done.stdout
 
 
 def attempt(place: Place) -> list[str]:
@@ -82,16 +65,6 @@ def attempt(place: Place) -> list[str]:
     except Failed as error:
         cells.append(f"FAILED: {error}")
     return cells + [""] * (2 + len(TRAININGS) - len(cells))
-
-
-def unpack(archive: pathlib.Path, into: pathlib.Path) -> pathlib.Path:
-    if archive.suffix == ".zip":
-        with zipfile.ZipFile(archive) as opened:
-            opened.extractall(into)
-    else:
-        with tarfile.open(archive) as opened:
-            opened.extractall(into)
-    return next(path for path in into.iterdir() if path.name.startswith("consac-"))
 
 
 def in_root(archive: pathlib.Path, root: pathlib.Path, emulator: list[str]) -> Place:
@@ -114,14 +87,6 @@ def in_nothing(archive: pathlib.Path, folder: pathlib.Path) -> Place:
     root.mkdir()
     shutil.copy(program, root)
     return Place(archive.name, "an empty root", root, ["chroot", root.as_posix(), "/consac"], "")
-
-
-def the(dist: pathlib.Path, pattern: str) -> pathlib.Path:
-    """The one file of a release that is called so."""
-    found = sorted(dist.glob(pattern))
-    if not found:
-        raise Failed(f"there is no {pattern} in {dist.name}; run make release")
-    return found[0]
 
 
 def linux(dist: pathlib.Path, roots: pathlib.Path, scratch: pathlib.Path, architecture: str, debian: str, emulator: list[str]) -> list[Place]:
@@ -182,7 +147,8 @@ def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
         shutil.copy(unpack(the(dist, "consac-[0-9]*-linux-x86_64.tar.gz"), scratch / "beside") / "consac", here)
         step = sorted(path for path in ROOT.glob("examples/**/*.step"))[0]
         run([str(here / "consac"), "twin", "import", str(step), "--out", str(here / "twin")], here)
-        told = f"imports {step.name}"
+        run(["apt-get", "install", "-s", "--reinstall", str(the(dist, "consac-cad_*_amd64.deb").resolve())], here)
+        told = f"imports {step.name}; apt would install the .deb here"
     except Failed as error:
         told = f"FAILED: {error}"
     return [name, "beside consac, this machine", told, "", *[""] * len(TRAININGS)]
@@ -195,6 +161,18 @@ def programs_of(dist: pathlib.Path, scratch: pathlib.Path) -> dict[str, bytes]:
         folder = unpack(archive, scratch / archive.name)
         found[archive.name] = next(path for path in folder.iterdir() if path.stem == "consac").read_bytes()
     return found
+
+
+def libraries_of(dist: pathlib.Path, scratch: pathlib.Path) -> dict[str, bytes]:
+    """The archives of the library of consac.h, and each one's library."""
+    return {archive.name: next(path for path in unpack(archive, scratch / archive.name).glob("lib/*") if path.suffix != ".a").read_bytes()
+            for archive in sorted((*dist.glob("consac-c-*.tar.gz"), *dist.glob("consac-c-*.zip")))}
+
+
+def asked(files: dict[str, bytes]) -> str:
+    """What each loads from its system, read from the file; all that can be said of what is not run here."""
+    rows = "".join(f"| {name} | {len(text) / 1e6:.2f} | {asks.of(text)} |\n" for name, text in files.items())
+    return f"\n## What they ask of a system\n\n| the program or library in | MB unpacked | loads |\n|---|---|---|\n{rows}"
 
 
 def beside(notes: pathlib.Path) -> str:
@@ -216,12 +194,15 @@ def main() -> int:
         for row in rows_of(dist, roots, scratch):
             rows.append(row)
             print("release_check: " + " | ".join(row), flush=True)
-        wheels = wheel_trial.pages(ROOT, dist, programs_of(dist, scratch / "programs"), scratch)
+        programs = programs_of(dist, scratch / "programs")
+        libraries = libraries_of(dist, scratch / "libraries")
+        parts = library_trial.page(dist, scratch, roots) + addon_trial.page(dist, scratch, programs)
+        parts += wheel_trial.pages(ROOT, dist, programs | libraries, scratch) + asked(programs | libraries)
     sizes = sorted((path.stat().st_size, path.name) for path in dist.iterdir() if path.is_file() and path.suffix != ".json")
     text = HEAD.format(date=time.strftime("%Y-%m-%d"), commit=commit, machine=model[1] if model else platform.machine(), trainings=" | ".join(TRAININGS),
                        lines="---|" * len(TRAININGS))
-    text += "".join(f"| {' | '.join(row)} |\n" for row in rows) + NOT_RUN + wheels
-    text += "\n## Sizes\n\n| file | MB |\n|---|---|\n" + "".join(f"| {name} | {size / 1e6:.2f} |\n" for size, name in sizes)
+    text += "".join(f"| {' | '.join(row)} |\n" for row in rows) + NOT_RUN + parts
+    text += "\n## Sizes\n\n| file | MB |\n|---|---|\n" + "".join(f"| {name} | {size / 1e6:.2f}{' (more than 15)' * (size > 15e6)} |\n" for size, name in sizes)
     page.write_text(text + beside(ROOT / "build/release-notes"), encoding="utf-8")
     return int("FAILED" in text)
 

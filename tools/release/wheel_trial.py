@@ -57,14 +57,13 @@ def in_venv(wheel: pathlib.Path, python: pathlib.Path, folder: pathlib.Path) -> 
     return cells + [""] * (5 - len(cells))
 
 
-def same_program(wheel: pathlib.Path, programs: dict[str, bytes]) -> str:
-    """Whose program a wheel carries; those have been tried on their own."""
+def carried(wheel: pathlib.Path, tried: dict[str, bytes]) -> str:
+    """Whose program and library a wheel carries; those of the archives have been tried on their own."""
     with zipfile.ZipFile(wheel) as archive:
-        names = [name for name in archive.namelist() if re.search(r"\.data/scripts/consac(\.exe)?$", name)]
-        text = archive.read(names[0]) if names else b""
-    if not names:
-        return "none"
-    return next((f"that of {name}" for name, each in programs.items() if each == text), "FAILED: of no archive here")
+        names = [name for name in archive.namelist() if re.search(r"\.data/scripts/consac(\.exe)?$|^consac/lib/", name)]
+        texts = {name: archive.read(name) for name in names}
+    return ", ".join(next((f"that of {name}" for name, each in tried.items() if each == text), f"FAILED: {inside} is of no archive here")
+                     for inside, text in sorted(texts.items())) or "none"
 
 
 def looked_at(root: pathlib.Path, wheel: pathlib.Path) -> str:
@@ -89,7 +88,7 @@ def looked_at(root: pathlib.Path, wheel: pathlib.Path) -> str:
     return "; ".join(cells)
 
 
-def pages(root: pathlib.Path, dist: pathlib.Path, programs: dict[str, bytes], scratch: pathlib.Path) -> str:
+def pages(root: pathlib.Path, dist: pathlib.Path, tried: dict[str, bytes], scratch: pathlib.Path) -> str:
     """What of the page is about Python."""
     text = ("\n## Wheels\n\nEach in a fresh environment, with numpy and gymnasium as pip finds them; hash and steps are of `consac.train`, the last of "
             "`consac.train('cartpole-v1')`.\n\n| wheel | Python | `--version` | `demo` | ppo2, CartPole | who acts | steps |\n|---|---|---|---|---|---|---|\n")
@@ -103,7 +102,7 @@ def pages(root: pathlib.Path, dist: pathlib.Path, programs: dict[str, bytes], sc
         text += f"| {' | '.join(row)} |\n"
     absent = [f"3.{minor}" for minor in range(OLDEST, NEWEST + 1) if f"3.{minor}" not in here]
     text += f"\nNot here, so not tried: Python {', '.join(absent)}.\n" if absent else ""
-    text += "\n| file | its program | what is said of it |\n|---|---|---|\n"
+    text += "\n| file | its library and program | what is said of it |\n|---|---|---|\n"
     for each in sorted((*dist.glob("consac-*.whl"), *(path for path in dist.glob("consac-*.tar.gz") if re.fullmatch(r"consac-[\d.]+\.tar\.gz", path.name)))):
-        text += f"| {each.name} | {same_program(each, programs) if each.suffix == '.whl' else 'none'} | {looked_at(root, each)} |\n"
+        text += f"| {each.name} | {carried(each, tried) if each.suffix == '.whl' else 'none'} | {looked_at(root, each)} |\n"
     return text
