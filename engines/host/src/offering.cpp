@@ -235,7 +235,7 @@ Status TickWorld::OfferPlace(std::size_t b, std::size_t index, std::size_t row, 
       if (status.ok()) status = final;
       std::memcpy(batch.final_observations + row * herd.observation_bytes, last, herd.observation_bytes);
     }
-    place.reward = Reward(herd.first + static_cast<AgentId>(index));
+    if (herd.goals.reward() != GoalReward::kNone) place.reward = Reward(herd.first + static_cast<AgentId>(index));
     const Status reward = MendReward(behaviour, number, &place.reward);
     if (status.ok()) status = reward;
     batch.rewards[row] = acted ? place.reward : 0.0f;

@@ -311,7 +311,9 @@ std::uint8_t* TickWorld::ActionMask(AgentId agent) {
 
 /// Whether it is the agent that was there at the latest Offer.
 bool TickWorld::Acts(AgentId agent) const {
-  return Joined(agent) && state_->At(agent).takes_part && !state_->At(agent).fresh;
+  if (!state_->Known(agent)) return false;
+  const Place& place = state_->At(agent);
+  return place.joined && place.takes_part && !place.fresh;
 }
 
 void TickWorld::AddReward(AgentId agent, float reward) {

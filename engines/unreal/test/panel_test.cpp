@@ -1,5 +1,6 @@
 // The Consac panel of the editor: what it shows, to the number; what its buttons do; how it is drawn.
 #include <cmath>
+#include <cstdlib>
 
 #include "ConsacPanel.h"
 #include "ConsacPanelState.h"
@@ -16,6 +17,8 @@
 #include "ToolMenus.h"
 #include "Widgets/Input/SButton.h"
 #include "graphs.h"
+#include "panel_picture.h"
+#include "tests/files.h"
 
 namespace consac::testing {
 namespace {
@@ -336,6 +339,46 @@ TEST_F(Watched, WhatDoesNotPlayInTheEditorIsNotShown) {
   game_.world().shim_net_mode_ = NM_Client;
   EXPECT_EQ(watch_.Look(false).Trainers.Num(), 0) << "a client trains nothing";
   game_.world().shim_net_mode_ = NM_Standalone;
+}
+
+/// A training of the hello level, two minutes old.
+FConsacPanelState OfThePicture() {
+  FConsacPanelState panel = Playing(Learner());
+  panel.Times.Frames = 30;
+  panel.Times.Frame = 8.3;
+  panel.Times.Worlds = 1.6;
+  for (int k = 0; k <= 60; ++k) {
+    const auto way = static_cast<float>(k) / 60.0f;
+    panel.Curve.Add(200 * k, 4.0f + 57.25f * way * way * (3.0f - 2.0f * way) +
+                                 3.0f * std::sin(0.9f * static_cast<float>(k)) * (1.0f - way));
+  }
+  panel.Now = 120.0;
+  panel.NowUtc.shim_unix_ = 1700000000.0;
+  FConsacFault fault;
+  fault.Text = TEXT("agent 3: the observation 'places' has 3 numbers; expected 2");
+  fault.Times = 2;
+  fault.When = 30.0;
+  panel.Faults.Add(fault);
+  for (const auto& [file, age_s] :
+       {std::pair(TEXT("hello/default.consac"), 600.0), std::pair(TEXT("chase/hunter.consac"), 9000.0)}) {
+    FConsacPanelModel model;
+    model.File = file;
+    model.Changed.shim_unix_ = 1700000000.0 - age_s;
+    model.Bytes = 20000;
+    panel.Models.Add(model);
+  }
+  return panel;
+}
+
+// To draw it anew after a change of the panel: CONSAC_DRAW=1 consac_unreal_tests --gtest_filter=PanelPicture.*
+TEST(PanelPicture, OfItsPageIsDrawnByThePanelItself) {
+  const TSharedRef<SConsacPanel> panel = SNew(SConsacPanel);
+  panel->Show(OfThePicture());
+  const std::string drawn =
+      PanelPicture::Of(*panel, "A drawing of the panel's widgets and words by its own code; not a screenshot.");
+  const std::string path = std::string(CONSAC_SOURCE_DIR) + "/docs/images/editor-panel.svg";
+  if (std::getenv("CONSAC_DRAW") != nullptr) Put(path, drawn);
+  EXPECT_EQ(TextOf(path), drawn) << "the panel has changed: draw its picture anew, as is said above";
 }
 
 /// Everything that is written in a widget and what is in it, from top to bottom.

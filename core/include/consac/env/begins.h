@@ -25,10 +25,10 @@ class EpisodeBegins {
   /// The slots that act now, [acting]: 1 for those that did not act in the step before, or whose episode ended with it,
   /// as `whole`, the batch of all slots, still says. Once for each step; valid until the next.
   std::span<const std::uint8_t> Next(const Batch& whole, std::span<const std::int32_t> acting) {
-    begins_.clear();
-    for (const std::int32_t slot : acting) {
-      const auto i = static_cast<std::size_t>(slot);
-      begins_.push_back(acted_[i] == 0 || (whole.terminated[i] | whole.truncated[i]) != 0 ? 1 : 0);
+    begins_.resize(acting.size());
+    for (std::size_t row = 0; row < acting.size(); ++row) {
+      const auto i = static_cast<std::size_t>(acting[row]);
+      begins_[row] = acted_[i] == 0 || (whole.terminated[i] | whole.truncated[i]) != 0 ? 1 : 0;
     }
     Restart();
     for (const std::int32_t slot : acting) acted_[static_cast<std::size_t>(slot)] = 1;

@@ -33,6 +33,7 @@ class SWidget {
   /// For tests: what is written on it; whether it could be clicked, and was.
   virtual std::string ShimText() const { return {}; }
   virtual bool ShimClick() { return false; }
+  virtual bool ShimIsButton() const { return false; }
   /// For the shim and tests: what is in it, in order, and whether that is side by side.
   std::vector<TSharedRef<SWidget>> shim_children_;
   bool shim_across_ = false;

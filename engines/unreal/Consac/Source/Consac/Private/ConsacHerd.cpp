@@ -150,6 +150,8 @@ consac::Status FConsacHerd::Gather(const TArray<UConsacAgentComponent*>& Agents,
 	Options.agents_leave = true; // any actor may be destroyed
 	for (FKind& Kind : Kinds)
 	{
+		const consac::host::Goals& Goals = Kind.Offering.goals;
+		bGoalsPay = bGoalsPay || (Goals.pays && Goals.reward != consac::host::GoalReward::kNone);
 		Kind.Offering.agents = Kind.Offering.agents < Room ? Room : Kind.Offering.agents;
 		Options.offerings.push_back(Kind.Offering);
 	}
@@ -220,6 +222,7 @@ consac::Status FConsacHerd::Place(UConsacAgentComponent& Agent)
 		FPlace& Taken = Places[static_cast<std::size_t>(*Id)];
 		Taken.Agent = &Agent;
 		Taken.Group = Agent.Group;
+		Taken.Kind = B;
 		Taken.Row.assign(Behaviour.observation_layout.row_bytes, std::byte{0});
 		Taken.Acts = Behaviour.action_layout.row_bytes;
 		Taken.Allowed.assign(static_cast<std::size_t>(Behaviour.masks_actions ? Behaviour.action_layout.mask_bytes : 0), std::uint8_t{1});
@@ -268,27 +271,27 @@ void FConsacHerd::Leave(UConsacAgentComponent& Agent)
 
 bool FConsacHerd::Knows(const UConsacAgentComponent& Agent) const
 {
-	return Agent.Place >= 0 && static_cast<std::size_t>(Agent.Place) < Places.size() && Places[static_cast<std::size_t>(Agent.Place)].Agent.Get() == &Agent;
+	return Agent.Place >= 0 && static_cast<std::size_t>(Agent.Place) < Places.size() && At(Agent.Place).Agent.Get() == &Agent;
 }
 
 bool FConsacHerd::Acts(const UConsacAgentComponent& Agent) const
 {
-	return Knows(Agent) && IsActing() && !Places[static_cast<std::size_t>(Agent.Place)].bNew;
+	return Knows(Agent) && IsActing() && !At(Agent.Place).bNew;
 }
 
 bool FConsacHerd::Earns(const UConsacAgentComponent& Agent) const
 {
-	return Acts(Agent) || (bWaiting && Knows(Agent) && !Places[static_cast<std::size_t>(Agent.Place)].bNew);
+	return Knows(Agent) && (bWaiting || IsActing()) && !At(Agent.Place).bNew;
 }
 
-const std::byte* FConsacHerd::ActionRow(const UConsacAgentComponent& Agent) const
+const std::byte* FConsacHerd::ActionRow(consac::host::AgentId Id) const
 {
-	if (Acts(Agent))
+	const FPlace& Taken = At(Id);
+	if (IsActing() && !Taken.bNew)
 	{
-		return TheWorld->Action(Agent.Place);
+		return TheWorld->Action(Id);
 	}
-	const bool bHeld = Knows(Agent) && !Places[static_cast<std::size_t>(Agent.Place)].Held.empty();
-	return bHeld ? Places[static_cast<std::size_t>(Agent.Place)].Held.data() : nullptr;
+	return Taken.Held.empty() ? nullptr : Taken.Held.data();
 }
 
 void FConsacHerd::Record()
@@ -341,7 +344,7 @@ const consac::Leaf* FConsacHerd::ActionLeaf(const UConsacAgentComponent& Agent, 
 		return nullptr;
 	}
 	const int32 Index = ConsacPlugin::IndexIn(Of(Agent.Place).Done, Name);
-	return Index >= 0 ? &TheWorld->ActionLeaf(TheWorld->BehaviourOf(Agent.Place), static_cast<std::size_t>(Index)) : nullptr;
+	return Index >= 0 ? &TheWorld->ActionLeaf(At(Agent.Place).Kind, static_cast<std::size_t>(Index)) : nullptr;
 }
 
 consac::Status FConsacHerd::SetObservation(const UConsacAgentComponent& Agent, FName Name, const float* Values, int32 Count)
@@ -351,7 +354,7 @@ consac::Status FConsacHerd::SetObservation(const UConsacAgentComponent& Agent, F
 	{
 		return consac::Status(consac::StatusCode::kNotFound, "there is no such observation");
 	}
-	const consac::Leaf& Leaf = TheWorld->ObservationLeaf(TheWorld->BehaviourOf(Agent.Place), static_cast<std::size_t>(Index));
+	const consac::Leaf& Leaf = TheWorld->ObservationLeaf(At(Agent.Place).Kind, static_cast<std::size_t>(Index));
 	return ConsacPlugin::WriteLeaf(Leaf, Places[static_cast<std::size_t>(Agent.Place)].Row.data(), Values, Count);
 }
 
@@ -360,7 +363,7 @@ consac::Status FConsacHerd::SetObservedChoice(const UConsacAgentComponent& Agent
 	const int32 Index = Knows(Agent) ? ConsacPlugin::IndexIn(Of(Agent.Place).Seen, Name) : -1;
 	if (Index >= 0)
 	{
-		CONSAC_RETURN_IF_ERROR(ConsacPlugin::CheckChoice(TheWorld->ObservationLeaf(TheWorld->BehaviourOf(Agent.Place), static_cast<std::size_t>(Index)), Choice));
+		CONSAC_RETURN_IF_ERROR(ConsacPlugin::CheckChoice(TheWorld->ObservationLeaf(At(Agent.Place).Kind, static_cast<std::size_t>(Index)), Choice));
 	}
 	const float Number = static_cast<float>(Choice);
 	return SetObservation(Agent, Name, &Number, 1);
@@ -413,8 +416,8 @@ bool FConsacHerd::SetAllowed(const UConsacAgentComponent& Agent, FName Name, int
 float FConsacHerd::GetActionNumber(const UConsacAgentComponent& Agent, FName Name, int32 Index, float Otherwise) const
 {
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	const std::byte* Row = ActionRow(Agent);
-	const bool bThere = Leaf != nullptr && Row != nullptr && Index >= 0 && Index < Leaf->count;
+	const std::byte* Row = Leaf != nullptr ? ActionRow(Agent.Place) : nullptr;
+	const bool bThere = Row != nullptr && Index >= 0 && Index < Leaf->count;
 	return bThere ? static_cast<float>(consac::ReadElement(*Leaf, Row, Index)) : Otherwise;
 }
 
@@ -422,8 +425,8 @@ bool FConsacHerd::GetAction(const UConsacAgentComponent& Agent, FName Name, TArr
 {
 	Values.Reset();
 	const consac::Leaf* Leaf = ActionLeaf(Agent, Name);
-	const std::byte* Row = ActionRow(Agent);
-	if (Leaf == nullptr || Row == nullptr)
+	const std::byte* Row = Leaf != nullptr ? ActionRow(Agent.Place) : nullptr;
+	if (Row == nullptr)
 	{
 		return false;
 	}

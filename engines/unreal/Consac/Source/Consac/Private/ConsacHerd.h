@@ -85,6 +85,7 @@ private:
 	{
 		TWeakObjectPtr<UConsacAgentComponent> Agent;
 		FName Group;
+		std::size_t Kind = 0;
 		std::vector<std::byte> Row;         // what it sees
 		std::vector<std::uint8_t> Allowed;  // its mask; empty where none is forbidden
 		std::vector<std::byte> Held;        // pipelined: the action that stands until the next; empty where none does
@@ -100,14 +101,15 @@ private:
 	consac::Result<consac::host::AgentId> PlaceFor(std::size_t Kind, FName Group);
 	static consac::Result<FKind> KindOf(const UConsacAgentComponent& Agent);
 	consac::Status Place(UConsacAgentComponent& Agent);
-	const FKind& Of(consac::host::AgentId Id) const { return Kinds[TheWorld->BehaviourOf(Id)]; }
+	const FPlace& At(consac::host::AgentId Id) const { return Places[static_cast<std::size_t>(Id)]; }
+	const FKind& Of(consac::host::AgentId Id) const { return Kinds[At(Id).Kind]; }
 	bool Knows(const UConsacAgentComponent& Agent) const;
 	/** Whether it carries out the decision: no newcomer does. */
 	bool Acts(const UConsacAgentComponent& Agent) const;
 	/** Whether what it earns, or how its episode ends, counts now. */
 	bool Earns(const UConsacAgentComponent& Agent) const;
-	/** The action that it carries out; null where there is none. */
-	const std::byte* ActionRow(const UConsacAgentComponent& Agent) const;
+	/** The action that the agent there carries out; null where there is none. */
+	const std::byte* ActionRow(consac::host::AgentId Id) const;
 	const consac::Leaf* ActionLeaf(const UConsacAgentComponent& Agent, FName Name) const;
 	void BeginEpisode(consac::host::AgentId Id, int64 Seed);
 	void Prepare(consac::host::AgentId Id);
@@ -128,6 +130,8 @@ private:
 	TArray<float> Sensed;
 	int32 Ticks = 1;
 	bool bSenses = false;  // somebody has sensors
+	bool bGoalsPay = false; // some goals pay
+	bool bTimeIsUp = false; // for somebody, in this step
 	int32 ShortOnes = 0;   // episodes in a row that ended with their first step
 	bool bSaidShort = false;
 	bool bSaidWhoLeft = false;

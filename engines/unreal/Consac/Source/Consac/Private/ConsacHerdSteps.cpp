@@ -49,7 +49,8 @@ void FConsacHerd::Observe(consac::host::AgentId Id)
 	{
 		return;
 	}
-	std::fill(Places[static_cast<std::size_t>(Id)].Allowed.begin(), Places[static_cast<std::size_t>(Id)].Allowed.end(), std::uint8_t{1});
+	std::vector<std::uint8_t>& Allowed = Places[static_cast<std::size_t>(Id)].Allowed;
+	std::fill(Allowed.begin(), Allowed.end(), std::uint8_t{1});
 	// By number: what a sensor does may take another one away.
 	for (int32 Index = 0; Index < Agent->Sensors.Num(); ++Index)
 	{
@@ -139,7 +140,7 @@ void FConsacHerd::Act(bool bByHand)
 	{
 		Taken.bNew = Taken.bNew && !Taken.bShown; // before any event: what it does may be about another agent
 	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0, Count = TheWorld->places(); Id < Count; ++Id)
 	{
 		FPlace& Taken = Places[static_cast<std::size_t>(Id)];
 		if (!Taken.bShown) // it came after this decision was asked for
@@ -176,6 +177,7 @@ void FConsacHerd::Judge(consac::host::AgentId Id)
 	{
 		++Agent->EpisodeSteps;
 	}
+	bTimeIsUp = bTimeIsUp || (Agent->MaxEpisodeSteps > 0 && Agent->EpisodeSteps >= Agent->MaxEpisodeSteps);
 	Observe(Id);
 }
 
@@ -206,7 +208,7 @@ void FConsacHerd::Earn(consac::host::AgentId Id)
 {
 	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
 	UConsacAgentComponent* Agent = Taken.Agent.Get();
-	const consac::host::Goals& Goals = Of(Id).Offering.goals;
+	const consac::host::Goals& Goals = Kinds[Taken.Kind].Offering.goals;
 	if (Agent == nullptr || Taken.bNew || !Goals.pays || Goals.reward == consac::host::GoalReward::kNone)
 	{
 		return;
@@ -220,10 +222,14 @@ void FConsacHerd::Earn(consac::host::AgentId Id)
 void FConsacHerd::Turn(consac::host::AgentId Id)
 {
 	FPlace& Taken = Places[static_cast<std::size_t>(Id)];
-	Taken.bBegins = TheWorld->Joined(Id) && TheWorld->Ending(Id);
+	Taken.bBegins = TheWorld->Ending(Id);
+	if (!Taken.bBegins && !bGoalsPay)
+	{
+		return;
+	}
 	if (!Taken.bBegins)
 	{
-		Publish(Id);
+		Publish(Id); // which the goals' worth is read off
 		Earn(Id);
 		return;
 	}
@@ -241,32 +247,34 @@ void FConsacHerd::Turn(consac::host::AgentId Id)
 
 consac::Status FConsacHerd::Settle()
 {
+	const consac::host::AgentId Count = TheWorld->places();
 	// All together, so that nobody's last observation shows another one at its new start.
-	for (consac::host::AgentId Id = 0; bSenses && Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; bSenses && Id < Count; ++Id)
 	{
 		Prepare(Id);
 	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	bTimeIsUp = false;
+	for (consac::host::AgentId Id = 0; Id < Count; ++Id)
 	{
 		Judge(Id);
 	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; bTimeIsUp && Id < Count; ++Id)
 	{
 		CutOff(Id); // after every On Observe: any of them may end any episode
 	}
 	bJudged = true;
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; Id < Count; ++Id)
 	{
 		Turn(Id);
 	}
-	for (consac::host::AgentId Id = 0; bSenses && Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; bSenses && Id < Count; ++Id)
 	{
 		if (Places[static_cast<std::size_t>(Id)].bBegins)
 		{
 			Prepare(Id);
 		}
 	}
-	for (consac::host::AgentId Id = 0; Id < TheWorld->places(); ++Id)
+	for (consac::host::AgentId Id = 0; Id < Count; ++Id)
 	{
 		if (std::exchange(Places[static_cast<std::size_t>(Id)].bBegins, false))
 		{

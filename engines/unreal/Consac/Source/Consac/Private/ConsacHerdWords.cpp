@@ -40,7 +40,7 @@ FString FConsacHerd::DescribeOne(consac::host::AgentId Id) const
 	{
 		ConsacPlugin::AddNumbers(TheWorld->ObservationLeaf(Behaviour, static_cast<std::size_t>(Entry)), Kind.Seen[Entry], Taken.Row.data(), Text);
 	}
-	if (const std::byte* Row = ActionRow(*Agent))
+	if (const std::byte* Row = ActionRow(Id))
 	{
 		Text += "; does";
 		for (int32 Entry = 0; Entry < Kind.Done.Num(); ++Entry)

@@ -110,11 +110,14 @@ void SConsacPanel::Watch(FConsacWatch* NewWatch)
 
 void SConsacPanel::Refresh()
 {
-	if (Watched == nullptr)
+	if (Watched != nullptr)
 	{
-		return;
+		Show(Watched->Look(true));
 	}
-	const FConsacPanelState& State = Watched->Look(true);
+}
+
+void SConsacPanel::Show(const FConsacPanelState& State)
+{
 	StateText->SetText(FText::FromString(ConsacPanelWords::State(State)));
 	CurveText->SetText(FText::FromString(ConsacPanelWords::Curve(State)));
 	SpeedText->SetText(FText::FromString(ConsacPanelWords::Speed(State)));

@@ -17,6 +17,7 @@
 #include "Widgets/Text/STextBlock.h"
 
 class FConsacWatch;
+struct FConsacPanelState;
 
 /** The curve of mean reward over steps. */
 class SConsacCurve : public SLeafWidget
@@ -50,6 +51,9 @@ public:
 
 	/** Looks again. */
 	void Refresh();
+
+	/** Puts it into words, and draws its curve. */
+	void Show(const FConsacPanelState& State);
 
 private:
 	FReply Start();

@@ -30,6 +30,7 @@ class SButton : public SWidget {
     shim_click_ = arguments.shim_clicked_;
   }
   std::string ShimText() const override { return Shim::Narrow(*shim_text_.ShimToString()); }
+  bool ShimIsButton() const override { return true; }
   bool ShimClick() override {
     shim_click_();
     return true;
