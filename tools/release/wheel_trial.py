@@ -82,9 +82,9 @@ def looked_at(root: pathlib.Path, wheel: pathlib.Path) -> str:
         asked = re.search(r"versioned symbols from external shared libraries: (.+?)\. ?This", text) or re.search(r"system-provided shared libraries: (.+?) The", text)
         cells.append("auditwheel show: " + (f"consistent with {fits[1]}" + (f" ({asked[1]})" if asked else "") if fits else text))
     elif "win_" in wheel.name:
-        text = told("delvewheel", "show")
-        copied = re.search(r"will be copied into the wheel\.?(.*?)(?:The following|$)", text)
-        cells.append("delvewheel show: " + (text if not copied or text.startswith("FAILED") else text[:600]))
+        text = told("delvewheel", "show", "--analyze-existing", "--analyze-existing-exes")
+        copied = re.search(r"will be copied into the wheel\. (.+?) The following .+ will not be copied into the wheel\. (.+)$", text)
+        cells.append("delvewheel show: " + (f"copies {copied[1].lower()}, of the system: {copied[2]}" if copied else text))
     return "; ".join(cells)
 
 
