@@ -71,3 +71,11 @@ function(consac_tests NAME FOLDER)
   endif()
   gtest_discover_tests(consac_${NAME}_tests TEST_PREFIX ${NAME}. DISCOVERY_TIMEOUT 60 ${filter} PROPERTIES TIMEOUT 300)
 endfunction()
+
+# What is loaded at run time, and may be unloaded before the program ends.
+function(consac_loaded TARGET)
+  if(CONSAC_CROSS_TARGET MATCHES "^linux")  # by zig
+    target_sources(${TARGET} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/unload.cpp)
+    set_source_files_properties(${PROJECT_SOURCE_DIR}/cmake/unload.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
+endfunction()

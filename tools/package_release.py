@@ -4,7 +4,7 @@
   tools/package_release.py [--out dist] [--epoch SECONDS] [--targets linux-x86_64-musl ...]
 
 The program: a .tar.gz or .zip for each target, and a .deb for Linux. The library of consac.h with its header, for each. consac-cad: a .deb and a .tar.gz for Debian 12. Godot's
-add-on with its native extension and the program for every system. Each with the licences of all that is linked into it
+add-on with its native extension for every system. Each with the licences of all that is linked into it
 and a bill of materials, which also lies beside it. SHA256SUMS is of all that is in the folder. The same inputs give the same bytes.
 """
 import argparse

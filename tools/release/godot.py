@@ -1,4 +1,5 @@
-"""Godot's add-on as its asset library wants it: addons/consac with the native extension and the trainer for every system."""
+"""Godot's add-on as its asset library wants it: addons/consac with the native extension for every system, and the trainer for the two of
+most people: with all five it would be of 20 MB."""
 import pathlib
 import re
 import struct
@@ -13,10 +14,12 @@ EXTENSION = "consac_godot"
 LIBRARIES = {"linux-x86_64": "libconsac.linux.x86_64.so", "linux-aarch64": "libconsac.linux.arm64.so",
              "windows-x86_64": "libconsac.windows.x86_64.dll"}
 MACOS, UNIVERSAL = ("macos-arm64", "macos-x86_64"), "libconsac.macos.universal.dylib"
+PROGRAMS = ("linux-x86_64-musl", "windows-x86_64")
 README = """CONSAC {version} for Godot 4.4 and later: reinforcement learning in the engine, or by the trainer outside of it.
 
-Put the folder addons into your project, and turn the plugin on in Project Settings. The trainer is in
-addons/consac/programs, a folder for each system; Godot does not look into it, and no exported game holds it.
+Put the folder addons into your project, and turn the plugin on in Project Settings. The trainer for Linux and Windows on
+x86_64 is in addons/consac/programs; Godot does not look into it, and no exported game holds it. For macOS and for Linux on
+ARM64 it is a file of its own: consac-{version}-SYSTEM.tar.gz.
 
 What is in bin and programs is not signed. Where macOS refuses it: xattr -dr com.apple.quarantine addons/consac. Nothing for
 macOS has been run by its authors; what is for Linux was, in the real engine.
@@ -63,7 +66,7 @@ def pack(root: pathlib.Path, out: pathlib.Path, epoch: int) -> list[pathlib.Path
     files["bin/consac.gdextension"] = description(root)
     files["bin/licenses/.gdignore"] = files["bin/sbom/.gdignore"] = files["programs/.gdignore"] = b""
     executables = set()
-    for target in program.TARGETS:
+    for target in PROGRAMS:
         packed, folder = program.of(root, target, "consac", epoch), f"programs/{target.removesuffix('-musl')}/"
         files |= {folder + name: text for name, text in packed.files.items()}
         executables.add(f"addons/consac/{folder}{packed.program}")
