@@ -22,7 +22,7 @@ ARROWS = {
 # modules, lowest first
 MODULES = {
     "core": ["base", "robot", "space", "nn", "model", "env", "policy", "protocol", "transport", "server"],
-    "learn": ["grad", "optim", "buffer", "collect", "algo"],
+    "learn": ["grad", "optim", "buffer", "collect", "algo", "log"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]')
 EMBEDDED = ("core", "learn", "engines/host")

@@ -143,7 +143,7 @@ void Training::LookAtEpisodes() {
   std::string means;
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
     if (trainees_[b].frozen) continue;
-    if (report_->episodes(b) < kEpisodesOfMean || report_->mean_episode_reward(b) < *goal_) return;
+    if (report_->episodes(b) < learn::kEpisodesOfMean || report_->mean_episode_reward(b) < *goal_) return;
     means += fmt::format("{}{:.4g}", means.empty() ? "" : ", ", report_->mean_episode_reward(b));
   }
   ReachGoal(means);

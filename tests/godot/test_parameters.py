@@ -47,12 +47,19 @@ def test_consac_train_draws_them_and_logs_what_is_noted(godot, tmp_path):
 
 
 @pytest.mark.parametrize("meanwhile", ["0", "1"])
-def test_a_training_inside_draws_them(godot, meanwhile):
-    engine = start(godot, "weather", *TRAIN, "steps=512", "set=n_steps:64", f"act-while-learning={meanwhile}", TRAINING='"uniform 6 8"')
+def test_a_training_inside_draws_them_and_logs_what_is_noted(godot, tmp_path, meanwhile):
+    logs = {"0": (f"{tmp_path}/logs", tmp_path / "logs"), "1": ("res://logs", godot.project / "logs")}[meanwhile]
+    engine = start(godot, "weather", *TRAIN, "steps=512", "set=n_steps:64", f"act-while-learning={meanwhile}", f"log={logs[0]}",
+                   TRAINING='"uniform 6 8"')
     output = finished(engine)
     low, high = winds(output)
     assert 6.0 <= low < 6.5 and 7.5 < high <= 8.0
     assert "weather: metres 2.5" in output, output
+    written = logs[1] / "PPO2_1"
+    rows = list(csv.DictReader((written / "progress.csv").open()))
+    assert rows[-1]["total_timesteps"] == "512" and {row["game/metres"] for row in rows} == {"2.5"}, rows
+    assert b"game/metres" in next(written.glob("events.out.tfevents.*")).read_bytes()
+    assert (logs[1] / ".gdignore").is_file() == logs[0].startswith("res://")  # or the editor takes the CSV for translations
 
 
 def test_by_hand_and_without_laws_they_are_as_they_are_by_default(godot):

@@ -331,6 +331,9 @@ typedef struct consac_training {
   int32_t agents_go_on;  ///< what they do while a model learns. 0: wait, and every step is learned from. 1: act on
   const consac_model* const* start_from;  ///< [start_from_count] a model for each behaviour, copied; NULL: from nothing
   size_t start_from_count;
+  /// Where progress.csv and TensorBoard's events are written, with the keys of the program's runs, in a folder of their
+  /// own below this one: PPO2_1, or the next number that is free; NULL: nothing is written.
+  const char* log_folder;
 } consac_training;
 /// Learns on a thread of its own; after total_steps the agents go on by what was learned. NULL: the defaults. The error
 /// names the hyperparameter, space or model that does not fit.

@@ -141,6 +141,7 @@ Result<host::TrainOptions> TrainOptionsOf(const consac_world& world, const consa
   auto files = FilesOf(training.start_from, training.start_from_count);
   if (!files.ok()) return files.status();
   options.start_from = *std::move(files);
+  options.log_folder = TextOf(training.log_folder);
   return options;
 }
 

@@ -1,12 +1,14 @@
 // Worlds by the C interface: what they teach and how they act is bit for bit what it is in process.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
 #include "engines/c/test/c_engine.h"
 #include "engines/host/test/in_process.h"
 #include "tests/allocation_counter.h"
+#include "tests/files.h"
 #include "tests/support.h"
 
 namespace consac::testing {
@@ -148,6 +150,18 @@ TEST(CWorld, ActingAllocatesNothing) {
     ASSERT_EQ(consac_model_act(model.get(), seen, sizeof(seen), done, sizeof(done)), CONSAC_OK);
   }
   EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+TEST(CWorld, ATrainingInsideWritesItsLogWhereItIsAskedTo) {
+  const ScratchFolder folder("c_log");
+  const std::string logs = folder.path() + "/logs";
+  CEngine engine("road-v0", 1);
+  consac_training training = TrainingOf({"ppo2", "road-v0", "n_steps=64", 128});
+  training.log_folder = logs.c_str();
+  ASSERT_TRUE(IsOk(consac_world_train(engine.world(), &training)));
+  engine.RunToTheEnd();
+  const std::string csv = TextOf(logs + "/PPO2_1/progress.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << "keys, and two updates: " << csv;
 }
 
 /// Two numbers, out of order, and what may be done is masked.

@@ -15,6 +15,7 @@
 #include "consac/policy/policy.h"
 #include "consac/policy/training_facts.h"
 #include "learning_thread.h"
+#include "training_log.h"
 #include "turn.h"
 
 namespace consac::host {
@@ -29,6 +30,7 @@ struct Pupil {
   std::optional<Policy> policy;   // of the latest update
   std::optional<Policy> learned;  // of the job that has just ended
   bool has_learned = false;       // the policy is of an update, not of the beginning
+  std::int64_t reports = 0;       // of the learner, that were written down
 };
 
 class TrainingDriver final : public Driver {
@@ -64,7 +66,7 @@ class TrainingDriver final : public Driver {
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       if (models != 0) CONSAC_RETURN_IF_ERROR(StartFrom(options_.start_from[b], b, learner->get()));
-      pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
+      pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false, 0});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
     Result<std::vector<ParameterLaw>> laws = ParseParameterLaws(options_.environment_parameters);
@@ -72,6 +74,12 @@ class TrainingDriver final : public Driver {
     CONSAC_RETURN_IF_ERROR(CheckParameterLaws(*laws, world_.spec().parameters));
     if (!laws->empty()) chooser_.emplace(std::move(*laws), world_.spec().parameters, options_.seed, 0);
     options_.start_from.clear();  // models are large, and are not begun with again
+    if (!options_.log_folder.empty()) {
+      Result<std::unique_ptr<TrainingLog>> log = TrainingLog::Open(
+          options_.log_folder, options_.algorithm, learn::LogStyleOf(**algorithm, values), world_.spec());
+      if (!log.ok()) return log.status();
+      log_ = *std::move(log);
+    }
     at_every_step_ = pupils_[0].learner->steps_per_update() == 0;
     TakeOverLearned();
     return Status::Ok();
@@ -91,9 +99,10 @@ class TrainingDriver final : public Driver {
     else if (phase_ == Phase::kRecord)
       CONSAC_RETURN_IF_ERROR(Record());
     else if (std::exchange(unrecorded_, false))
-      ChooseNextOfAll();
+      PassOverStep();
     if (phase_ == Phase::kLearning && thread_.Done(Waits() ? wait_s : 0.0)) CONSAC_RETURN_IF_ERROR(EndLearning());
     if (phase_ == Phase::kLearning && Waits()) return Status::Ok();
+    if (phase_ == Phase::kFinished) EndChoosing();
     AskForStep();
     meter_.Note(world_.tally().steps, began);
     return Status::Ok();
@@ -166,9 +175,35 @@ class TrainingDriver final : public Driver {
       world_.SetParameters(i, chooser_->Choose(learned_from_));
   }
   bool chosen() const { return chooser_.has_value(); }
-  /// After a step that nobody learns from: its episodes are drawn for as well.
-  void ChooseNextOfAll() {
+  /// After a step that nobody learns from: its episodes are drawn for as well, and written down while others are
+  /// learned from.
+  void PassOverStep() {
     for (std::size_t b = 0; chosen() && !chooser_->fixed() && b < pupils_.size(); ++b) ChooseNext(b, turn_.Outcome(b));
+    if (phase_ != Phase::kFinished) WriteStep();
+  }
+  /// From the next episode on the world is as its declaration says: who acts then is in no training.
+  void EndChoosing() {
+    if (!chosen()) return;
+    SetDefaultParameters(world_);
+    chooser_.reset();
+  }
+
+  /// What came of the step, into the log.
+  void WriteStep() {
+    if (log_ == nullptr) return;
+    log_->Note(turn_.TakeNoted());
+    for (std::size_t b = 0; b < pupils_.size(); ++b) log_->Add(b, turn_.Outcome(b), learned_from_);
+  }
+  /// What the learners have reported since, likewise; while they are this thread's.
+  void WriteReports() {
+    if (log_ == nullptr) return;
+    reported_.clear();
+    for (std::size_t b = 0; b < pupils_.size(); ++b) {
+      const learn::Learner& learner = *pupils_[b].learner;
+      if (std::exchange(pupils_[b].reports, learner.reports()) == learner.reports()) continue;
+      reported_.push_back({b, learner.metrics(), learner.updates(), learner.steps_per_update(), learner.reports()});
+    }
+    if (!reported_.empty()) log_->Report(reported_, learned_from_);
   }
   /// For the episodes behind those that have begun with the step that `outcome` is of.
   void ChooseNext(std::size_t b, const Batch& outcome) {
@@ -198,6 +233,7 @@ class TrainingDriver final : public Driver {
       if (arrived.rows() > 0) pupils_[b].learner->Begin(arrived);
     }
     learned_from_ = steps_learned_from();
+    WriteStep();
     if (at_every_step_) return GoOnLearning();
     if (LearningDue()) {
       phase_ = Phase::kLearning;
@@ -250,6 +286,7 @@ class TrainingDriver final : public Driver {
     const double end = Now() + kAtOnce;
     if (due && here_only_) due = LearnStep();
     while (due && idle && Waits() && health_.ok() && Now() + step_seconds_ < end) due = LearnStep();
+    WriteReports();
     if (idle && !health_.ok()) return Fail();
     if (due && idle && !here_only_) thread_.Begin([this] { LearnSteps(); });
     for (Pupil& pupil : pupils_) {
@@ -302,6 +339,7 @@ class TrainingDriver final : public Driver {
   Status EndLearning() {
     const auto mine = sharing_.Mine();
     if (at_every_step_) return GoOnLearning();
+    WriteReports();
     if (!health_.ok()) return Fail();
     ++updates_;
     TakeOverLearned();
@@ -345,7 +383,9 @@ class TrainingDriver final : public Driver {
   bool failed_ = false;
   std::int64_t updates_ = 0, learned_from_ = 0;
   Meter meter_;
-  LearningThread thread_;  // last: its job uses what is above
+  std::unique_ptr<TrainingLog> log_;           // null where nothing is written
+  std::vector<learn::UpdateReport> reported_;  // behaviours; for WriteReports
+  LearningThread thread_;                      // last: its job uses what is above
 };
 
 }  // namespace

@@ -49,13 +49,14 @@ ActRows Turn::RowsOf(std::size_t b) const {
 
 void Turn::Step() {
   for (std::size_t b = 0; b < whole_.size(); ++b) acting_[b].PutActions(parts_[b], whole_[b]);
-  ForgetNotes();
+  (void)TakeNoted();
   world_.Step(whole_);
 }
 
-void Turn::ForgetNotes() {
-  world_.TakeStatistics(&noted_);
+std::span<const Statistic> Turn::TakeNoted() {
   noted_.clear();
+  world_.TakeStatistics(&noted_);
+  return noted_;
 }
 
 Batch& Turn::Outcome(std::size_t b) {

@@ -28,6 +28,8 @@ class Turn {
   Batch& ToAct(std::size_t b);
   /// The same rows for a policy: whose they are, and where an episode begins. After ToAct.
   ActRows RowsOf(std::size_t b) const;
+  /// What the game has noted since the latest Step, once; Step forgets what nobody has asked for. Until the next call.
+  std::span<const Statistic> TakeNoted();
   /// Asks for the step. ToAct was called for every behaviour.
   void Step();
   /// What came of it. Comes before Arrived.
@@ -36,10 +38,8 @@ class Turn {
   Batch& Arrived(std::size_t b);
 
  private:
-  void ForgetNotes();
-
   TickWorld& world_;
-  std::vector<Statistic> noted_;  // nobody elsewhere hears of it
+  std::vector<Statistic> noted_;
   std::vector<BatchBuffer> buffers_;
   std::vector<Batch> whole_, parts_, arrived_;
   std::vector<GatheredRows> acting_, arriving_;

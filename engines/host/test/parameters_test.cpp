@@ -7,6 +7,8 @@
 
 #include "consac/env/buffer.h"
 #include "consac/host/driver.h"
+#include "tests/files.h"
+#include "tests/folder.h"
 
 namespace consac::host {
 namespace {
@@ -78,6 +80,13 @@ TEST(ParametersInside, ATrainingSetsAndDrawsThem) {
     EXPECT_LE(*std::max_element(engine.winds.begin(), engine.winds.end()), 5.0);
     const std::set<double> drawn(engine.winds.begin(), engine.winds.end());
     EXPECT_EQ(drawn.size(), engine.winds.size()) << "each episode has its own, also those that pass while it learns";
+    engine.Tick(*driver, 8);
+    engine.winds.clear();
+    engine.masses.clear();
+    engine.Tick(*driver, 30);
+    ASSERT_GE(engine.winds.size(), 10u);
+    EXPECT_THAT(engine.winds, Each(1.0)) << "who acts by what was learned is in no training";
+    EXPECT_THAT(engine.masses, Each(2.0));
   }
 }
 
@@ -136,6 +145,27 @@ TEST(NotesInside, AreForTheHostsLogAndForNobodyElse) {
   std::vector<Statistic> noted;
   engine.world().TakeStatistics(&noted);
   EXPECT_LE(noted.size(), 1u) << "they would pile up until a trainer elsewhere got those of another training";
+}
+
+TEST(NotesInside, StandInTheLogOfATrainingToo) {
+  for (const WhileLearning meanwhile : {WhileLearning::kWait, WhileLearning::kGoOn}) {
+    const testing::TestFolder folder;
+    WindyEngine engine;
+    TrainOptions options = WindyTraining("");
+    options.while_learning = meanwhile;
+    options.log_folder = folder.path();
+    const auto driver = *Train(engine.world(), options);
+    for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) engine.Tick(*driver);
+    ASSERT_TRUE(driver->finished());
+    const std::string csv = testing::TextOf(folder.File("PPO2_1/progress.csv"));
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 8) << csv;  // seven updates
+    EXPECT_THAT(csv, HasSubstr("game/gust"));
+    EXPECT_THAT(csv, HasSubstr(",0.5\n"));
+    bool told = false;
+    for (const auto& [path, text] : testing::FilesBelow(folder.path()))
+      told = told || (path.find("tfevents") != std::string::npos && text.find("game/gust") != std::string::npos);
+    EXPECT_TRUE(told);
+  }
 }
 
 }  // namespace

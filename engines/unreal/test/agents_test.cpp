@@ -1,4 +1,5 @@
 // Many agents under one Consac Trainer: every mode, agents that come and go, events that stop everything, fixed steps.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -9,6 +10,7 @@
 #include "Misc/App.h"
 #include "Stats/Stats.h"
 #include "graphs.h"
+#include "tests/files.h"
 
 namespace consac::testing {
 namespace {
@@ -117,6 +119,34 @@ TEST(Agents, TrainInsideLearnsTheRoadAndSavesAModelThatActs) {
   trainer->Models.Add(model);
   EXPECT_GT(RewardOfTicks(game, agents, 500), 0.9);
   EXPECT_EQ(errors, std::vector<std::string>());
+}
+
+TEST(Agents, ATrainingInsideWritesItsNumbersAndTheGamesOwnForTensorBoard) {
+  const ScratchFolder scratch("unreal_log");
+  Shim::Game game;
+  std::vector<std::string> errors;
+  Agents agents = Spawn(game, 2);
+  AConsacTrainer* trainer = SpawnTrainer(game, EConsacMode::Train, &errors);
+  trainer->TotalSteps = 256;
+  trainer->WhileLearning = EConsacWhileLearning::Wait;
+  trainer->bLockStep = true;
+  trainer->LogFolder = Text(scratch.path() + "/logs");
+  trainer->Hyperparameters = NewObject<RoadHyperparameters>(trainer);
+  int completed = 0;
+  trainer->OnTrainingCompleted.ShimBind(nullptr, [&completed] { ++completed; });
+  const auto tick = [&] {
+    trainer->NoteStat(TEXT("Goals"), 0.5f);
+    game.Tick();
+  };
+  ASSERT_TRUE(TickUntil(60.0, tick, [&] { return completed > 0 || !errors.empty(); }));
+  EXPECT_EQ(errors, std::vector<std::string>());
+  std::string events;
+  for (const auto& [path, text] : FilesBelow(scratch.path() + "/logs/PPO2_1"))
+    events += path.find("events.out.tfevents.") != std::string::npos ? text : std::string();
+  EXPECT_NE(events.find("game/goals"), std::string::npos);
+  const std::string csv = TextOf(scratch.path() + "/logs/PPO2_1/progress.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << "two updates of two agents' 64 steps: " << csv;
+  EXPECT_NE(csv.find("game/goals"), std::string::npos) << csv;
 }
 
 /// A trainer that learns in the game, waits for its learner, has no end of its own, and keeps its models in `folder`.

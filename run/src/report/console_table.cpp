@@ -1,5 +1,7 @@
 #include "report/console_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -15,18 +17,18 @@ std::string Truncate(std::string text, std::size_t limit, std::size_t kept) {
   return text + "...";
 }
 
-std::vector<TableLine> FlatLines(const Row& row) {
+std::vector<TableLine> FlatLines(const learn::Row& row) {
   std::vector<TableLine> lines;
-  for (const Cell& cell : row)
+  for (const learn::Cell& cell : row)
     lines.emplace_back(Truncate(std::string(cell.key), 23, 20), Truncate(TableText(cell), 23, 20));
   return lines;
 }
 
 // "train/loss" stands indented under a line "train/".
-std::vector<TableLine> SectionLines(const Row& row) {
+std::vector<TableLine> SectionLines(const learn::Row& row) {
   std::vector<TableLine> lines;
   std::string section;
-  for (const Cell& cell : row) {
+  for (const learn::Cell& cell : row) {
     std::string key(cell.key);
     const std::size_t slash = key.find('/');
     if (slash != std::string::npos && slash > 0 && key.compare(0, slash + 1, section) != 0) {
@@ -41,12 +43,16 @@ std::vector<TableLine> SectionLines(const Row& row) {
 
 }  // namespace
 
-std::string FormatTable(learn::LogStyle style, const Row& row) {
+std::string TableText(const learn::Cell& cell) {
+  return cell.kind == learn::CellKind::kDouble ? fmt::format("{:<8.3g}", cell.value) : learn::ExactText(cell);
+}
+
+std::string FormatTable(learn::LogStyle style, const learn::Row& row) {
   if (row.empty()) return {};
   // Stable Baselines 2 knows no sections, until several behaviours have one each.
   const bool flat =
       style == learn::LogStyle::kStableBaselines2 &&
-      std::none_of(row.begin(), row.end(), [](const Cell& cell) { return cell.key.find('/') != cell.key.npos; });
+      std::none_of(row.begin(), row.end(), [](const learn::Cell& cell) { return cell.key.find('/') != cell.key.npos; });
   const std::vector<TableLine> lines = flat ? FlatLines(row) : SectionLines(row);
   std::size_t key_width = 0, value_width = 0;
   for (const auto& [key, value] : lines) {

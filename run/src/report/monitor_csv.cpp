@@ -1,5 +1,7 @@
 #include "report/monitor_csv.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -7,7 +9,7 @@
 #include <vector>
 
 #include "consac/base/json.h"
-#include "report/row.h"
+#include "consac/learn/log/row.h"
 
 namespace consac::run {
 namespace {
@@ -20,8 +22,8 @@ double RoundedToMicro(double value) {
 }  // namespace
 
 Result<std::unique_ptr<MonitorCsv>> MonitorCsv::Open(const std::string& path, const std::string& world_id,
-                                                     double start_time, OpenMode mode) {
-  Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path, mode);
+                                                     double start_time, learn::OpenMode mode) {
+  Result<std::unique_ptr<learn::OutputFile>> file = learn::OutputFile::Open(path, mode);
   if (!file.ok()) return file.status();
   if ((*file)->size() == 0) {
     const nlohmann::ordered_json header = {{"t_start", start_time}, {"env_id", world_id}};
@@ -32,11 +34,10 @@ Result<std::unique_ptr<MonitorCsv>> MonitorCsv::Open(const std::string& path, co
 }
 
 void MonitorCsv::Append(double reward, std::int64_t length, double seconds) {
+  char first[32], last[32];
   fmt::memory_buffer line;
-  AppendExact(RoundedToMicro(reward), &line);
-  fmt::format_to(std::back_inserter(line), ",{},", length);
-  AppendExact(RoundedToMicro(seconds), &line);
-  line.push_back('\n');
+  fmt::format_to(std::back_inserter(line), "{},{},{}\n", learn::ExactText(RoundedToMicro(reward), first), length,
+                 learn::ExactText(RoundedToMicro(seconds), last));
   file_->Append({line.data(), line.size()});
 }
 

@@ -11,7 +11,7 @@
 
 #include "consac/base/archive.h"
 #include "consac/base/status.h"
-#include "report/output_file.h"
+#include "consac/learn/log/output_file.h"
 
 namespace consac::run {
 
@@ -20,7 +20,7 @@ class MonitorCsv {
  public:
   /// Makes or continues `path`; `start_time` is in seconds since 1970.
   static Result<std::unique_ptr<MonitorCsv>> Open(const std::string& path, const std::string& world_id,
-                                                  double start_time, OpenMode mode);
+                                                  double start_time, learn::OpenMode mode);
   /// Adds an episode: reward, steps, seconds since the run began. Never allocates.
   void Append(double reward, std::int64_t length, double seconds);
   /// Hands buffered rows to the system.
@@ -31,8 +31,8 @@ class MonitorCsv {
   void Visit(Archive& archive);
 
  private:
-  explicit MonitorCsv(std::unique_ptr<OutputFile> file) : file_(std::move(file)) {}
-  std::unique_ptr<OutputFile> file_;
+  explicit MonitorCsv(std::unique_ptr<learn::OutputFile> file) : file_(std::move(file)) {}
+  std::unique_ptr<learn::OutputFile> file_;
 };
 
 }  // namespace consac::run

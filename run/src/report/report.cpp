@@ -9,16 +9,16 @@
 #include <limits>
 #include <utility>
 
+#include "consac/learn/log/game_statistics.h"
+#include "consac/learn/log/progress_csv.h"
 #include "consac/run/training.h"
 #include "report/behaviour_log.h"
 #include "report/budget.h"
 #include "report/console.h"
 #include "report/console_table.h"
-#include "report/game_statistics.h"
 #include "report/progress.h"
-#include "report/progress_csv.h"
 #include "report/report_on.h"
-#include "report/tensorboard.h"
+#include "report/tensorboard_folder.h"
 
 namespace consac::run {
 namespace {
@@ -31,11 +31,6 @@ constexpr double kDrawAfterStop = 2.0;                  // s
 
 double WallTime() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-void SortByKey(Row* row) {
-  const auto place = [](const Cell& cell) { return std::pair(cell.key.find('/') != cell.key.npos, cell.key); };
-  std::sort(row->begin(), row->end(), [&](const Cell& a, const Cell& b) { return place(a) < place(b); });
 }
 
 class AllSinks final : public Report {
@@ -65,13 +60,13 @@ class AllSinks final : public Report {
 
  private:
   bool IsSb2() const { return options_.style == learn::LogStyle::kStableBaselines2; }
-  const char* StepsKey() const { return IsSb2() ? "total_timesteps" : "time/total_timesteps"; }
+  const char* StepsKey() const { return learn::StepsKey(options_.style); }
   double Elapsed(double now) const { return elapsed_before_ + (now - session_start_); }
   void Begin(double now);
   void Look();
   void Flush();
   void SayFailures();
-  ProgressCsv::Resume Resumed() const { return {options_.append, StepsKey(), options_.resume_step}; }
+  learn::ProgressCsv::Resume Resumed() const { return {options_.append, StepsKey(), options_.resume_step}; }
   void GatherRow(const std::vector<std::uint8_t>& behaviours);
   void ShowTable(double now);
   bool Held() const { return std::find(shown_.begin(), shown_.end(), 0) != shown_.end(); }
@@ -82,10 +77,10 @@ class AllSinks final : public Report {
   const ReportOptions options_;
   Console console_;
   Progress progress_;
-  std::deque<BehaviourLog> logs_;              // one per behaviour; they stay where they are
-  std::unique_ptr<ProgressCsv> progress_csv_;  // null, like the next, when not written
-  std::unique_ptr<EventWriter> events_;
-  std::unique_ptr<ProgressCsv> evaluations_csv_;  // once there was one
+  std::deque<BehaviourLog> logs_;                     // one per behaviour; they stay where they are
+  std::unique_ptr<learn::ProgressCsv> progress_csv_;  // null, like the next, when not written
+  std::unique_ptr<learn::EventWriter> events_;
+  std::unique_ptr<learn::ProgressCsv> evaluations_csv_;  // once there was one
   std::vector<Status> said_;  // failures to write that were reported: of these three, and of each Monitor file
 
   // Saved in checkpoints, as is what logs_ hold. Seconds of training, without the time between a kill and a resume.
@@ -97,10 +92,10 @@ class AllSinks final : public Report {
   bool stepped_ = false, over_ = false;
   int calls_per_look_ = 1, calls_left_ = 1;
   Budget budget_;
-  GameStatistics game_;
+  learn::GameStatistics game_;
   bool said_names_ = false;
   double told_budget_ = 0.0;
-  Row row_;                            // as it is written
+  learn::Row row_;                     // as it is written
   std::int64_t updated_steps_ = 0;     // of the latest update
   std::vector<std::uint8_t> updated_;  // per behaviour: it has just reported
   std::vector<std::uint8_t> shown_;    // per behaviour: its latest numbers that are due were in a table
@@ -110,10 +105,11 @@ class AllSinks final : public Report {
 
 Status AllSinks::OpenFiles() {
   if (options_.directory.empty()) return Status::Ok();
-  const OpenMode mode = options_.append ? OpenMode::kAppend : OpenMode::kTruncate;
+  const learn::OpenMode mode = options_.append ? learn::OpenMode::kAppend : learn::OpenMode::kTruncate;
   const double now = WallTime();
 
-  Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/progress.csv", Resumed());
+  Result<std::unique_ptr<learn::ProgressCsv>> csv =
+      learn::ProgressCsv::Open(options_.directory + "/progress.csv", Resumed());
   if (!csv.ok()) return csv.status();
   progress_csv_ = std::move(*csv);
   for (BehaviourLog& log : logs_) CONSAC_RETURN_IF_ERROR(log.OpenFiles(now, mode));
@@ -121,7 +117,7 @@ Status AllSinks::OpenFiles() {
   if (!options_.tensorboard) return Status::Ok();
   const Result<std::string> folder = TensorboardFolder(options_.directory + "/tensorboard", options_.algorithm, mode);
   if (!folder.ok()) return folder.status();
-  Result<std::unique_ptr<EventWriter>> events = EventWriter::Open(*folder, now);
+  Result<std::unique_ptr<learn::EventWriter>> events = OpenEvents(*folder, now);
   if (!events.ok()) return events.status();
   events_ = std::move(*events);
   if (options_.append) events_->Restart(now, options_.resume_step + 1);
@@ -142,7 +138,7 @@ void AllSinks::OnStatistics(std::span<const Statistic> noted) {
   const std::string left_out = game_.Add(noted);
   if (left_out.empty() || std::exchange(said_names_, true)) return;
   Line(fmt::format("warning: the game notes more than {} names; '{}' and others are left out",
-                   GameStatistics::kMostNames, left_out));
+                   learn::GameStatistics::kMostNames, left_out));
 }
 
 void AllSinks::OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) {
@@ -209,7 +205,7 @@ void AllSinks::OnUpdates(std::span<const UpdateReport> updates, std::int64_t ste
     if (events_ != nullptr) log.WriteScalars(update, steps, WallTime(), *events_);
   }
   game_.Tell();
-  for (const Cell& cell : game_.row()) {
+  for (const learn::Cell& cell : game_.row()) {
     if (events_ != nullptr) events_->Scalar(WallTime(), steps, cell.key, cell.value);
   }
   if (progress_csv_ != nullptr) {
@@ -224,23 +220,24 @@ void AllSinks::OnUpdates(std::span<const UpdateReport> updates, std::int64_t ste
 
 // The numbers of some behaviours beside each other, by key; those of the run come first.
 void AllSinks::GatherRow(const std::vector<std::uint8_t>& behaviours) {
-  row_.assign(1, {StepsKey(), static_cast<double>(updated_steps_), CellKind::kInteger});
+  row_.assign(1, {StepsKey(), static_cast<double>(updated_steps_), learn::CellKind::kInteger});
   for (std::size_t b = 0; b < logs_.size(); ++b) {
     if (behaviours[b] != 0) row_.insert(row_.end(), logs_[b].row().begin(), logs_[b].row().end());
   }
   row_.insert(row_.end(), game_.row().begin(), game_.row().end());
-  SortByKey(&row_);
+  learn::SortByKey(&row_);
 }
 
 // A file of its own, so that progress.csv stays a row for each update; it is there once something was evaluated.
 void AllSinks::OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) {
-  Row row = {{StepsKey(), static_cast<double>(steps), CellKind::kInteger}};
+  learn::Row row = {{StepsKey(), static_cast<double>(steps), learn::CellKind::kInteger}};
   for (std::size_t b = 0; b < verdicts.size(); ++b)
     logs_[b].OnEvaluation(verdicts[b], steps, WallTime(), events_.get(), &row);
-  SortByKey(&row);
+  learn::SortByKey(&row);
   if (options_.directory.empty()) return;
   if (evaluations_csv_ == nullptr) {
-    Result<std::unique_ptr<ProgressCsv>> csv = ProgressCsv::Open(options_.directory + "/evaluations.csv", Resumed());
+    Result<std::unique_ptr<learn::ProgressCsv>> csv =
+        learn::ProgressCsv::Open(options_.directory + "/evaluations.csv", Resumed());
     if (!csv.ok()) return console_.Alarm(csv.status().message() + "; training goes on, but evaluations have no log");
     evaluations_csv_ = std::move(*csv);
   }

@@ -1,7 +1,6 @@
 #pragma once
 // What a run asks of the operating system, the same on Linux (system_posix.cpp) and on Windows (system_windows.cpp).
 
-#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -10,8 +9,6 @@ namespace consac::run {
 
 /// Number of this process.
 int ProcessId();
-/// Name of this machine; "localhost" where it has none.
-std::string HostName();
 
 /// Whether `stream` is shown by a terminal that redraws a line on escape codes; makes it do so where it must be asked.
 bool UnderstandsEscapeCodes(std::FILE* stream);
@@ -30,27 +27,12 @@ class StandardErrorAside {
   int kept_ = -1;
 };
 
-/// Opens a file for reading and for writing at its end, making it where it is not. -1 and errno when that fails;
-/// a link is not followed (ELOOP; Windows does).
-int OpenToAppend(const std::string& path);
-/// Whether an open file has another name (a hard link), and so may be somebody else's too.
-bool HasOtherNames(int descriptor);
-/// Writes some of `bytes` at the end; how many, or -1 and errno.
-std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count);
-/// Reads the `count` bytes from `position` on; false where it gets less.
-bool ReadAt(int descriptor, std::uint64_t position, char* bytes, std::size_t count);
-/// Whether it is a pipe, which keeps nothing and stops whoever fills it.
-bool IsPipe(int descriptor);
-/// Bytes in the file, or -1 and errno.
-std::int64_t SizeOf(int descriptor);
-/// Cuts the file to `bytes`.
-bool CutTo(int descriptor, std::uint64_t bytes);
 /// Whether nothing can be removed from the folder, or renamed out of it, though something may be put there: Linux's
 /// append-only attribute.
 bool LetsNothingGo(const std::string& folder);
 /// What was renamed in the folder survives a power cut from now on; nothing where it cannot be done.
 void SyncFolder(const std::string& folder);
-/// Gives the file, or the lock, back.
+/// Gives a lock back.
 void Close(int descriptor);
 
 /// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced.

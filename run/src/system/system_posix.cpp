@@ -20,11 +20,6 @@ int ProcessId() {
   return static_cast<int>(::getpid());
 }
 
-std::string HostName() {
-  char name[256] = {};
-  return ::gethostname(name, sizeof(name) - 1) == 0 && name[0] != '\0' ? name : "localhost";
-}
-
 bool UnderstandsEscapeCodes(std::FILE* stream) {
   const char* term = std::getenv("TERM");
   return ::isatty(::fileno(stream)) != 0 && term != nullptr && std::string_view(term) != "dumb";
@@ -52,37 +47,6 @@ StandardErrorAside::~StandardErrorAside() {
   if (kept_ < 0) return;
   ::dup2(kept_, STDERR_FILENO);
   ::close(kept_);
-}
-
-int OpenToAppend(const std::string& path) {
-  return ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0644);
-}
-
-bool HasOtherNames(int descriptor) {
-  struct stat info {};
-  return ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode) && info.st_nlink > 1;
-}
-
-std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
-  return ::write(descriptor, bytes, count);
-}
-
-bool ReadAt(int descriptor, std::uint64_t position, char* bytes, std::size_t count) {
-  return ::pread(descriptor, bytes, count, static_cast<off_t>(position)) == static_cast<ssize_t>(count);
-}
-
-bool IsPipe(int descriptor) {
-  struct stat info {};
-  return ::fstat(descriptor, &info) == 0 && S_ISFIFO(info.st_mode);
-}
-
-std::int64_t SizeOf(int descriptor) {
-  struct stat info {};
-  return ::fstat(descriptor, &info) == 0 ? info.st_size : -1;
-}
-
-bool CutTo(int descriptor, std::uint64_t bytes) {
-  return ::ftruncate(descriptor, static_cast<off_t>(bytes)) == 0;
 }
 
 bool LetsNothingGo(const std::string& folder) {

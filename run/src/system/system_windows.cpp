@@ -10,9 +10,7 @@
 #include <sys/stat.h>
 #include <windows.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <climits>
 
 #include "consac/base/file.h"
 
@@ -27,12 +25,6 @@ HANDLE ConsoleOf(std::FILE* stream) {
 
 int ProcessId() {
   return _getpid();
-}
-
-std::string HostName() {
-  char name[MAX_COMPUTERNAME_LENGTH + 1] = {};
-  DWORD size = sizeof(name);
-  return GetComputerNameA(name, &size) != 0 && size > 0 ? std::string(name, size) : "localhost";
 }
 
 bool UnderstandsEscapeCodes(std::FILE* stream) {
@@ -53,39 +45,6 @@ bool TakesOutput(std::FILE*, double) {
 // Nothing that is used here talks there.
 StandardErrorAside::StandardErrorAside() = default;
 StandardErrorAside::~StandardErrorAside() = default;
-
-// Others may read the file and take it away: a spreadsheet, TensorBoard.
-int OpenToAppend(const std::string& path) {
-  const int flags = _O_RDWR | _O_CREAT | _O_APPEND | _O_BINARY | _O_NOINHERIT;
-  return _wsopen(WidePath(path).c_str(), flags, _SH_DENYNO, _S_IREAD | _S_IWRITE);
-}
-
-bool HasOtherNames(int descriptor) {
-  BY_HANDLE_FILE_INFORMATION info{};
-  const auto handle = reinterpret_cast<HANDLE>(_get_osfhandle(descriptor));
-  return GetFileInformationByHandle(handle, &info) != 0 && info.nNumberOfLinks > 1;
-}
-
-std::int64_t WriteSome(int descriptor, const char* bytes, std::size_t count) {
-  return _write(descriptor, bytes, static_cast<unsigned>(std::min<std::size_t>(count, INT_MAX)));
-}
-
-bool ReadAt(int descriptor, std::uint64_t position, char* bytes, std::size_t count) {
-  return _lseeki64(descriptor, static_cast<std::int64_t>(position), SEEK_SET) >= 0 &&
-         _read(descriptor, bytes, static_cast<unsigned>(count)) == static_cast<int>(count);
-}
-
-bool IsPipe(int) {
-  return false;  // pipes have names of their own there
-}
-
-std::int64_t SizeOf(int descriptor) {
-  return _filelengthi64(descriptor);
-}
-
-bool CutTo(int descriptor, std::uint64_t bytes) {
-  return _chsize_s(descriptor, static_cast<std::int64_t>(bytes)) == 0;
-}
 
 bool LetsNothingGo(const std::string&) {
   return false;

@@ -25,6 +25,7 @@ const ARGUMENTS := {
 	"checkpoints": &"checkpoint_every",
 	"report": &"report_every_s",
 	"curve": &"curve_path",
+	"log": &"log_folder",
 	"algorithm": &"algorithm",
 	"set": &"hyperparameters",  # name:value,name:value; a value may hold commas: net_arch:[64,64]
 	"act-while-learning": &"act_while_learning",

@@ -87,6 +87,11 @@ const IDLE_USEC := 2000  # a sleep per tick without a trainer, where no window p
 @export_file("*.consac") var start_from: String = ""
 ## Steps after which what was learned so far is saved beside [member model_path], as NAME.STEPS.consac; 0 for never.
 @export_range(0, 1000000000000, 1, "hide_slider") var checkpoint_every: int = 0
+## A folder in which [code]progress.csv[/code] and TensorBoard's events are written, with the names that a run of the program
+## has, and what [method ConsacAgent.note] was told as [code]game/NAME[/code]: in a folder of their own for each training, [code]PPO2_1[/code] or the
+## next number that is free. [code]tensorboard --logdir FOLDER[/code] shows them. "" for none. The editor does not look into one below
+## [code]res://[/code].
+@export_global_dir var log_folder: String = ""
 ## Seconds between lines that say how it goes, and between signals [signal progressed]; 0 for none.
 @export_range(0.0, 3600.0) var report_every_s: float = 5.0
 ## A file (CSV: steps, name, value) for curves of what the lines say; "" for none.

@@ -68,6 +68,11 @@ Status World::Train(const Dictionary& options) {
   Result<std::vector<std::vector<std::byte>>> models = ReadAll(start_from);
   if (!models.ok()) return models.status();
   read->start_from = *std::move(models);
+  if (!read->log_folder.empty()) {
+    Result<std::string> folder = PathToWrite(read->log_folder);
+    if (!folder.ok()) return folder.status();
+    read->log_folder = *std::move(folder);
+  }
   Stop();
   return Drive(host::Train(*world_, *read));
 }

@@ -80,6 +80,7 @@ Result<host::TrainOptions> ReadTrain(const Dictionary& table, std::vector<std::s
   reader.Take<host::WhileLearning>("while_learning", &options.while_learning,
                                    {{"wait", host::WhileLearning::kWait}, {"go_on", host::WhileLearning::kGoOn}});
   reader.Take("environment_parameters", &options.environment_parameters);
+  reader.Take("log_folder", &options.log_folder);
   reader.Take("hyperparameters", &hyperparameters);
   for (const auto& [name, value] : hyperparameters.entries())
     options.hyperparameters.emplace_back(name, SettingText(value));

@@ -16,6 +16,7 @@
 #include "consac/base/status.h"
 #include "consac/env/vector_env.h"
 #include "consac/learn/algo/learner.h"
+#include "consac/learn/log/update_row.h"
 
 namespace consac::run {
 
@@ -57,23 +58,14 @@ struct EpisodeEnd {
   std::size_t behaviour = 0;  ///< whose agent
 };
 
-/// The means that a report shows are over so many episodes. Source: Stable Baselines.
-inline constexpr std::int64_t kEpisodesOfMean = 100;
-
 /// What a step brought to the agents of one behaviour.
 struct BehaviourStep {
   std::int64_t agents = 0;  ///< that took it
   double reward = 0.0;      ///< the sum of their rewards
 };
 
-/// What a learner tells, after as many updates, steps or episodes as its algorithm does.
-struct UpdateReport {
-  std::size_t behaviour = 0;               ///< whose learner
-  std::span<const learn::Metric> metrics;  ///< its numbers
-  std::int64_t updates = 0;                ///< its counter
-  std::int64_t steps_per_update = 0;       ///< of its own agents; 0: it learns continuously
-  std::int64_t reports = 0;                ///< that it has made, this one included
-};
+/// What a learner tells.
+using UpdateReport = learn::UpdateReport;
 
 /// Seconds by what they were spent on, and what was done in them.
 struct TimeSpent {

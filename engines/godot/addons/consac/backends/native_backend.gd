@@ -298,7 +298,17 @@ func _check_paths() -> String:
 		var folder := ProjectSettings.globalize_path(written).get_base_dir()
 		if not folder.is_empty() and DirAccess.make_dir_recursive_absolute(folder) != OK:
 			return "the folder %s of '%s' cannot be made" % [folder, written]
-	return ""
+	return _hide_logs() if trains else ""
+
+
+## A CSV file below res:// would become a translation: the editor passes over a folder with a .gdignore.
+func _hide_logs() -> String:
+	var folder := _sync.log_folder
+	if not ProjectSettings.localize_path(folder).begins_with("res://"):
+		return ""
+	DirAccess.make_dir_recursive_absolute(ProjectSettings.globalize_path(folder))
+	var marked := FileAccess.open(folder.path_join(".gdignore"), FileAccess.WRITE)
+	return "" if marked != null else "nothing can be written into the log_folder %s; use one below user://" % folder
 
 
 ## Lets begin whoever the mode says.
@@ -324,6 +334,7 @@ func _drive() -> String:
 				hyperparameters = values,
 				environment_parameters = ConsacParameter.laws(_sync.parameters),
 				total_steps = _sync.training_length, seed = _sync.world_seed,
+				log_folder = _sync.log_folder,
 				while_learning = "go_on" if _sync.act_while_learning else "wait"})
 		ConsacSync.Mode.ACT:
 			var models := PackedStringArray()

@@ -40,6 +40,7 @@ static FDriverResult TrainFor(const AConsacTrainer& Trainer, consac::host::TickW
 		}
 	}
 	Options.environment_parameters = ToParameterLaws(Trainer.EnvironmentParameters);
+	Options.log_folder = ToFolderOrNone(Trainer.LogFolder);
 	return consac::host::Train(World, Options);
 }
 

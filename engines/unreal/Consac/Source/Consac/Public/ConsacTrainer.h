@@ -134,6 +134,12 @@ public:
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
 	FString SaveFolder;
 
+	/** Train Inside: the folder where progress.csv and TensorBoard's events are written, with the names that a run of the program has, and what Consac
+	 *  Record Stat was told as game/NAME: in a folder of their own for each training, PPO2_1 or the next number that is free.
+	 *  tensorboard --logdir shows them. A relative path is one below Saved/Consac of the project; empty: they are not written. */
+	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Train")
+	FString LogFolder;
+
 	/** Act: a model for each kind of agent. */
 	UPROPERTY(EditAnywhere, BlueprintReadWrite, Category="Consac|Trainer|Act", meta=(TitleProperty="Behaviour"))
 	TArray<FConsacBehaviourModel> Models;

@@ -1,27 +1,38 @@
-#include "report/tensorboard.h"
-
-#include <fmt/format.h>
+#include "consac/learn/log/tensorboard.h"
 
 #include <algorithm>
 #include <bit>
 #include <cctype>
-#include <cmath>
-#include <iterator>
+#include <cstring>
 #include <span>
-#include <system_error>
 
 #include "consac/base/hash.h"
-#include "consac/base/path.h"
-#include "consac/base/text.h"
-#include "system/system.h"
+#include "log/system.h"
 
-namespace consac::run {
+namespace consac::learn {
 namespace {
 
 constexpr std::size_t kLongestTag = 200;
 constexpr std::size_t kFrameBytes = 16;
+constexpr std::size_t kRecordRoom = 512;
 
-// Appends protobuf fields to a buffer whose inline room is enough for any record written here.
+// Bytes in room that is enough for any record written here: what more comes is left out.
+class RecordBytes {
+ public:
+  void push_back(char byte) { append({&byte, 1}); }
+  void append(std::string_view bytes) {
+    bytes = bytes.substr(0, kRecordRoom - size_);
+    std::memcpy(bytes_ + size_, bytes.data(), bytes.size());
+    size_ += bytes.size();
+  }
+  std::string_view view() const { return {bytes_, size_}; }
+
+ private:
+  char bytes_[kRecordRoom];
+  std::size_t size_ = 0;
+};
+
+// Appends protobuf fields.
 class ProtoText {
  public:
   void Fixed32(std::uint32_t bits) {
@@ -51,14 +62,14 @@ class ProtoText {
     Varint(value.size());
     bytes_.append(value);
   }
-  std::string_view view() const { return {bytes_.data(), bytes_.size()}; }
+  std::string_view view() const { return bytes_.view(); }
 
  private:
-  fmt::memory_buffer bytes_;
+  RecordBytes bytes_;
 };
 
 // The head of a frame; the tail is the masked checksum of the payload.
-void AppendFrame(std::string_view payload, ProtoText* out, fmt::memory_buffer* record) {
+void AppendFrame(std::string_view payload, ProtoText* out, RecordBytes* record) {
   out->Fixed64(payload.size());
   out->Fixed32(MaskedCrc(out->view()));
   record->append(out->view());
@@ -75,20 +86,6 @@ std::string HostInFileName() {
   return host;
 }
 
-// The largest number after `prefix` among the names in `folder`, up to a dot or the end; 0 without one.
-std::int64_t LargestNumber(const std::string& folder, const std::string& prefix) {
-  std::int64_t largest = 0;
-  std::error_code error;
-  for (std::filesystem::directory_iterator it(ToPath(folder), error), end; !error && it != end; it.increment(error)) {
-    std::string name = FromPath(it->path().filename());
-    if (!name.starts_with(prefix)) continue;
-    name = name.substr(prefix.size());
-    std::int64_t number = 0;
-    if (ParseNumber(std::string_view(name).substr(0, name.find('.')), &number)) largest = std::max(largest, number);
-  }
-  return largest;
-}
-
 }  // namespace
 
 std::uint32_t MaskedCrc(std::string_view bytes) {
@@ -97,9 +94,9 @@ std::uint32_t MaskedCrc(std::string_view bytes) {
 
 std::string FrameRecord(std::string_view payload) {
   ProtoText head;
-  fmt::memory_buffer record;
+  RecordBytes record;
   AppendFrame(payload, &head, &record);
-  return fmt::to_string(record);
+  return std::string(record.view());
 }
 
 std::string VersionEvent(double wall_time) {
@@ -118,25 +115,13 @@ std::string RestartEvent(double wall_time, std::int64_t first_step) {
   return std::string(event.view());
 }
 
-Result<std::string> TensorboardFolder(const std::string& root, const std::string& algorithm, OpenMode mode) {
-  std::string prefix = algorithm + "_";
-  std::transform(prefix.begin(), prefix.end(), prefix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  const std::int64_t latest = LargestNumber(root, prefix);
-  const std::int64_t number = mode == OpenMode::kAppend ? std::max<std::int64_t>(latest, 1) : latest + 1;
-  std::string folder = fmt::format("{}/{}{}", root, prefix, number);
-  std::error_code error;
-  std::filesystem::create_directories(ToPath(folder), error);
-  if (error) return Status{StatusCode::kDataLoss, "cannot make the folder '" + folder + "': " + error.message()};
-  return folder;
+std::string EventFileName(std::int64_t second) {
+  const std::string digits = std::to_string(second);
+  return std::string(kEventFile) + std::string(digits.size() < 10 ? 10 - digits.size() : 0, '0') + digits + "." +
+         HostInFileName() + "." + std::to_string(ProcessId()) + ".0";
 }
 
-Result<std::unique_ptr<EventWriter>> EventWriter::Open(const std::string& folder, double wall_time) {
-  // TensorBoard reads a folder's files in the order of their names, so a resume within a second still comes later.
-  const std::string prefix = "events.out.tfevents.";
-  const std::int64_t second =
-      std::max(static_cast<std::int64_t>(std::floor(wall_time)), LargestNumber(folder, prefix) + 1);
-  const std::string path = fmt::format("{}/{}{:010}.{}.{}.0", folder, prefix, second, HostInFileName(), ProcessId());
+Result<std::unique_ptr<EventWriter>> EventWriter::Open(const std::string& path, double wall_time) {
   Result<std::unique_ptr<OutputFile>> file = OutputFile::Open(path, OpenMode::kTruncate);
   if (!file.ok()) return file.status();
   (*file)->Append(FrameRecord(VersionEvent(wall_time)));
@@ -147,8 +132,7 @@ Result<std::unique_ptr<EventWriter>> EventWriter::Open(const std::string& folder
 EventWriter::~EventWriter() {
   const std::string path = file_->path();
   file_.reset();
-  std::error_code ignored;
-  if (empty_) std::filesystem::remove(ToPath(path), ignored);
+  if (empty_) RemoveFile(path);
 }
 
 void EventWriter::Restart(double wall_time, std::int64_t first_step) {
@@ -156,7 +140,7 @@ void EventWriter::Restart(double wall_time, std::int64_t first_step) {
 }
 
 void EventWriter::Scalar(double wall_time, std::int64_t step, std::string_view tag, double value) {
-  static_assert(kLongestTag + kFrameBytes + 64 < fmt::inline_buffer_size, "a record must fit without allocation");
+  static_assert(kLongestTag + kFrameBytes + 64 < kRecordRoom, "a record must fit");
   empty_ = false;
   ProtoText scalar, summary, event, head;
   scalar.BytesField(1, tag.substr(0, kLongestTag));
@@ -165,9 +149,9 @@ void EventWriter::Scalar(double wall_time, std::int64_t step, std::string_view t
   event.DoubleField(1, wall_time);
   event.VarintField(2, static_cast<std::uint64_t>(step));
   event.BytesField(5, summary.view());
-  fmt::memory_buffer record;
+  RecordBytes record;
   AppendFrame(event.view(), &head, &record);
-  file_->Append({record.data(), record.size()});
+  file_->Append(record.view());
 }
 
-}  // namespace consac::run
+}  // namespace consac::learn

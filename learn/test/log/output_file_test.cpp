@@ -1,14 +1,22 @@
 // Whole records or none, also when the disk is full.
-#include "report/output_file.h"
+#include "consac/learn/log/output_file.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "run/test/report/files.h"
+#include "tests/files.h"
+#include "tests/folder.h"
 
-namespace consac::run {
+namespace consac::learn {
 namespace {
+
+#if !defined(_WIN32)
+using testing::FileSizeLimit;
+#endif
+using testing::Put;
+using testing::TestFolder;
+using testing::TextOf;
 
 TEST(OutputFile, TruncatesOrGoesOn) {
   const TestFolder folder;
@@ -183,4 +191,4 @@ TEST(OutputFile, CutsAtTheEndOfALine) {
 }
 
 }  // namespace
-}  // namespace consac::run
+}  // namespace consac::learn

@@ -1,19 +1,26 @@
 // Event files, byte by byte. Vectors: TensorBoard's record_writer tests, and records that its own protobuf decodes.
-#include "report/tensorboard.h"
+#include "consac/learn/log/tensorboard.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "run/test/report/files.h"
+#include "tests/files.h"
+#include "tests/folder.h"
 
-namespace consac::run {
+namespace consac::learn {
 namespace {
 
+using testing::TestFolder;
+using testing::TextOf;
+
 std::string Hex(const std::string& bytes) {
+  static constexpr char kDigits[] = "0123456789abcdef";
   std::string hex;
-  for (const char c : bytes) hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  for (const char c : bytes) {
+    hex += kDigits[static_cast<unsigned char>(c) >> 4];
+    hex += kDigits[static_cast<unsigned char>(c) & 15];
+  }
   return hex;
 }
 
@@ -33,7 +40,7 @@ TEST(Tensorboard, FirstRecord) {
 
 TEST(Tensorboard, AScalarRecord) {
   const TestFolder folder;
-  auto events = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
+  auto events = std::move(*EventWriter::Open(folder.File(EventFileName(1700000000)), 1700000000.0));
   const std::string path = events->path();
   events->Scalar(1700000000.0, 300, "loss", 0.5);
   events->Flush();
@@ -44,6 +51,7 @@ TEST(Tensorboard, AScalarRecord) {
       std::string("\x15\x00\x00\x00\x3f", 5);
   EXPECT_EQ(Hex(TextOf(path)), Hex(first + FrameRecord(payload)));
   EXPECT_NE(path.find("/events.out.tfevents.1700000000."), std::string::npos);
+  EXPECT_EQ(EventFileName(7).find("events.out.tfevents.0000000007."), 0u) << "names in the order of their seconds";
 }
 
 TEST(Tensorboard, ARestartNamesTheFirstRepeatedStep) {
@@ -52,41 +60,16 @@ TEST(Tensorboard, ARestartNamesTheFirstRepeatedStep) {
 
 TEST(Tensorboard, ALongTagIsCutToWhatFits) {
   const TestFolder folder;
-  auto events = std::move(*EventWriter::Open(folder.path(), 1.0));
+  auto events = std::move(*EventWriter::Open(folder.File(EventFileName(1)), 1.0));
   events->Scalar(1.0, INT64_MAX, std::string(5000, 'x'), 1.0);
   events->Flush();
   EXPECT_NE(TextOf(events->path()).find(std::string(200, 'x') + "\x15"), std::string::npos);
 }
 
-TEST(Tensorboard, FoldersAreNumberedAsInStableBaselines) {
-  const TestFolder folder;
-  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo2", OpenMode::kTruncate), folder.File("PPO2_1"));
-  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo2", OpenMode::kTruncate), folder.File("PPO2_2"));
-  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo2", OpenMode::kAppend), folder.File("PPO2_2"));
-  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo", OpenMode::kAppend), folder.File("PPO_1"));
-  std::filesystem::create_directories(folder.File("PPO_11"));
-  EXPECT_EQ(*TensorboardFolder(folder.path(), "ppo", OpenMode::kTruncate), folder.File("PPO_12"));
-}
-
-TEST(Tensorboard, AFolderThatCannotBeMadeIsNamed) {
-  const TestFolder folder;
-  Put(folder.File("tensorboard"), "a file");
-  const auto made = TensorboardFolder(folder.File("tensorboard"), "ppo", OpenMode::kTruncate);
-  ASSERT_FALSE(made.ok());
-  EXPECT_NE(made.status().message().find(folder.File("tensorboard/PPO_1")), std::string::npos);
-}
-
-TEST(Tensorboard, AFileOfAResumeComesAfterTheOthers) {
-  const TestFolder folder;
-  const auto first = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
-  const auto second = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
-  EXPECT_LT(first->path(), second->path());
-}
-
 TEST(Tensorboard, AFileWithoutANumberGoesAgain) {
   const TestFolder folder;
-  auto empty = std::move(*EventWriter::Open(folder.path(), 1700000000.0));
-  auto told = std::move(*EventWriter::Open(folder.path(), 1700000001.0));
+  auto empty = std::move(*EventWriter::Open(folder.File(EventFileName(1700000000)), 1700000000.0));
+  auto told = std::move(*EventWriter::Open(folder.File(EventFileName(1700000001)), 1700000001.0));
   const std::string none = empty->path(), one = told->path();
   empty->Restart(1700000000.0, 7);
   told->Scalar(1700000001.0, 8, "a", 1.0);
@@ -97,4 +80,4 @@ TEST(Tensorboard, AFileWithoutANumberGoesAgain) {
 }
 
 }  // namespace
-}  // namespace consac::run
+}  // namespace consac::learn

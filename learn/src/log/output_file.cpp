@@ -1,4 +1,4 @@
-#include "report/output_file.h"
+#include "consac/learn/log/output_file.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "consac/base/file.h"
-#include "system/system.h"
+#include "log/system.h"
 
-namespace consac::run {
+namespace consac::learn {
 namespace {
 
 constexpr std::size_t kBlock = std::size_t{64} << 10;  // that is read at a time
@@ -40,7 +40,7 @@ int WriteAll(int descriptor, const char* bytes, std::size_t count) {
 
 bool Holds(int descriptor, std::string_view text) {
   std::string found(text.size(), '\0');
-  return SizeOf(descriptor) == static_cast<std::int64_t>(text.size()) &&
+  return BytesIn(descriptor) == static_cast<std::int64_t>(text.size()) &&
          ReadAt(descriptor, 0, found.data(), found.size()) && found == text;
 }
 
@@ -49,21 +49,21 @@ bool Holds(int descriptor, std::string_view text) {
 Result<std::unique_ptr<OutputFile>> OutputFile::Open(const std::string& path, OpenMode mode) {
   const int descriptor = OpenToAppend(path);
   if (descriptor >= 0 && IsPipe(descriptor)) {
-    Close(descriptor);
+    CloseDescriptor(descriptor);
     return Status{StatusCode::kDataLoss,
                   "'" + path + "' is a pipe and no file, so it would keep nothing; take it away"};
   }
   if (descriptor >= 0 && HasOtherNames(descriptor)) {
-    Close(descriptor);
+    CloseDescriptor(descriptor);
     return Status{StatusCode::kDataLoss,
                   "'" + path + "' has another name (a hard link); it is left alone, take it away"};
   }
   // Only now, that it is known to be nobody else's.
   const bool empty = descriptor < 0 || mode == OpenMode::kAppend || CutTo(descriptor, 0);
-  const std::int64_t size = descriptor < 0 || !empty ? -1 : SizeOf(descriptor);
+  const std::int64_t size = descriptor < 0 || !empty ? -1 : BytesIn(descriptor);
   if (size < 0) {
     const int error = errno;
-    if (descriptor >= 0) Close(descriptor);
+    if (descriptor >= 0) CloseDescriptor(descriptor);
     if (error == ELOOP)
       return Status{StatusCode::kDataLoss, "'" + path + "' is a link and no file of this run; take it away"};
     return Status{CodeOf(error), "cannot open '" + path + "' for writing: " + std::strerror(error)};
@@ -78,7 +78,7 @@ OutputFile::OutputFile(std::string path, int descriptor, std::uint64_t size)
 
 OutputFile::~OutputFile() {
   Flush();
-  if (descriptor_ >= 0) Close(descriptor_);
+  if (descriptor_ >= 0) CloseDescriptor(descriptor_);
 }
 
 void OutputFile::Append(std::string_view record) {
@@ -110,14 +110,14 @@ Status OutputFile::Replace(std::string_view text) {
   AtomicFile next;
   CONSAC_RETURN_IF_ERROR(next.Open(path_, [&] { return IsStillAt(descriptor_, path_) ? Status::Ok() : another; }));
   CONSAC_RETURN_IF_ERROR(next.Write(std::as_bytes(std::span(text))));
-  Close(std::exchange(descriptor_, -1));  // Windows replaces no file that is open
+  CloseDescriptor(std::exchange(descriptor_, -1));  // Windows replaces no file that is open
   const Status replaced = next.Commit();
   descriptor_ = OpenToAppend(path_);
-  const std::int64_t size = descriptor_ < 0 ? -1 : SizeOf(descriptor_);
+  const std::int64_t size = descriptor_ < 0 ? -1 : BytesIn(descriptor_);
   if (size < 0) {
     if (status_.ok()) status_ = {CodeOf(errno), "cannot open '" + path_ + "' again: " + std::strerror(errno)};
   } else if (replaced.ok() && !Holds(descriptor_, text)) {  // the folder was exchanged just now
-    Close(std::exchange(descriptor_, -1));
+    CloseDescriptor(std::exchange(descriptor_, -1));
     if (status_.ok()) status_ = another;
   } else {
     size_ = static_cast<std::uint64_t>(size);
@@ -227,4 +227,4 @@ Result<std::string> OutputFile::FirstLine() const {
   return std::string();
 }
 
-}  // namespace consac::run
+}  // namespace consac::learn

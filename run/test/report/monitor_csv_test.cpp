@@ -1,78 +1,19 @@
-// progress.csv and monitor.csv: contents, new columns, and what a resume keeps.
+// monitor.csv: contents, and what a resume keeps.
+#include "report/monitor_csv.h"
+
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "report/monitor_csv.h"
-#include "report/progress_csv.h"
 #include "run/test/report/files.h"
 
 namespace consac::run {
 namespace {
 
-Row ShortRow(double steps) {
-  return {{"fps", 10, CellKind::kInteger}, {"total_timesteps", steps, CellKind::kInteger}};
-}
-
-TEST(ProgressCsv, NewKeysBecomeColumnsOnTheRight) {
-  const TestFolder folder;
-  auto csv = std::move(*ProgressCsv::Open(folder.File("progress.csv"), {}));
-  csv->Append(ShortRow(100));
-  Row longer = ShortRow(200);
-  longer.push_back({"ep_reward_mean", 1.0 / 3.0, CellKind::kDouble});
-  csv->Append(longer);
-  csv->Append(ShortRow(300));
-  EXPECT_EQ(TextOf(folder.File("progress.csv")),
-            "fps,total_timesteps,ep_reward_mean\n"
-            "10,100,\n"
-            "10,200,0.3333333333333333\n"
-            "10,300,\n");
-  EXPECT_TRUE(csv->status().ok());
-}
-
-TEST(ProgressCsv, AResumedRunDropsWhatItWillRepeat) {
-  const TestFolder folder;
-  const std::string path = folder.File("progress.csv");
-  const ProgressCsv::Resume resume{true, "total_timesteps", 200};
-  Put(path, "fps,total_timesteps\n1,100\n1,200\n1,300\n1,40");
-  (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
-  EXPECT_EQ(TextOf(path), "fps,total_timesteps\n1,100\n1,200\n10,300\n");
-  Put(path, "cut in its first l");
-  (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
-  EXPECT_EQ(TextOf(path), "fps,total_timesteps\n10,300\n");
-  std::filesystem::remove(path);
-  (*ProgressCsv::Open(path, resume))->Append(ShortRow(300));
-  EXPECT_EQ(TextOf(path), "fps,total_timesteps\n10,300\n");
-}
-
-// Of a long file only its end is read, and nothing is written again.
-TEST(ProgressCsv, GoesOnInALongFileByItsEnd) {
-  const TestFolder folder;
-  const std::string path = folder.File("progress.csv");
-  const std::string zeros(std::size_t{100} << 20, '\0');
-  Put(path, "fps,total_timesteps\r\n" + zeros + "\n1,200\r\n1,300\r\n");
-  const auto csv = ProgressCsv::Open(path, {true, "total_timesteps", 200});
-  ASSERT_TRUE(csv.ok()) << csv.status().message();
-  (*csv)->Append(ShortRow(300));
-  EXPECT_TRUE((*csv)->status().ok()) << (*csv)->status().message();
-  EXPECT_EQ(TextOf(path), "fps,total_timesteps\r\n" + zeros + "\n1,200\r\n10,300\n");
-  std::filesystem::resize_file(path, std::uint64_t{2} << 30);
-  const Status refused = ProgressCsv::Open(path, {true, "total_timesteps", 200}).status();
-  EXPECT_EQ(refused.code(), StatusCode::kDataLoss);
-  EXPECT_NE(refused.message().find("no log of this run"), std::string::npos) << refused.message();
-}
-
-TEST(ProgressCsv, ANewRunStartsAnew) {
-  const TestFolder folder;
-  Put(folder.File("progress.csv"), "a,b\n1,2\n");
-  (*ProgressCsv::Open(folder.File("progress.csv"), {}))->Append(ShortRow(1));
-  EXPECT_EQ(TextOf(folder.File("progress.csv")), "fps,total_timesteps\n10,1\n");
-}
-
 TEST(MonitorCsv, IsStableBaselinesFormat) {
   const TestFolder folder;
-  auto monitor =
-      std::move(*MonitorCsv::Open(folder.File("monitor.csv"), "a \"world\"", 1700000000.25, OpenMode::kTruncate));
+  auto monitor = std::move(
+      *MonitorCsv::Open(folder.File("monitor.csv"), "a \"world\"", 1700000000.25, learn::OpenMode::kTruncate));
   monitor->Append(21.0, 104, 0.5182041);
   monitor->Append(-1234.56789012, 200, 12345.0);
   monitor->Flush();
@@ -88,7 +29,7 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
   const std::string path = folder.File("monitor.csv");
   StateWriter checkpoint;
   {
-    auto monitor = std::move(*MonitorCsv::Open(path, "w", 1.0, OpenMode::kTruncate));
+    auto monitor = std::move(*MonitorCsv::Open(path, "w", 1.0, learn::OpenMode::kTruncate));
     monitor->Append(1.0, 10, 0.1);
     monitor->Visit(checkpoint);
     EXPECT_EQ(TextOf(path), "#{\"t_start\":1.0,\"env_id\":\"w\"}\nr,l,t\n1.0,10,0.1\n")
@@ -98,7 +39,7 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
   const std::string at_kill = TextOf(path);
   ASSERT_NE(at_kill.find("2.0,20,0.2\n"), std::string::npos);
   Put(path, at_kill + "3.0,3");
-  auto monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+  auto monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, learn::OpenMode::kAppend));
   StateReader reader(checkpoint.fields());
   monitor->Visit(reader);
   ASSERT_TRUE(reader.status().ok()) << reader.status().message();
@@ -108,7 +49,7 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
 
   // What comes after the checkpoint is not looked at, however long; what it cannot have counted is refused unread.
   std::filesystem::resize_file(path, std::uint64_t{20} << 30);
-  monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+  monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, learn::OpenMode::kAppend));
   StateReader again(checkpoint.fields());
   monitor->Visit(again);
   ASSERT_TRUE(again.status().ok()) << again.status().message();
@@ -117,7 +58,7 @@ TEST(MonitorCsv, AResumedRunDropsEpisodesAfterTheCheckpoint) {
   StateMap forged = checkpoint.fields();
   const std::uint64_t lines = std::uint64_t{20} << 30;
   std::memcpy(forged.at("bytes").bytes.data() + sizeof(lines), &lines, sizeof(lines));
-  monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+  monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, learn::OpenMode::kAppend));
   StateReader misled(forged);
   monitor->Visit(misled);
   EXPECT_NE(misled.status().message().find("no log of this run"), std::string::npos) << misled.status().message();
@@ -128,7 +69,7 @@ TEST(MonitorCsv, AFileThatAnEditorHasSavedAnewLosesNoEpisode) {
   const std::string path = folder.File("monitor.csv");
   StateWriter checkpoint;
   {
-    auto monitor = std::move(*MonitorCsv::Open(path, "w", 1.0, OpenMode::kTruncate));
+    auto monitor = std::move(*MonitorCsv::Open(path, "w", 1.0, learn::OpenMode::kTruncate));
     for (int episode = 0; episode < 20; ++episode) monitor->Append(1.0, 10, 0.1);
     monitor->Visit(checkpoint);
   }
@@ -137,7 +78,7 @@ TEST(MonitorCsv, AFileThatAnEditorHasSavedAnewLosesNoEpisode) {
   of_before.at("bytes").bytes.resize(sizeof(std::uint64_t));
   const auto resumed = [&](const std::string& text, const StateMap& fields) {
     Put(path, text);
-    auto monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, OpenMode::kAppend));
+    auto monitor = std::move(*MonitorCsv::Open(path, "w", 99.0, learn::OpenMode::kAppend));
     StateReader reader(fields);
     monitor->Visit(reader);
     StateWriter next;

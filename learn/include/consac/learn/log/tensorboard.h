@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "consac/base/status.h"
-#include "report/output_file.h"
+#include "consac/learn/log/output_file.h"
 
-namespace consac::run {
+namespace consac::learn {
 
 /// CRC-32C, rotated and offset, as it stands in event files.
 std::uint32_t MaskedCrc(std::string_view bytes);
@@ -22,15 +22,17 @@ std::string VersionEvent(double wall_time);
 /// The payload that makes TensorBoard forget this folder's events from `first_step` on.
 std::string RestartEvent(double wall_time, std::int64_t first_step);
 
-/// The folder of a run as Stable Baselines names it, made when missing: root/PPO2_1. A resumed run gets the latest
-/// that exists, a new one the number after it.
-Result<std::string> TensorboardFolder(const std::string& root, const std::string& algorithm, OpenMode mode);
+/// What every event file's name begins with.
+inline constexpr std::string_view kEventFile = "events.out.tfevents.";
+/// A name that no other process' has: "events.out.tfevents.1700000000.HOST.NUMBER.0". TensorBoard reads a folder's
+/// files in the order of their names.
+std::string EventFileName(std::int64_t second);
 
 /// An event file being written.
 class EventWriter {
  public:
-  /// Starts a file in `folder`. `wall_time` in seconds since 1970.
-  static Result<std::unique_ptr<EventWriter>> Open(const std::string& folder, double wall_time);
+  /// Starts the file `path`. `wall_time` in seconds since 1970.
+  static Result<std::unique_ptr<EventWriter>> Open(const std::string& path, double wall_time);
 
   /// Closes the file; one that no number was added to goes, as of a run that could not begin or be gone on with.
   ~EventWriter();
@@ -54,4 +56,4 @@ class EventWriter {
   bool empty_ = true;
 };
 
-}  // namespace consac::run
+}  // namespace consac::learn

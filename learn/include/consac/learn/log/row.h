@@ -1,15 +1,14 @@
 #pragma once
-// One row of a run's log: the numbers of an update under their keys. The console table and progress.csv show the
+// One row of a training's log: the numbers of an update under their keys. The console table and progress.csv show the
 // same row; how a number is written follows Stable Baselines, which prints Python and NumPy values.
 
-#include <fmt/format.h>
-
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace consac::run {
+namespace consac::learn {
 
 /// What a number would be in Stable Baselines, which decides how its table shows it.
 enum class CellKind : std::uint8_t {
@@ -28,11 +27,11 @@ struct Cell {
 /// Sorted by key.
 using Row = std::vector<Cell>;
 
-/// The value as the table shows it: "%-8.3g" for a double, else ExactText.
-std::string TableText(const Cell& cell);
+/// Keys without a section first, each lot by name.
+void SortByKey(Row* row);
 /// The value as Python's str() writes it: shortest-exact, "1.0" for a whole float.
 std::string ExactText(const Cell& cell);
-/// Appends a float as Python's str() writes it. Allocates only past the buffer's inline size.
-void AppendExact(double value, fmt::memory_buffer* out);
+/// The same of a float, into `out`: what is returned lies there.
+std::string_view ExactText(double value, std::span<char, 32> out);
 
-}  // namespace consac::run
+}  // namespace consac::learn

@@ -1,5 +1,5 @@
 #pragma once
-// The last episodes of a run, as Stable Baselines' ep_info buffer keeps them for ep_reward_mean and ep_len_mean.
+// The last episodes of a training, as Stable Baselines' ep_info buffer keeps them for ep_reward_mean and ep_len_mean.
 
 #include <array>
 #include <cstddef>
@@ -8,12 +8,14 @@
 #include <span>
 
 #include "consac/base/archive.h"
-#include "consac/run/report.h"
 
-namespace consac::run {
+namespace consac::learn {
+
+/// The means that are shown are over so many episodes. Source: Stable Baselines.
+inline constexpr std::int64_t kEpisodesOfMean = 100;
 
 /// Reward and length of the last kWindow episodes.
-class EpisodeWindow {
+class EpisodeMeans {
  public:
   static constexpr auto kWindow = static_cast<std::size_t>(kEpisodesOfMean);
 
@@ -53,4 +55,4 @@ class EpisodeWindow {
   std::int64_t count_ = 0;
 };
 
-}  // namespace consac::run
+}  // namespace consac::learn

@@ -1,6 +1,6 @@
 #pragma once
 // A file that grows by whole records. A failed write (disk full) loses records, never half of one: the file is cut
-// back to its last whole record, and a later write tries again. Training goes on either way; Report says so once.
+// back to its last whole record, and a later write tries again. Whoever writes goes on, and says so once.
 
 #include <cstdint>
 #include <functional>
@@ -11,7 +11,7 @@
 
 #include "consac/base/status.h"
 
-namespace consac::run {
+namespace consac::learn {
 
 /// What becomes of a file that exists.
 enum class OpenMode : std::uint8_t { kTruncate, kAppend };
@@ -71,4 +71,4 @@ class OutputFile {
   Status status_;
 };
 
-}  // namespace consac::run
+}  // namespace consac::learn

@@ -1,4 +1,4 @@
-#include "report/progress_csv.h"
+#include "consac/learn/log/progress_csv.h"
 
 #include <algorithm>
 #include <span>
@@ -7,7 +7,7 @@
 #include "consac/base/file.h"
 #include "consac/base/text.h"
 
-namespace consac::run {
+namespace consac::learn {
 namespace {
 
 constexpr std::size_t kMostRewritten = std::size_t{256} << 20;  // bytes; a longer file gets no further columns
@@ -23,7 +23,9 @@ std::vector<std::string> SplitFields(std::string_view line) {
 }
 
 std::string JoinFields(const std::vector<std::string>& fields) {
-  return fmt::format("{}", fmt::join(fields, ","));
+  std::string line;
+  for (std::size_t i = 0; i < fields.size(); ++i) line += (i == 0 ? "" : ",") + fields[i];
+  return line;
 }
 
 std::string_view WithoutReturn(std::string_view line) {
@@ -113,4 +115,4 @@ bool ProgressCsv::AddColumns(const Row& row) {
   return failure.ok();
 }
 
-}  // namespace consac::run
+}  // namespace consac::learn

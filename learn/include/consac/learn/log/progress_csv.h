@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "consac/base/status.h"
-#include "report/output_file.h"
-#include "report/row.h"
+#include "consac/learn/log/output_file.h"
+#include "consac/learn/log/row.h"
 
-namespace consac::run {
+namespace consac::learn {
 
 /// The file. Every row is written at once.
 class ProgressCsv {
@@ -38,4 +38,4 @@ class ProgressCsv {
   Status status_;  // of rewriting
 };
 
-}  // namespace consac::run
+}  // namespace consac::learn

@@ -1,5 +1,5 @@
 #pragma once
-// Means of the numbers that a game notes, from one update to the next, as cells of a run's log.
+// Means of the numbers that a game notes, from one update to the next, as cells of a training's log.
 
 #include <algorithm>
 #include <map>
@@ -8,9 +8,9 @@
 
 #include "consac/env/noted_means.h"
 #include "consac/env/vector_env.h"
-#include "report/row.h"
+#include "consac/learn/log/row.h"
 
-namespace consac::run {
+namespace consac::learn {
 
 /// What a game has noted, by name.
 class GameStatistics {
@@ -47,4 +47,4 @@ class GameStatistics {
   Row row_;
 };
 
-}  // namespace consac::run
+}  // namespace consac::learn

@@ -1,0 +1,83 @@
+#include "training_log.h"
+
+#include <chrono>
+#include <utility>
+
+#include "consac/base/hooks.h"
+#include "consac/learn/log/training_folder.h"
+
+namespace consac::host {
+namespace {
+
+double SecondsSince1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+TrainingLog::TrainingLog(learn::LogStyle style, const EnvSpec& spec) : style_(style), began_(Now()) {
+  for (const BehaviourSpec& behaviour : spec.behaviours) {
+    const auto slots = static_cast<std::size_t>(behaviour.slots);
+    behaviours_.push_back({{style, behaviour.name, spec.behaviours.size() == 1, behaviour.slots},
+                           {},
+                           std::vector<double>(slots),
+                           std::vector<std::int64_t>(slots)});
+  }
+}
+
+Result<std::unique_ptr<TrainingLog>> TrainingLog::Open(const std::string& folder, std::string algorithm,
+                                                       learn::LogStyle style, const EnvSpec& spec) {
+  const Result<std::string> path = learn::MakeTrainingFolder(folder, std::move(algorithm));
+  if (!path.ok()) return path.status();
+  std::unique_ptr<TrainingLog> log(new TrainingLog(style, spec));
+  Result<std::unique_ptr<learn::ProgressCsv>> csv = learn::ProgressCsv::Open(*path + "/progress.csv", {});
+  if (!csv.ok()) return csv.status();
+  log->csv_ = std::move(*csv);
+  const double now = SecondsSince1970();
+  Result<std::unique_ptr<learn::EventWriter>> events =
+      learn::EventWriter::Open(*path + "/" + learn::EventFileName(static_cast<std::int64_t>(now)), now);
+  if (!events.ok()) return events.status();
+  log->events_ = std::move(*events);
+  return log;
+}
+
+void TrainingLog::Add(std::size_t b, const Batch& outcome, std::int64_t steps) {
+  Told& told = behaviours_[b];
+  for (std::size_t row = 0; row < outcome.slots.size(); ++row) {
+    const auto slot = static_cast<std::size_t>(outcome.slots[row]);
+    told.rewards[slot] += static_cast<double>(outcome.rewards[row]);
+    ++told.lengths[slot];
+    if ((outcome.terminated[row] | outcome.truncated[row]) == 0) continue;
+    told.episodes.Add(told.rewards[slot], told.lengths[slot]);
+    if (style_ == learn::LogStyle::kStableBaselines2)
+      events_->Scalar(SecondsSince1970(), steps, told.numbers.Key("episode_reward"), told.rewards[slot]);
+    told.rewards[slot] = 0.0;
+    told.lengths[slot] = 0;
+  }
+}
+
+void TrainingLog::Report(std::span<const learn::UpdateReport> updates, std::int64_t steps) {
+  const double now = SecondsSince1970();
+  row_.assign(1, {learn::StepsKey(style_), static_cast<double>(steps), learn::CellKind::kInteger});
+  for (const learn::UpdateReport& update : updates) {
+    Told& told = behaviours_[update.behaviour];
+    told.numbers.Make(update, {steps, Now() - began_}, told.episodes);
+    told.numbers.WriteScalars(update, steps, now, *events_);
+    row_.insert(row_.end(), told.numbers.row().begin(), told.numbers.row().end());
+  }
+  game_.Tell();
+  for (const learn::Cell& cell : game_.row()) events_->Scalar(now, steps, cell.key, cell.value);
+  row_.insert(row_.end(), game_.row().begin(), game_.row().end());
+  learn::SortByKey(&row_);
+  csv_->Append(row_);
+  events_->Flush();
+  SayFailure();
+}
+
+void TrainingLog::SayFailure() {
+  const Status& failed = csv_->status().ok() ? events_->status() : csv_->status();
+  if (failed.ok() || std::exchange(said_, true)) return;
+  Log(LogLevel::kWarning, failed.message() + "; the training goes on, but this log has a gap");
+}
+
+}  // namespace consac::host

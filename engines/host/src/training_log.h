@@ -1,0 +1,56 @@
+#pragma once
+// What a training inside writes down: progress.csv and TensorBoard's events, with the keys and tags of a run of the
+// program (docs/logs.md). Private to host.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "consac/env/vector_env.h"
+#include "consac/learn/log/game_statistics.h"
+#include "consac/learn/log/progress_csv.h"
+#include "consac/learn/log/tensorboard.h"
+#include "consac/learn/log/update_row.h"
+
+namespace consac::host {
+
+/// Both files of one training, in a folder of their own. A failed write is a warning in the log, once; what is written
+/// later is there. One thread.
+class TrainingLog {
+ public:
+  /// Makes the folder `folder`/PPO2_1, or the next number that is free: no training is written over.
+  /// `algorithm` names it.
+  static Result<std::unique_ptr<TrainingLog>> Open(const std::string& folder, std::string algorithm,
+                                                   learn::LogStyle style, const EnvSpec& spec);
+
+  /// What the game has noted: the mean since the report before stands in each as "game/NAME".
+  void Note(std::span<const Statistic> noted) { (void)game_.Add(noted); }
+  /// What came of a step of agents of behaviour `b`, `steps` steps of single agents into the training.
+  void Add(std::size_t b, const Batch& outcome, std::int64_t steps);
+  /// Learners have reported, each behaviour's at most once.
+  void Report(std::span<const learn::UpdateReport> updates, std::int64_t steps);
+
+ private:
+  /// What is told of one behaviour.
+  struct Told {
+    learn::UpdateRow numbers;
+    learn::EpisodeMeans episodes;
+    std::vector<double> rewards;        // [slots] of the episode under way
+    std::vector<std::int64_t> lengths;  // [slots] likewise
+  };
+  TrainingLog(learn::LogStyle style, const EnvSpec& spec);
+  void SayFailure();
+
+  learn::LogStyle style_;
+  double began_;
+  std::vector<Told> behaviours_;
+  learn::GameStatistics game_;
+  std::unique_ptr<learn::ProgressCsv> csv_;
+  std::unique_ptr<learn::EventWriter> events_;
+  learn::Row row_;  // as it is written
+  bool said_ = false;
+};
+
+}  // namespace consac::host
