@@ -1,11 +1,16 @@
 # A thin face over tools/setup.sh, the CMake presets and CTest.
-.PHONY: run build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin release release-check format site clean
+.PHONY: run help build test test-slow twin-judges robots bench fuzz embed sanitizers unreal-plugin release release-check format site clean
 JOBS ?= $(shell nproc)
 
 ## Set up, build, and the main job: train over TCP on the road world, save, act with the model.
 run: build
 	@build/release/cli/consac demo
 
+## What there is to make.
+help:
+	@awk '/^## /{words = words " " substr($$0, 4)} /^[a-z-]+:/{if (words) printf "make %-14s%s\n", substr($$1, 1, index($$1, ":") - 1), words; words = ""}' Makefile
+
+## Set up, and the program alone: build/release/cli/consac.
 build:
 	@tools/setup.sh build
 	@echo "build: compiling the program, a minute or two on two cores, seconds when it is up to date"
@@ -85,8 +90,10 @@ release:
 release-check:
 	tools/release_check.sh
 
+## The C++ sources as .clang-format wants them.
 format:
 	git ls-files '*.h' '*.cpp' | xargs clang-format -i
 
+## Removes what was built.
 clean:
 	rm -rf build

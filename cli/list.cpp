@@ -15,7 +15,7 @@ namespace consac::cli {
 namespace {
 
 struct ListFlags {
-  std::string what = "worlds", algorithm;
+  std::string what = "worlds", algorithm, name;
   bool json = false;
 };
 
@@ -76,9 +76,11 @@ Rows AlgorithmRows() {
   return rows;
 }
 
-Rows HyperparameterRows(const learn::Algorithm& algorithm) {
+/// All of an algorithm's, or the one of that name.
+Rows HyperparameterRows(const learn::Algorithm& algorithm, std::string_view name) {
   Rows rows = Rows::array();
   for (const learn::Hyperparameter& row : algorithm.hyperparameters) {
+    if (!name.empty() && name != row.name && name != row.alias) continue;
     rows.push_back({{"name", row.name},
                     {"alias", row.alias},
                     {"type", TypeName(row.type)},
@@ -142,7 +144,9 @@ int List(const ListFlags& flags) {
     const Result<const learn::Algorithm*> algorithm =
         learn::FindAlgorithm(flags.algorithm.empty() ? "ppo2" : flags.algorithm);
     if (!algorithm.ok()) return Fail("list", algorithm.status());
-    rows = HyperparameterRows(**algorithm);
+    rows = HyperparameterRows(**algorithm, flags.name);
+    if (rows.empty())  // in the words in which `train` refuses it
+      return Fail("list", learn::HyperparameterSet((*algorithm)->hyperparameters).Set(flags.name, ""));
   } else {
     return Fail("list", {StatusCode::kInvalidArgument,
                          "there is no list " + Quote(flags.what) + Suggestion(flags.what, kKinds)});
@@ -160,6 +164,7 @@ Action AddList(CLI::App& app) {
   const auto flags = std::make_shared<ListFlags>();
   app.add_option("what", flags->what, "worlds, algorithms, policies or hyperparameters");
   app.add_option("algorithm", flags->algorithm, "whose hyperparameters; ppo2 unless given");
+  app.add_option("name", flags->name, "the one hyperparameter that is meant; all unless given");
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return List(*flags); };
 }

@@ -9,7 +9,9 @@ endif()
 
 # A test's own code need not be fast, but there is much of it: lines in a debugger, no variables, is half the compile time.
 set(CONSAC_TEST_OPTIONS -O1 -g1)
-if(CMAKE_CXX_FLAGS MATCHES "sanitize" OR CMAKE_CROSSCOMPILING)  # what is tested is optimised; up to half the compile time again
+if(CMAKE_CROSSCOMPILING)  # what is tested is optimised; up to half the compile time again
+  set(CONSAC_TEST_OPTIONS -O0)  # no debugger comes here, and MinGW's linker takes its time over lines
+elseif(CMAKE_CXX_FLAGS MATCHES "sanitize")
   set(CONSAC_TEST_OPTIONS -O0 -g1)
 endif()
 
@@ -33,6 +35,11 @@ function(consac_part NAME)
   foreach(library ${ARG_PRIVATE})
     target_link_libraries(consac_${NAME} PRIVATE $<BUILD_INTERFACE:${library}>)
   endforeach()
+endfunction()
+
+# Where no time is spent: a third of the compiler's time is saved.
+function(consac_optimise_little TARGET)
+  target_compile_options(${TARGET} PRIVATE $<$<AND:$<CONFIG:Release,RelWithDebInfo>,$<NOT:$<CXX_COMPILER_ID:MSVC>>>:-O1>)
 endfunction()
 
 # Defines NAME="value" for those SOURCES that mention NAME alone: a path on every command line would keep a compiler's cache

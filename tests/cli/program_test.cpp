@@ -319,6 +319,12 @@ TEST_F(ProgramTest, ListsComeFromTheTables) {
   const std::string json = RunProgram(folder(), {"list", "hyperparameters", "ppo", "--json"}).out;
   EXPECT_NE(json.find("\"gae_lambda\""), std::string::npos);
   EXPECT_NE(RunProgram(folder(), {"list", "policies"}).out.find("MlpPolicy"), std::string::npos);
+  const std::string one = RunProgram(folder(), {"list", "hyperparameters", "sac", "tau"}).out;
+  EXPECT_NE(one.find("tau"), std::string::npos);
+  EXPECT_EQ(one.find("gamma"), std::string::npos) << one;
+  const Outcome none = RunProgram(folder(), {"list", "hyperparameters", "sac", "gamm"});
+  EXPECT_EQ(none.code, 1);
+  EXPECT_NE(none.error.find("unknown hyperparameter \"gamm\""), std::string::npos) << none.error;
 }
 
 TEST_F(ProgramTest, TheDemoTellsTheWholeStory) {

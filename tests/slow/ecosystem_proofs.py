@@ -288,7 +288,7 @@ def prove(proof: Proof) -> tuple[str, bool]:
     holds = not any(map(math.isnan, returns)) and statistics.median(returns) >= proof.median_at_least and min(returns) >= proof.every_seed_at_least
     beside = [f"{run['beside']:.4g}" for run in runs if "beside" in run]
     compared = f"the same on Gymnasium's own, measured: {', '.join(beside)}" if beside else proof.published
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True).stdout.strip() or "?"
+    commit = subprocess.run([CONSAC, "--version"], capture_output=True, text=True).stdout.split("commit ")[-1].split("\n")[0]  # the program's, not the folder's
     versions = [f"consac {commit}", f"Python {platform.python_version()}"] + [f"{name} {importlib.metadata.version(name)}" for name in proof.packages]
     cells = [proof.name, proof.what, proof.budget, ", ".join(f"{value:.4g}" for value in returns), f"{statistics.median(returns):.4g}",
              f"{proof.median_at_least:g} / {proof.every_seed_at_least:g}".replace("-inf", "any"), compared, f"{statistics.mean(run['seconds'] for run in runs):.0f}",

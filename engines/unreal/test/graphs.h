@@ -24,13 +24,21 @@
 #include "HAL/PlatformProcess.h"
 #include "Shim/Runtime.h"
 #include "UObject/UObjectGlobals.h"
+#pragma push_macro("check")  // Unreal's short macros are none of these headers' business
+#pragma push_macro("verify")
+#pragma push_macro("ensure")
+#pragma push_macro("PI")
 #undef check
 #undef verify
 #undef ensure
-#undef PI  // Unreal's short macros end here
+#undef PI
 #include "consac/base/file.h"
 #include "tests/support.h"
 #include "worlds/road/road.h"
+#pragma pop_macro("PI")
+#pragma pop_macro("ensure")
+#pragma pop_macro("verify")
+#pragma pop_macro("check")
 
 namespace consac::testing {
 

@@ -6,7 +6,7 @@ namespace {
 
 /// The thesis trained for 20,000; then a few of the 1,640 states are still wrong, and the best action of a model may
 /// stay in one of them until the coin moves.
-constexpr int kSteps = 40000;
+constexpr int kRoadSteps = 40000;
 
 /// Start Trainer Program for what listens on `port`.
 UConsacTrainerProgram* StartProgram(int port, const std::string& runs, const std::string& more = "") {
@@ -74,7 +74,7 @@ TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
     ++completed;
     graph.environment().CloseTraining();
   });
-  ASSERT_EQ(graph.Setup(kSteps, 0), EConsacResult::Success) << Text(graph.error);
+  ASSERT_EQ(graph.Setup(kRoadSteps, 0), EConsacResult::Success) << Text(graph.error);
   EXPECT_EQ(graph.Tick(), EConsacConnection::Waiting) << Text(graph.error);
   ASSERT_GT(graph.environment().GetTrainingPort(), 0);
   UConsacTrainerProgram* program = StartProgram(graph.environment().GetTrainingPort(), scratch.path());
@@ -92,10 +92,10 @@ TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
       << graph.steps << " steps; " << Text(graph.error);
   EXPECT_TRUE(graph.environment().IsTrainingCompleted());
   EXPECT_EQ(completed, 1);
-  EXPECT_EQ(graph.steps, kSteps);
+  EXPECT_EQ(graph.steps, kRoadSteps);
   EXPECT_GT(graph.resets, 0);
   EXPECT_GT(graph.MeanReward(), 0.9);
-  EXPECT_EQ(graph.environment().GetTrainingProgress().Steps, kSteps);
+  EXPECT_EQ(graph.environment().GetTrainingProgress().Steps, kRoadSteps);
   ASSERT_TRUE(TickUntil(
       30.0, [] { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }, [&] { return !program->IsRunning(); }));
   // Tick goes on; the port stays closed, so that no other trainer begins anew.
@@ -105,7 +105,7 @@ TEST(ThesisGraph, LearnsTheRoadFromTheRealTrainerAndWalksByItsModel) {
     ASSERT_EQ(graph.environment().GetTrainingPort(), 0);
   }
   EXPECT_EQ(completed, 1);
-  ASSERT_EQ(graph.Setup(kSteps, 0), EConsacResult::Success);
+  ASSERT_EQ(graph.Setup(kRoadSteps, 0), EConsacResult::Success);
   EXPECT_FALSE(graph.environment().IsTrainingCompleted());
   EXPECT_EQ(graph.Tick(), EConsacConnection::Waiting) << Text(graph.error);
   EXPECT_GT(graph.environment().GetTrainingPort(), 0);
