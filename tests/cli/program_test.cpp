@@ -323,8 +323,8 @@ TEST_F(ProgramTest, ListsComeFromTheTables) {
   EXPECT_NE(one.find("tau"), std::string::npos);
   EXPECT_EQ(one.find("gamma"), std::string::npos) << one;
   const Outcome none = RunProgram(folder(), {"list", "hyperparameters", "sac", "gamm"});
-  EXPECT_EQ(none.code, 1);
-  EXPECT_NE(none.error.find("unknown hyperparameter \"gamm\""), std::string::npos) << none.error;
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.error.find("unknown hyperparameter 'gamm' (did you mean 'gamma'?)"), std::string::npos) << none.error;
 }
 
 TEST_F(ProgramTest, TheDemoTellsTheWholeStory) {
