@@ -228,6 +228,12 @@ def test_a_version_is_upstreams(tmp_path):
     assert version(part, tmp_path) == "1.2.13"
 
 
+def test_what_a_script_starts_by_its_name_is_a_program():
+    scripts = (ROOT / name for name in ("tools/release.sh", "tools/release_check.sh"))
+    started = {name for script in scripts for name in re.findall(r"^ *(tools/[\w/]+\.(?:py|sh))", script.read_text(), re.M)}
+    assert "tools/package_release.py" in started and not [name for name in started if not (ROOT / name).stat().st_mode & 0o100]
+
+
 def test_what_is_missing_is_one_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["package_release.py", "--root", str(ROOT), "--out", str(tmp_path), "--epoch", "1", "--targets", "linux-nothing"])
     assert package_release.main() == 1
