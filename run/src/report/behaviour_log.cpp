@@ -82,7 +82,7 @@ Status BehaviourLog::Draw(std::int64_t steps) const {
   const std::vector<CurvePoint> points = per_step ? step_curve_.Points() : episode_curve_.Points();
   const std::string what = per_step ? "mean reward of a step"
                                     : fmt::format("mean reward of the last {} episodes",
-                                                  std::min<std::int64_t>(episodes_.count(), kEpisodesOfMean));
+                                                  std::min<std::int64_t>(episodes_.count(), learn::kEpisodesOfMean));
   CurveLabels labels;
   labels.last_step = static_cast<double>(steps);
   labels.title = options_.algorithm + " on " + options_.world_id + (alone_ ? "" : ": " + behaviour_.name);
