@@ -16,8 +16,10 @@ Status Conversation::Compare(const Case& what, const std::string& payload) {
     return Failed("what is looked at differs from the one before");
   if (what.contains("repeats") && !is_like("repeats"))
     return Over("one seed and the same actions bring another RESULT each time");
+  if (what.contains("unlike") && is_like("unlike"))
+    return Over("no value changes what is seen of an episode that begins by itself");
   if (what.contains("other_than") && is_like("other_than"))
-    return Failed("an episode that began by itself is as if nothing had been set, though one of a RESET is not (R103)");
+    return Failed("this episode is as if nothing had been set; one that began in another way is not (R103)");
   if (what.contains("keep")) kept_[what["keep"]] = payload;
   return Status::Ok();
 }

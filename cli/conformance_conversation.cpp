@@ -258,6 +258,18 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
     defaults.update(message);
     message = defaults;
   }
+  CheckNeeds(what, message);
+  CONSAC_RETURN_IF_ERROR(CheckMembers(what, message));
+  if (!what.contains("env")) return Status::Ok();
+  const Case env = message.value("env", Case());
+  if (what["env"] == "none") return message.contains("env") ? Failed("it has an env") : Status::Ok();
+  if (!env.is_number_integer()) return Failed("it has no env");
+  if (what["env"] == "first" && env != world_at_fault_)
+    return Failed(fmt::format("env is {}, at fault is {}", JsonText(env), world_at_fault_));
+  return Status::Ok();
+}
+
+void Conversation::CheckNeeds(const Case& what, Case message) {
   const Case needs = what.value("needs", Case::object());
   for (const auto& [key, range] : needs.items()) {
     if (range.contains("has")) {
@@ -270,14 +282,6 @@ Status Conversation::CheckMessage(const Case& what, const Frame& frame, const st
     if (message[key] < range["from"] || message[key] > range["to"])
       over_ = fmt::format("{} is {}", key, JsonText(message[key]));
   }
-  CONSAC_RETURN_IF_ERROR(CheckMembers(what, message));
-  if (!what.contains("env")) return Status::Ok();
-  const Case env = message.value("env", Case());
-  if (what["env"] == "none") return message.contains("env") ? Failed("it has an env") : Status::Ok();
-  if (!env.is_number_integer()) return Failed("it has no env");
-  if (what["env"] == "first" && env != world_at_fault_)
-    return Failed(fmt::format("env is {}, at fault is {}", JsonText(env), world_at_fault_));
-  return Status::Ok();
 }
 
 Status Conversation::TakeWelcome(const Frame& frame) {
@@ -314,6 +318,7 @@ Status Conversation::TakeSpec(const Case& what, const Frame& frame) {
   check_ = protocol2::ResultCheck(spec_.env, spec_.autoreset, protocol2::Numbers::kJudged, agreed_);
   const Case said = ReadCase({reinterpret_cast<const char*>(frame.payload.data()), frame.payload.size()});
   offered_ = said.value("behaviours", Case());
+  CheckNeeds(what, said);
   const std::string autoreset = said.value("autoreset", "same_step"), asked = what.value("autoreset", "same_step");
   return autoreset == asked ? Status::Ok() : Failed("SPEC's autoreset is " + autoreset + ", asked for was " + asked);
 }

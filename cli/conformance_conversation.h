@@ -66,6 +66,8 @@ class Conversation {
   /// The same of each environment by itself: but for those in which an episode has ended.
   Status CompareEnvironments(const Case& what, const std::string& payload);
   Status CheckMessage(const Case& what, const Frame& frame, const std::string& payload);
+  /// Over where WELCOME or SPEC lacks what the case needs.
+  void CheckNeeds(const Case& what, Case message);
   Status TakeWelcome(const Frame& frame);
   Status TakeSpec(const Case& what, const Frame& frame);
   /// One that comes once more is not judged anew.

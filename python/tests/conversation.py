@@ -226,12 +226,12 @@ class Conversation:
             self.welcomed, self.capabilities = said["session"], said["capabilities"]
             self.session, self.resume, self.flags = said["session"], said["resume"], wire.FLAG_CRC if "crc" in said["capabilities"] else 0
             self.reader.limit = said["max_frame"]
-            self.over = not all({*wanted["has"]} <= {*said[key]} if isinstance(wanted.get("has"), list) else wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in what.get("needs", {}).items())
         if frame.type == wire.SPEC:
             assert said["autoreset"] == what.get("autoreset", "same_step")
             self.envs, self.autoreset, self.check = said["environments"], said["autoreset"], ResultCheck(said, said["autoreset"], self.capabilities)
             self.parameters = said["parameters"] if "parameters" in self.capabilities else []
             self.offered, self.row_bytes = said["behaviours"], said["behaviours"][0]["observation_row"]["bytes"]
+        self.over = self.over or not self.has(what.get("needs", {}), said)
         code = what.get("code", said.get("code"))
         assert said.get("code") in (code if isinstance(code, list) else [code]), said
         for key, value in what.get("members", {}).items():
@@ -257,6 +257,11 @@ class Conversation:
                 self.keep_paid(payload)
         self.compare(what, payload)
 
+    @staticmethod
+    def has(needs, said):
+        """Whether WELCOME or SPEC has what the case needs."""
+        return all({*wanted["has"]} <= {*said[key]} if isinstance(wanted.get("has"), list) else wanted["has"] in said[key] if "has" in wanted else wanted["from"] <= said[key] <= wanted["to"] for key, wanted in needs.items())
+
     def compare(self, what, payload):
         if "repeats" in what:  # what is served here is the same each time
             assert self.looked_at(payload) == self.looked_at(self.kept[what["repeats"]])
@@ -269,6 +274,9 @@ class Conversation:
             for env in goes_on:
                 assert self.of(payload, env) == self.of(kept, env), (what, env)
         if "differs" in what and any(self.of(payload, env) == self.of(self.kept[what["differs"]], env) for env in range(self.envs)):
+            self.over = True
+            return
+        if "unlike" in what and self.looked_at(payload) == self.looked_at(self.kept[what["unlike"]]):
             self.over = True
             return
         if "other_than" in what:

@@ -264,6 +264,34 @@ def test_engines_that_the_page_allows_hold_every_case(engine, monkeypatch):
         assert "holds        disabled: 300 steps" in done.stdout and "not offered  the first environment alone is stepped" in done.stdout, done.stdout
 
 
+def takes_no_seeds(monkeypatch):
+    """And says so behind all else that may be wrong of a RESET (R18)."""
+    reset, forget = Batch.reset, Batch._forget
+
+    def judged(batch, payload):
+        batch.seeded = len(payload) > 0 and payload[0] & wire.WITH_SEEDS != 0
+        reset(batch, payload)
+
+    def refuse(batch, every):
+        if batch.seeded:
+            batch.seeded = False
+            raise Refused("UNSUPPORTED", "no seeds here")
+        forget(batch, every)
+    monkeypatch.setattr(Batch, "reset", judged)
+    monkeypatch.setattr(Batch, "_forget", refuse)
+
+
+@needs_program
+@pytest.mark.parametrize("envs, engine, case", [(1, None, "infinity comes before a first RESET of some"), (3, takes_no_seeds, "a value that is set leaves the episode under way as it is")])
+def test_what_an_engine_of_parameters_cannot_do_is_not_offered(envs, engine, case, monkeypatch):
+    with Server(Pole, envs=envs, parameters=PARAMETERS) as server:
+        if engine is not None:
+            engine(monkeypatch)
+        done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"not offered  {case} (" in done.stdout, done.stdout
+
+
 def test_an_engine_that_takes_no_seeds_is_reset_without(monkeypatch):
     """R47, which no case of an engine's can show."""
     def judged(batch, payload, plain=Batch.reset):
