@@ -125,7 +125,7 @@ Status Conversation::DoSend(const Case& what) {
   }
   if (agreed_.parameters && !how.empty() && !CanBeSet(spec_.env.parameters, how))
     return Over("no parameter can be set to " + how);
-  if (IsWrongSetting(how)) world_at_fault_ = payloads_.last_world();
+  if (IsWrongSetting(how)) world_at_fault_ = IsOfFirst(how) ? 0 : payloads_.last_world();
   if (kind == "goals, as they were") {
     if (paid_.empty()) return Over("no step has led to a row of a behaviour with goals");
     payload = payloads_.GoalsAsTheyWere(paid_rows_);
@@ -335,11 +335,18 @@ Status Conversation::TakeResult(std::uint64_t request, const std::string& payloa
 Status Conversation::TakeRewards(const Case& what, const std::string& payload) const {
   std::vector<float> rewards(static_cast<std::size_t>(relabelled_));
   CONSAC_RETURN_IF_ERROR(protocol2::ReadRewards(std::as_bytes(std::span(payload)), relabelled_, rewards.data()));
+  const auto is_close = [&](std::size_t i, double paid) {
+    return std::fabs(static_cast<double>(rewards[i]) - paid) <= 1e-4 + 1e-4 * std::fabs(paid);
+  };
   for (std::size_t i = 0; what.contains("paid") && i < rewards.size(); ++i) {
-    const double reward = static_cast<double>(rewards[i]);
-    if (std::fabs(reward - paid_[i]) > 1e-4 + 1e-4 * std::fabs(paid_[i]))
+    if (!is_close(i, paid_[i]))
       return Failed(fmt::format("row {} is as a RESULT brought it, which paid {}, and REWARDS says {} (R96)", i,
-                                paid_[i], reward));
+                                paid_[i], rewards[i]));
+  }
+  for (std::size_t i = 0; what.contains("alike") && i < rewards.size(); ++i) {
+    if (!is_close(i, static_cast<double>(rewards[0])))
+      return Failed(
+          fmt::format("row {} is the same as row 0, and is paid {} and not {} (R97)", i, rewards[i], rewards[0]));
   }
   return Status::Ok();
 }

@@ -71,6 +71,7 @@ Status EngineScript::Do(const Case& step) {
   if (step.contains("resume")) return AwaitResume(step["resume"]);
   if (step.contains("anew")) return AwaitAnew();
   if (step.contains("deserted")) return Desert();
+  if (step.contains("fails")) return AwaitMending(step["fails"]);
   if (step.contains("relabels")) return AwaitRelabel(step["relabels"] == "or moves");
   return DoExpect(step["expect"]);
 }
@@ -363,6 +364,45 @@ Status EngineScript::AwaitRelabel(bool or_moves) {
     CONSAC_RETURN_IF_ERROR(Answer(Fitted(over ? "over" : "on")));
   }
   return {StatusCode::kCancelled, "it has not asked what other goals would have paid"};
+}
+
+Status EngineScript::AwaitMending(const std::string& code) {
+  constexpr int kMostRequests = 100;
+  const std::size_t environments = spec_["environments"];
+  std::string broken;  // environments: 1 where it needs a RESET
+  for (int moves = 0; moves < kMostRequests;) {
+    const Result<Frame> frame = Next();
+    const bool left = !frame.ok() && frame.status().code() == StatusCode::kUnavailable;
+    if (left || (frame.ok() && frame->header.type == FrameType::kBye)) {
+      transport_->Close();
+      transport_ = nullptr;
+      return broken.empty() ? Failed("the trainer leaves before it has stepped") : Status::Ok();
+    }
+    if (!frame.ok()) return frame.status();
+    const Result<bool> taken = Take({{"moves", true}}, *frame);
+    if (!taken.ok()) return taken.status();
+    if (!*taken) continue;
+    ++moves;
+    const std::string chosen = last_.substr(protocol2::kActiveOffset, environments);
+    const std::size_t first = chosen.find('\1');
+    if (broken.empty() && last_type_ == FrameType::kStep && first != std::string::npos) {
+      broken = chosen;
+      for (std::size_t i = 0; i < environments && code == "RESET_REQUIRED"; ++i) broken[i] = i == first ? '\1' : '\0';
+      protocol2::ErrorMessage error{code, false, "environment " + std::to_string(first) + " needs a RESET", {}, 0.0};
+      error.environment = static_cast<std::int64_t>(first);
+      CONSAC_RETURN_IF_ERROR(Send(FrameType::kError, request_, protocol2::EncodeError(error)));
+      continue;
+    }
+    for (std::size_t i = 0; i < broken.size(); ++i) {
+      if (broken[i] == '\0' || chosen[i] == '\0') continue;
+      if (last_type_ == FrameType::kStep)
+        return Failed(fmt::format("environment {} is stepped, which needs a RESET since {} (R46, R81)", i, code));
+      broken[i] = '\0';
+    }
+    if (!broken.empty() && broken.find('\1') == std::string::npos) return Answer(Fitted("on"));
+    CONSAC_RETURN_IF_ERROR(Answer(Fitted("on")));
+  }
+  return {StatusCode::kCancelled, "it steps no environment, or none of those that need a RESET"};
 }
 
 Status EngineScript::Silent(double seconds, bool answers) {

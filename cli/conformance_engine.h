@@ -84,6 +84,9 @@ class EngineScript {
   /// RESETs and STEPs are answered until a RELABEL of one row or more comes, which must be right; kCancelled where none
   /// does. `or_moves`: a RESET or STEP will do.
   Status AwaitRelabel(bool or_moves);
+  /// Its next STEP is answered by that ERROR; what needs a RESET since then is not stepped before it has one. The
+  /// trainer may leave.
+  Status AwaitMending(const std::string& code);
   /// PING is answered all the while, or nothing is.
   Status Silent(double seconds, bool answers);
   /// The connection breaks; the trainer comes back and repeats its request. `how`: true, or members that are wrong in

@@ -37,6 +37,7 @@ class Payloads {
     if (kind == "first reset") return OnlyFirst(Reset(0, 0), 1);
     if (kind == "unknown flag") return With(Reset(0, 1), 0, 64);
     if (kind == "seeded") return Reset(protocol2::kWithSeeds, 1);
+    if (kind == "seeds from 0") return Seeded(Reset(protocol2::kWithSeeds, 1), 0, 1);
     if (kind == "negative seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.seeds + 7, 0x80);
     if (kind == "negative last seed") return With(Reset(protocol2::kWithSeeds, 1), blocks_.options - 1, 0x80);
     if (kind == "first seeded") return FirstSeeded(Reset(protocol2::kWithSeeds, 0));
@@ -68,12 +69,14 @@ class Payloads {
       return With(Reset(protocol2::kWithSeeds, 1), 0, protocol2::kWithSeeds | protocol2::kWithOptions) +
              Options("{\"difficulty\":1}").substr(blocks_.seeds);
     if (kind.starts_with("goals")) return Goals(kind);
-    if (kind == "scattered seeds") return Scattered(Reset(protocol2::kWithSeeds, 1));
+    if (kind == "scattered seeds") return Seeded(Reset(protocol2::kWithSeeds, 1), 3 * last_world() + 100, -3);
     return Step(1, result);
   }
 
   /// Whether a STEP of that kind has one action that must be refused.
-  static bool IsSpoilt(const std::string& kind) { return kind == "illegal" || kind == "NaN" || kind == "infinity"; }
+  static bool IsSpoilt(const std::string& kind) {
+    return kind == "illegal" || kind == kIllegalOfLast || kind == "NaN" || kind == "infinity";
+  }
   /// The world of that action; -1 where nobody takes part whose action can be so.
   std::int64_t WorldAtFault(const std::string& kind, const std::string& result, const std::string& leaf) const {
     return Spoilt(Step(1, result), result, blocks_.environments, kind, leaf).second;
@@ -142,6 +145,8 @@ class Payloads {
   }
 
  private:
+  static constexpr const char* kIllegalOfLast = "illegal of the last";
+
   /// With flag 4 and parameters behind.
   std::string WithParameters(std::string payload, const std::string& how) const {
     payload[0] = static_cast<char>(payload[0] | static_cast<char>(protocol2::kWithParameters));
@@ -303,26 +308,27 @@ class Payloads {
     return payload;
   }
 
-  /// The behaviour's first slot that takes part, within the first `worlds`; -1 where there is none.
-  std::int64_t FirstSlot(std::size_t b, const std::string& result, std::size_t worlds) const {
-    for (std::size_t slot = 0; slot < worlds * env_->behaviours[b].agents.size(); ++slot) {
+  /// The behaviour's first slot that takes part, within the first `worlds`, or its last; -1 where there is none.
+  std::int64_t SpoiltSlot(std::size_t b, const std::string& result, std::size_t worlds, bool last) const {
+    std::int64_t found = -1;
+    for (std::size_t slot = 0; slot < worlds * env_->behaviours[b].agents.size() && (last || found < 0); ++slot) {
       if ((result[blocks_.behaviours[b].states + slot] & protocol2::kActive) != 0)
-        return static_cast<std::int64_t>(slot);
+        found = static_cast<std::int64_t>(slot);
     }
-    return -1;
+    return found;
   }
   std::byte* ActionOf(std::string& payload, std::size_t b, std::int64_t slot) const {
     return reinterpret_cast<std::byte*>(payload.data()) + blocks_.behaviours[b].actions +
            static_cast<std::size_t>(slot) * env_->behaviours[b].action_layout.row_bytes;
   }
 
-  /// The first agent that takes part, of the first `worlds`, and whose action can be so, does what cannot be done; with
-  /// its world, -1 where there is none.
+  /// The first agent that takes part, of the first `worlds`, and whose action can be so, does what cannot be done, or
+  /// the last of its behaviour; with its world, -1 where there is none.
   std::pair<std::string, std::int64_t> Spoilt(std::string payload, const std::string& result, std::size_t worlds,
                                               const std::string& kind, const std::string& leaf) const {
     for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
       const BehaviourSpec& behaviour = env_->behaviours[b];
-      const std::int64_t slot = FirstSlot(b, result, worlds);
+      const std::int64_t slot = SpoiltSlot(b, result, worlds, kind == kIllegalOfLast);
       if (slot >= 0 && Spoil(behaviour.action_layout, kind, leaf, ActionOf(payload, b, slot)))
         return {std::move(payload), slot / static_cast<std::int64_t>(behaviour.agents.size())};
     }
@@ -346,12 +352,10 @@ class Payloads {
     return payload;
   }
 
-  /// Seeds that do not follow one another: 100, 97, 94, ...
-  std::string Scattered(std::string payload) const {
-    for (std::size_t i = 0; i < blocks_.environments; ++i) {
-      const std::uint64_t seed = 3 * (blocks_.environments - i) + 97;
-      std::memcpy(payload.data() + blocks_.seeds + i * sizeof(seed), &seed, sizeof(seed));
-    }
+  /// Seeds from `first` on, of which each is `apart` more than the one before.
+  std::string Seeded(std::string payload, std::int64_t first, std::int64_t apart) const {
+    for (std::size_t i = 0; i < blocks_.environments; ++i, first += apart)
+      std::memcpy(payload.data() + blocks_.seeds + i * sizeof(first), &first, sizeof(first));
     return payload;
   }
 

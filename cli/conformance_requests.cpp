@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "cli/conformance_frames.h"
@@ -53,6 +54,28 @@ Status CheckSet(const EnvSpec& env, std::span<const std::byte> block) {
   return Status::Ok();
 }
 
+/// Seeds that are 0 or more of what is reset, and options that are an object, in as many bytes as RESET has before the
+/// parameters.
+Status CheckReset(const protocol2::Blocks& blocks, std::span<const std::byte> reset, std::uint32_t flags) {
+  const bool seeded = (flags & protocol2::kWithSeeds) != 0, with_options = (flags & protocol2::kWithOptions) != 0;
+  std::size_t end = seeded ? blocks.options : blocks.seeds;
+  std::uint32_t length = 0;
+  if (with_options && reset.size() >= end + sizeof(length)) std::memcpy(&length, &reset[end], sizeof(length));
+  const std::size_t text = end + sizeof(length);
+  if (with_options) end = protocol2::AlignBlock(text + length);
+  if (reset.size() != end) return Failed(fmt::format("RESET has {} bytes before what it sets (R41)", reset.size()));
+  for (std::size_t i = 0; seeded && i < blocks.environments; ++i) {
+    std::int64_t seed = 0;
+    std::memcpy(&seed, &reset[blocks.seeds + i * sizeof(seed)], sizeof(seed));
+    if (seed < 0 && reset[protocol2::kActiveOffset + i] != std::byte{0})
+      return Failed(fmt::format("RESET has seed {} for environment {}; seeds are 0 or more (R43)", seed, i));
+  }
+  if (!with_options) return Status::Ok();
+  const std::string_view options(reinterpret_cast<const char*>(reset.data()) + text, length);
+  const Result<nlohmann::json> read = ReadJson<nlohmann::json>(options, {std::size_t{1} << 20, std::size_t{1} << 18});
+  return read.ok() && read->is_object() ? Status::Ok() : Failed("RESET's options are no object by R7 (R42)");
+}
+
 }  // namespace
 
 Status CheckRequest(const std::string& offered, const protocol2::Agreed& agreed, const protocol2::Frame& frame,
@@ -70,6 +93,10 @@ Status CheckRequest(const std::string& offered, const protocol2::Agreed& agreed,
   const std::size_t set = (head[0] & protocol2::kWithParameters) != 0 ? blocks.parameter_bytes() : 0;
   if (frame.payload.size() < blocks.seeds + set || (step && frame.payload.size() != blocks.step_bytes + set))
     return Failed(fmt::format("{} has {} bytes (R41)", step ? "STEP" : "RESET", frame.payload.size()));
+  if (!step) {
+    const std::span<const std::byte> before = frame.payload.first(frame.payload.size() - set);
+    CONSAC_RETURN_IF_ERROR(CheckReset(blocks, before, head[0]));
+  }
   if (set > 0) CONSAC_RETURN_IF_ERROR(CheckSet(spec->env, frame.payload.last(set)));
   for (std::size_t i = 0; i < blocks.environments; ++i) {
     const int chosen = std::to_integer<int>(frame.payload[protocol2::kActiveOffset + i]);

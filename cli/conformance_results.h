@@ -61,6 +61,17 @@ class Results {
     return ends;
   }
 
+  /// Whether some agent of the environment begins an episode with that RESULT.
+  bool Begins(const std::string& result, std::size_t environment) const {
+    bool begins = false;
+    for (std::size_t b = 0; b < blocks_.behaviours.size() && result.size() >= blocks_.result_bytes; ++b) {
+      const std::size_t agents = env_->behaviours[b].agents.size();
+      for (std::size_t slot = environment * agents; slot < (environment + 1) * agents; ++slot)
+        begins = begins || (result[blocks_.behaviours[b].states + slot] & protocol2::kFirst) != 0;
+    }
+    return begins;
+  }
+
   /// Whether, with `same_step`, an episode of the environment is over with that RESULT (section 8): some agent has
   /// ended or vanished, and nobody goes on with it. Or that of an agent which has episodes of its own.
   bool IsOver(const std::string& result, std::size_t environment) const {

@@ -14,7 +14,7 @@ from consac.layout import align
 from result_check import ResultCheck
 
 
-WRONG_SETTINGS = ("too high", "too low", "infinity", "infinity without a bound")  # of parameters
+WRONG_SETTINGS = ("too high", "too low", "infinity", "infinity without a bound", "too high in the first", "too high by the last", "too low by the last")  # of parameters
 
 class Conversation:
     """One case under way, with a server of an action space of two choices. Every RESULT is judged."""
@@ -88,10 +88,11 @@ class Conversation:
         elif ", set " in what.get("payload", ""):
             base, how = what["payload"].split(", set ")
             payload, self.over = self.with_parameters(self.payload(base), how)
-            self.set_wrong = how in WRONG_SETTINGS  # else the action may be
+            self.set_wrong, self.at_fault = how in WRONG_SETTINGS, 0 if how.endswith("in the first") else self.envs - 1  # else the action may be
             if self.over:
                 return
         elif "payload" in what:
+            self.set_wrong, self.at_fault = what["payload"] == "illegal of the last", self.envs - 1
             payload = self.payload(what["payload"] + {"discrete": " by one", "discrete, below": " below"}.get(what.get("leaf"), ""))
         request = {"next": self.last + 1, "again": self.last}.get(what["request"], what["request"])
         self.ask(kind, request, payload, what)
@@ -124,6 +125,7 @@ class Conversation:
             "options, padding": lambda: padded(options(b'{"level":1}'), 8 + self.envs, 4 + 11),
             "largest seeds": lambda: reset(1) + struct.pack(f"<{self.envs}q", *[(1 << 63) - 1] * self.envs),
             "seeded options": lambda: reset(3) + seeds() + options(b'{"difficulty":1}')[len(reset()):],
+            "illegal of the last": lambda: step(actions=[0] * (self.envs - 1) + [100000]), "seeds from 0": lambda: reset(1) + struct.pack(f"<{self.envs}q", *range(self.envs)),
             "empty": lambda: b"", "none": lambda: reset(0, bytes(self.envs)), "all": reset, "two reset": lambda: reset(0, two), "first reset": lambda: reset(0, only_first),
             "unknown flag": lambda: reset(64), "seeded": lambda: reset(1) + seeds(), "scattered seeds": lambda: reset(1) + scattered, "negative seed": lambda: reset(1) + seeds(-5), "options": lambda: options(b'{"difficulty":1}'),
             "bad options": lambda: options(b'{"difficulty"'), "short reset": lambda: reset()[:-8], "long reset": lambda: reset() + bytes(8), "legal": step,
@@ -135,19 +137,19 @@ class Conversation:
         }[kind]()
 
     def with_parameters(self, payload, how):
-        """With flag 4 and parameters behind; and whether no parameter has a bound that it takes. What is wrong is of the last environment."""
+        """With flag 4 and parameters behind; and whether no parameter has a bound that it takes. What is wrong is of the last environment, or of the first."""
         values, count = np.full((self.envs, len(self.parameters)), np.nan), len(self.parameters)
-        wrong = how in WRONG_SETTINGS
+        wrong, bounds = how in WRONG_SETTINGS, {"too high": "high", "too low": "low"}.get(how[:8].rstrip())
         number = lambda one, name, otherwise: otherwise if one.get(name) is None else one[name]
         for place, one in enumerate(self.parameters):
             low, high = number(one, "low", -np.inf), number(one, "high", np.inf)
             highest = high if np.isfinite(high) else one["default"] + 1
             values[:, place] = {"nothing": np.nan, "high in the last": np.nan, "low": low if np.isfinite(low) else one["default"] - 1}.get(how, highest if wrong or how == "high" else one["default"])
             boundless = {"infinity without a bound": np.inf}.get(how) if np.isinf(high) else None
-            last = {"too high": high + 1 + abs(high), "too low": low - 1 - abs(low), "infinity": np.inf, "infinity without a bound": boundless, "high in the last": highest}.get(how)
-            if last is not None and not (how in ("too high", "too low") and np.isinf(last)):
-                values[-1, place] = last
-        bounds = {"too high": "high", "too low": "low"}.get(how)
+            last = {"high": high + 1 + abs(high), "low": low - 1 - abs(low)}[bounds] if bounds else {"infinity": np.inf, "infinity without a bound": boundless, "high in the last": highest}.get(how)
+            alone = not how.endswith("by the last") or place == max([at for at, other in enumerate(self.parameters) if other.get(bounds) is not None], default=-1)
+            if last is not None and not (bounds and np.isinf(last)) and alone:
+                values[0 if how.endswith("in the first") else -1, place] = last
         bounded = any(number(one, bounds, None) is not None for one in self.parameters) if bounds else how != "infinity without a bound" or any(number(one, "high", None) is None for one in self.parameters)
         block = bytearray(values.astype("<f8").tobytes())
         for index in np.flatnonzero(np.isnan(values)):  # of any bits: quiet and signalling, with either sign
@@ -242,13 +244,14 @@ class Conversation:
         assert frame.type != wire.ERROR or len(frame.payload) <= wire.LARGEST_BEFORE_WELCOME and isinstance(said["message"], str)
         assert "env" not in what or (said.get("env") is None if what["env"] == "none" else isinstance(said["env"], int))
         if what.get("env") == "first" and self.set_wrong:
-            assert said["env"] == self.envs - 1
+            assert said["env"] == self.at_fault
         else:
             assert what.get("env") != "first" or said["env"] == next(slot for slot, state in enumerate(self.check.states[0]) if state & wire.ACTIVE)
         assert "text" not in what or bytes(frame.payload) == what["text"].encode()
         payload = bytearray(frame.payload)
         if frame.type == wire.REWARDS:
             assert len(payload) == 8 * self.relabelled and np.isfinite(np.frombuffer(payload)).all()
+            assert "alike" not in what or np.allclose(np.frombuffer(payload), np.frombuffer(payload)[:1], rtol=1e-4, atol=1e-4)
             assert "paid" not in what or np.allclose(np.frombuffer(payload), [reward for _, reward in self.paid], rtol=1e-4, atol=1e-4)
         if frame.type == wire.RESULT:
             if frame.request != self.judged:
@@ -269,7 +272,7 @@ class Conversation:
             if wanted not in what:
                 continue
             kept = self.kept[what[wanted]]
-            goes_on = [env for env in compared if not self.ends(payload, env) and not self.ends(kept, env)]
+            goes_on = [env for env in compared if not self.ends(payload, env) and not self.ends(kept, env) and (wanted != "goes_on_as" or not self.begins(kept, env))]
             assert wanted != "goes_on_as" or goes_on, "no environment goes on"
             for env in goes_on:
                 assert self.of(payload, env) == self.of(kept, env), (what, env)
@@ -296,6 +299,9 @@ class Conversation:
 
     def ends(self, payload, env):
         return payload[align(8 + self.envs * self.row_bytes) + 8 * self.envs + env] & 3 != 0
+
+    def begins(self, payload, env):
+        return payload[align(8 + self.envs * self.row_bytes) + 8 * self.envs + env] & 8 != 0
 
     def beside(self, _):
         """A second trainer, while this one is there."""

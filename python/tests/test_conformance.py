@@ -42,7 +42,7 @@ class Pole(gymnasium.Wrapper):
         return observation, *rest, info | {"height": float(np.cos(observation[2]))}
 
 
-PARAMETERS = [Parameter("length", 0.5, 0.1, 4.0, "of the pole, m"), Parameter("colour", 3.0)]
+PARAMETERS = [Parameter("length", 0.5, 0.1, 4.0, "of the pole, m"), Parameter("colour", 3.0), Parameter("wind", 0.0, -1.0, 1.0)]
 CASES = pathlib.Path(__file__).parents[2] / "spec/conformance/protocol2"
 FRAMES, CONVERSATIONS, RESULTS = (json.loads((CASES / name).read_text()) for name in ("frames.json", "server.json", "results.json"))
 
@@ -266,19 +266,17 @@ def test_engines_that_the_page_allows_hold_every_case(engine, monkeypatch):
 
 def takes_no_seeds(monkeypatch):
     """And says so behind all else that may be wrong of a RESET (R18)."""
-    reset, forget = Batch.reset, Batch._forget
+    reset = Batch.reset
 
     def judged(batch, payload):
-        batch.seeded = len(payload) > 0 and payload[0] & wire.WITH_SEEDS != 0
-        reset(batch, payload)
+        with monkeypatch.context() as patch:
+            if len(payload) > 0 and payload[0] & wire.WITH_SEEDS:
+                patch.setattr(batch, "_forget", refuse)  # which is asked once all has been judged
+            reset(batch, payload)
 
-    def refuse(batch, every):
-        if batch.seeded:
-            batch.seeded = False
-            raise Refused("UNSUPPORTED", "no seeds here")
-        forget(batch, every)
+    def refuse(every):
+        raise Refused("UNSUPPORTED", "no seeds here")
     monkeypatch.setattr(Batch, "reset", judged)
-    monkeypatch.setattr(Batch, "_forget", refuse)
 
 
 @needs_program

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <vector>
 
 namespace consac::cli {
@@ -36,6 +37,7 @@ TEST(ConformancePayloads, TheWrongActionIsOfSomebodyWhoTakesPartAndCanBeSo) {
   const std::string apart = ResultOf(blocks, {false, true}, {true, true});
   EXPECT_EQ(payloads.WorldAtFault("illegal", apart, "discrete"), 1) << "the first picker that takes part";
   EXPECT_EQ(payloads.WorldAtFault("illegal", apart, "box"), 0);
+  EXPECT_EQ(payloads.WorldAtFault("illegal of the last", apart, "box"), 1);
   EXPECT_EQ(payloads.WorldAtFault("NaN", apart, ""), 0)
       << "of the first that has floats, not of the first that takes part";
   const std::string step = payloads.Of("NaN", apart);
@@ -47,6 +49,26 @@ TEST(ConformancePayloads, TheWrongActionIsOfSomebodyWhoTakesPartAndCanBeSo) {
   EXPECT_EQ(payloads.WorldAtFault("illegal", alone, "discrete"), -1) << "no picker takes part: not offered";
   EXPECT_EQ(payloads.WorldAtFault("infinity", alone, ""), 1);
   EXPECT_EQ(payloads.WorldAtFault("illegal", alone, ""), 1);
+}
+
+TEST(ConformancePayloads, OneValueIsBeyondItsBoundAndAllOthersAreWithin) {
+  const ParameterSpec bounded{"speed", 1.0, 0.0, 10.0}, free{"colour", 3.0};
+  const std::vector<ParameterSpec> parameters = {bounded, bounded, free};
+  const auto wrong = [&](std::string_view how) {
+    const std::string block = SettingBlock(parameters, kWorlds, how);
+    std::string places;
+    for (std::size_t i = 0; i < kWorlds * parameters.size(); ++i) {
+      double value = 0.0;
+      std::memcpy(&value, block.data() + i * sizeof(value), sizeof(value));
+      places += CheckValue(parameters[i % parameters.size()], value).ok() ? '.' : '!';
+    }
+    return places;
+  };
+  EXPECT_EQ(wrong("too high"), "...!!.");
+  EXPECT_EQ(wrong("too high in the first"), "!!....");
+  EXPECT_EQ(wrong("too high by the last"), "....!.");
+  EXPECT_EQ(wrong("too low by the last"), "....!.");
+  EXPECT_FALSE(CanBeSet(std::span(&free, 1), "too low by the last"));
 }
 
 TEST(ConformancePayloads, TheLastOfSeveralBehavioursWithGoalsIsAskedFor) {
