@@ -17,7 +17,7 @@ _Static_assert(sizeof(void*) != 8 || sizeof(consac_acting) == 64, "consac_acting
 _Static_assert(sizeof(void*) != 8 || sizeof(consac_box) == 64, "consac_box");
 _Static_assert(sizeof(void*) != 8 || sizeof(consac_goals) == 40, "consac_goals");
 _Static_assert(sizeof(void*) != 8 || sizeof(consac_serving) == 72, "consac_serving");
-_Static_assert(sizeof(void*) != 8 || sizeof(consac_training) == 64, "consac_training");
+_Static_assert(sizeof(void*) != 8 || sizeof(consac_training) == 72, "consac_training");
 _Static_assert(sizeof(void*) != 8 || sizeof(consac_playing) == 24, "consac_playing");
 _Static_assert(sizeof(void*) != 8 || sizeof(consac_progress) == 96, "consac_progress");
 

@@ -94,7 +94,7 @@ TEST(RateMeter, ForgetsWhatIsLongAgo) {
   EXPECT_NEAR(meter.Rate(now, steps), 10.0, 1e-9);
 }
 
-std::string Printed(std::FILE* stream) {
+std::string TextPrinted(std::FILE* stream) {
   std::string text(static_cast<std::size_t>(std::ftell(stream)), '\0');
   std::rewind(stream);
   text.resize(std::fread(text.data(), 1, text.size(), stream));
@@ -111,7 +111,7 @@ TEST(Console, PrintingMovesTheBarDown) {
   console.Bar(" 20%");
   console.EndBar();
   console.Print("after\n");
-  EXPECT_EQ(Printed(stream), "\r\x1b[K 10%\r\x1b[Ka line\n 10%\r\x1b[K 20%\nafter\n");
+  EXPECT_EQ(TextPrinted(stream), "\r\x1b[K 10%\r\x1b[Ka line\n 10%\r\x1b[K 20%\nafter\n");
   std::fclose(stream);
 }
 
@@ -127,17 +127,17 @@ TEST(Console, WhatIsHeldComesWithWhatIsSaidLaterOrNotAtAll) {
     brief.Bar("50%");
     brief.Line("ends");
   }
-  EXPECT_EQ(Printed(stream), "");
+  EXPECT_EQ(TextPrinted(stream), "");
   Console console(options);
   console.Line("begins");
   clock.now += 1.0;
-  EXPECT_EQ(Printed(stream), "");
+  EXPECT_EQ(TextPrinted(stream), "");
   console.Line("goes on");
-  EXPECT_EQ(Printed(stream), "begins\ngoes on\n");
+  EXPECT_EQ(TextPrinted(stream), "begins\ngoes on\n");
   Console alarmed(options);
   alarmed.Line("begins");
   alarmed.Alarm("the disk is full");
-  EXPECT_EQ(Printed(stream), "begins\ngoes on\nbegins\nerror: the disk is full\n");
+  EXPECT_EQ(TextPrinted(stream), "begins\ngoes on\nbegins\nerror: the disk is full\n");
   std::fclose(stream);
 }
 
@@ -146,7 +146,7 @@ TEST(Console, AnAlarmIsRedUnlessColourIsUnwanted) {
     std::FILE* stream = std::tmpfile();
     ASSERT_NE(stream, nullptr);
     Console({stream, true, colour, 80}).Alarm("the disk is full");
-    EXPECT_EQ(Printed(stream), colour ? "\x1b[1;31merror: the disk is full\x1b[0m\n" : "error: the disk is full\n");
+    EXPECT_EQ(TextPrinted(stream), colour ? "\x1b[1;31merror: the disk is full\x1b[0m\n" : "error: the disk is full\n");
     std::fclose(stream);
   }
 }
