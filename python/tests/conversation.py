@@ -272,7 +272,7 @@ class Conversation:
             if wanted not in what:
                 continue
             kept = self.kept[what[wanted]]
-            goes_on = [env for env in compared if not self.ends(payload, env) and not self.ends(kept, env) and (wanted != "goes_on_as" or not self.begins(kept, env))]
+            goes_on = [env for env in compared if not self.ends(payload, env) and not self.ends(kept, env) and (wanted != "goes_on_as" or self.autoreset != "same_step" or not self.begins(kept, env))]
             assert wanted != "goes_on_as" or goes_on, "no environment goes on"
             for env in goes_on:
                 assert self.of(payload, env) == self.of(kept, env), (what, env)
