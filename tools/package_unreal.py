@@ -53,7 +53,7 @@ def plugin_files(root: pathlib.Path) -> dict[str, bytes]:
 
 
 def documents(root: pathlib.Path) -> dict[str, bytes]:
-    paths = [root / name for name in DOCUMENTS] + sorted((root / "docs/images").glob("unreal-*.svg"))
+    paths = [root / name for name in DOCUMENTS] + sorted((root / "docs/images").glob("*.svg"))
     return {"Docs/" + path.relative_to(root / "docs").as_posix(): path.read_bytes() for path in paths}
 
 
