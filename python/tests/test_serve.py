@@ -208,6 +208,35 @@ def test_several_agents():
         assert [b["states"] for b in step().behaviours] == [[16] * 4, [16] * 2]
 
 
+class Joined(Agents):
+    """The last agent comes with the second step, and is paid for its coming, which no protocol knows."""
+
+    def reset(self, seed=None, options=None):
+        seen, infos = super().reset(seed, options)
+        self.agents.remove("blue_0")
+        return {agent: seen[agent] for agent in self.agents}, infos
+
+    def step(self, actions):
+        answer = super().step(actions)
+        if self.time == 2:
+            self.agents.append("blue_0")
+            answer[0]["blue_0"], answer[1]["blue_0"] = np.full(2, 2, np.float32), 7.0
+        return answer
+
+
+def test_an_agent_that_comes_in_mid_episode_begins_unpaid():
+    with Server(Joined) as server:
+        client = Raw(server)
+        actions = pad(pad(pad(bytes(8) + b"\1") + bytes(4 * 2)) + bytes(4))
+        assert client.reset().behaviours[1]["states"] == [0]
+        step = lambda: Result(client, client.ask(STEP, actions)).behaviours[1]
+        assert step()["states"] == [0]
+        coming = step()
+        assert (coming["states"], coming["rewards"]) == ([8 | 16], [0.0])
+        going_on = step()
+        assert (going_on["states"], going_on["rewards"]) == ([16], [3.0])
+
+
 # ---- states
 
 def test_wrong_states(counters):

@@ -58,9 +58,11 @@ class AgentBatch(Batch):
         ended_now, seen, going_on, prefixed = [], [], False, len(self.parts) > 1
         for agent in self.place:
             rows, slot, number = self._slot(env, agent)
-            took_part = agent in actions or agent in observations and agent not in self.ended[env]
+            terminated, truncated = terminations.get(agent, False), truncations.get(agent, False)
+            comes = agent in observations and agent not in actions and agent not in self.ended[env] and not (terminated or truncated)
+            took_part = agent in actions or comes
             rows.states[slot] = 0
-            reward = rewards.get(agent, 0) if took_part else 0
+            reward = rewards.get(agent, 0) if agent in actions else 0  # who comes has done nothing yet
             if reward is None:  # numpy would take it for NaN
                 raise TypeError(f"the reward of {agent} is None, which is no number")
             rows.rewards[slot] = reward
@@ -70,14 +72,13 @@ class AgentBatch(Batch):
                 self._note(infos.get(agent) or {}, f"{rows.behaviour.name}/" * prefixed)
             if agent in observations:
                 self._show(rows, slot, number, observations[agent], infos.get(agent) or {}, seen)
-            terminated, truncated = terminations.get(agent, False), truncations.get(agent, False)
             gone = agent not in observations and not (terminated or truncated)
             if terminated or truncated or gone:
                 rows.states[slot] = (TERMINATED if terminated or gone else 0) | (TRUNCATED if truncated else 0)
                 self.ended[env].add(agent)
                 ended_now.append((rows, slot, number))
             else:
-                rows.states[slot] = ACTIVE
+                rows.states[slot] = FIRST | ACTIVE if comes else ACTIVE
                 going_on = True
         if self.autoreset != "same_step":
             self.infos += seen
