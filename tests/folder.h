@@ -6,6 +6,8 @@
 #include <sys/resource.h>
 #endif
 
+#include <unistd.h>
+
 #include <csignal>
 #include <filesystem>
 #include <string>
@@ -17,7 +19,8 @@ class TestFolder {
  public:
   TestFolder() {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = ::testing::TempDir() + "consac_" + info->test_suite_name() + "_" + info->name();
+    path_ = ::testing::TempDir() + "consac_" + std::to_string(::getpid()) + "_" + info->test_suite_name() + "_" +
+            info->name();
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }

@@ -46,6 +46,13 @@ def test_consac_train_draws_them_and_logs_what_is_noted(godot, tmp_path):
     assert {float(row["game/metres"]) for row in rows if row["game/metres"]} == {2.5}, rows
 
 
+def test_a_training_inside_that_writes_no_log_leaves_nothing_in_the_project(godot):
+    finished(start(godot, "weather", *TRAIN, "steps=128", "set=n_steps:64"))
+    assert not (godot.project / ".gdignore").exists()
+    _, output = start(godot, "weather", *TRAIN, "steps=128", "set=n_steps:64", "log=res://").finish()
+    assert "log_folder res:// is the project itself; name a folder below it" in output and not (godot.project / ".gdignore").exists(), output
+
+
 @pytest.mark.parametrize("meanwhile", ["0", "1"])
 def test_a_training_inside_draws_them_and_logs_what_is_noted(godot, tmp_path, meanwhile):
     logs = {"0": (f"{tmp_path}/logs", tmp_path / "logs"), "1": ("res://logs", godot.project / "logs")}[meanwhile]

@@ -42,6 +42,7 @@ def test_what_a_program_asks_for_is_read_from_it():
 def test_a_zip_that_carries_another_program_fails(tmp_path):
     path = packed(tmp_path / "x.zip", {"Consac/Programs/Linux/consac": b"one", "Consac/Programs/Win64/consac.exe": b"two", "Consac/consac.txt": b"none"})
     assert addon_trial.carried(path, {"a.tar.gz": b"one", "b.zip": b"two"}) == "2, those of the archives above"
+    assert addon_trial.carried(packed(tmp_path / "empty.zip", {"Consac/file": b""}), {}) == "FAILED: none inside"
     assert addon_trial.carried(path, {"a.tar.gz": b"one"}) == "FAILED: of no archive here: Consac/Programs/Win64/consac.exe"
 
 
@@ -49,6 +50,8 @@ def test_a_zip_that_is_not_as_its_manifest_says_fails(tmp_path):
     row = f"{hashlib.sha256(b'text').hexdigest()}  file\n"
     assert addon_trial.unreal(packed(tmp_path / "x.zip", {"Consac/file": b"text", "Consac/MANIFEST.sha256": row})) == "1 files as its manifest says"
     assert addon_trial.unreal(packed(tmp_path / "y.zip", {"Consac/file": b"other", "Consac/MANIFEST.sha256": row})).startswith("FAILED: not as its manifest says: ['file']")
+    more = packed(tmp_path / "z.zip", {"Consac/file": b"text", "Consac/more": b"", "Consac/MANIFEST.sha256": row})
+    assert addon_trial.unreal(more) == "FAILED: not as its manifest says: ['more']"
 
 
 def test_a_wheel_that_carries_another_library_fails(tmp_path):

@@ -31,6 +31,8 @@ def carried(archive: pathlib.Path, programs: dict[str, bytes]) -> str:
     """How many of the programs inside are those of the archives, which have been tried on their own."""
     with zipfile.ZipFile(archive) as opened:
         inside = {name: opened.read(name) for name in opened.namelist() if re.search(r"/consac(\.exe)?$", name)}
+    if not inside:
+        return "FAILED: none inside"
     odd = [name for name, text in inside.items() if text not in programs.values()]
     return f"FAILED: of no archive here: {', '.join(odd)}" if odd else f"{len(inside)}, those of the archives above"
 
@@ -39,7 +41,9 @@ def unreal(archive: pathlib.Path) -> str:
     """Its own manifest: the only thing that can be looked at where there is no engine."""
     with zipfile.ZipFile(archive) as opened:
         rows = [line.split("  ", 1) for line in opened.read("Consac/MANIFEST.sha256").decode().splitlines()]
-        wrong = [name for digest, name in rows if hashlib.sha256(opened.read(f"Consac/{name}")).hexdigest() != digest]
+        inside = {name.removeprefix("Consac/") for name in opened.namelist()} - {"MANIFEST.sha256"}
+        wrong = sorted(inside ^ {name for _, name in rows})
+        wrong += [name for digest, name in rows if name in inside and hashlib.sha256(opened.read(f"Consac/{name}")).hexdigest() != digest]
     return f"FAILED: not as its manifest says: {wrong}" if wrong else f"{len(rows)} files as its manifest says"
 
 

@@ -101,6 +101,7 @@ class TrainingDriver final : public Driver {
     else if (std::exchange(unrecorded_, false))
       PassOverStep();
     if (phase_ == Phase::kLearning && thread_.Done(Waits() ? wait_s : 0.0)) CONSAC_RETURN_IF_ERROR(EndLearning());
+    if (log_ != nullptr) log_->Write();  // no learner waits for a disk: nobody's are held here
     if (phase_ == Phase::kLearning && Waits()) return Status::Ok();
     if (phase_ == Phase::kFinished) EndChoosing();
     AskForStep();
@@ -364,6 +365,8 @@ class TrainingDriver final : public Driver {
       }
     }
     unrecorded_ = phase_ != Phase::kRecord;
+    if (phase_ == Phase::kFinished) log_.reset();
+    if (log_ != nullptr) log_->Note(turn_.TakeNoted());  // while a model learned, too
     turn_.Step();
   }
 

@@ -41,6 +41,21 @@ Result<std::unique_ptr<TrainingLog>> TrainingLog::Open(const std::string& folder
   return log;
 }
 
+// What ended behind the last report is in the events alone.
+TrainingLog::~TrainingLog() {
+  if (events_ == nullptr) return;
+  Write();
+  events_->Flush();
+  SayFailure();
+}
+
+void TrainingLog::Note(std::span<const Statistic> noted) {
+  const std::string left_out = game_.Add(noted);
+  if (left_out.empty() || std::exchange(said_names_, true)) return;
+  Log(LogLevel::kWarning, "the game notes more than " + std::to_string(learn::GameStatistics::kMostNames) +
+                              " names; '" + left_out + "' and others are left out of the log");
+}
+
 void TrainingLog::Add(std::size_t b, const Batch& outcome, std::int64_t steps) {
   Told& told = behaviours_[b];
   for (std::size_t row = 0; row < outcome.slots.size(); ++row) {
@@ -69,6 +84,11 @@ void TrainingLog::Report(std::span<const learn::UpdateReport> updates, std::int6
   for (const learn::Cell& cell : game_.row()) events_->Scalar(now, steps, cell.key, cell.value);
   row_.insert(row_.end(), game_.row().begin(), game_.row().end());
   learn::SortByKey(&row_);
+  reported_ = true;
+}
+
+void TrainingLog::Write() {
+  if (!std::exchange(reported_, false)) return;
   csv_->Append(row_);
   events_->Flush();
   SayFailure();

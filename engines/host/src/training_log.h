@@ -25,12 +25,17 @@ class TrainingLog {
   static Result<std::unique_ptr<TrainingLog>> Open(const std::string& folder, std::string algorithm,
                                                    learn::LogStyle style, const EnvSpec& spec);
 
+  ~TrainingLog();
+  TrainingLog(const TrainingLog&) = delete;
+  TrainingLog& operator=(const TrainingLog&) = delete;
   /// What the game has noted: the mean since the report before stands in each as "game/NAME".
-  void Note(std::span<const Statistic> noted) { (void)game_.Add(noted); }
+  void Note(std::span<const Statistic> noted);
   /// What came of a step of agents of behaviour `b`, `steps` steps of single agents into the training.
   void Add(std::size_t b, const Batch& outcome, std::int64_t steps);
-  /// Learners have reported, each behaviour's at most once.
+  /// Learners have reported, each behaviour's at most once. Write() comes before the next report.
   void Report(std::span<const learn::UpdateReport> updates, std::int64_t steps);
+  /// Puts what was reported into the files, if anything was.
+  void Write();
 
  private:
   /// What is told of one behaviour.
@@ -50,7 +55,7 @@ class TrainingLog {
   std::unique_ptr<learn::ProgressCsv> csv_;
   std::unique_ptr<learn::EventWriter> events_;
   learn::Row row_;  // as it is written
-  bool said_ = false;
+  bool reported_ = false, said_ = false, said_names_ = false;
 };
 
 }  // namespace consac::host

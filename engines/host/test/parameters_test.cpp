@@ -168,5 +168,21 @@ TEST(NotesInside, StandInTheLogOfATrainingToo) {
   }
 }
 
+TEST(NotesInside, OfATimeWithoutStepsStandInTheLogToo) {
+  const testing::TestFolder folder;
+  WindyEngine engine;
+  TrainOptions options = WindyTraining("");
+  options.log_folder = folder.path();
+  const auto driver = *Train(engine.world(), options);
+  for (int tick = 0; tick < 10'000'000 && !driver->finished(); ++tick) {
+    if (engine.world().cue() != Cue::kAct) {  // the world begins, or a model learns
+      ASSERT_TRUE(engine.world().Note("waited", 2.0).ok());
+    }
+    engine.Tick(*driver);
+  }
+  ASSERT_TRUE(driver->finished());
+  EXPECT_THAT(testing::TextOf(folder.File("PPO2_1/progress.csv")), HasSubstr("game/waited"));
+}
+
 }  // namespace
 }  // namespace consac::host

@@ -5,6 +5,7 @@
 #include <map>
 #include <sstream>
 
+#include "consac/base/hooks.h"
 #include "engines/host/test/ticked_engine.h"
 #include "tests/files.h"
 #include "tests/folder.h"
@@ -73,7 +74,7 @@ TEST(TrainingLog, HasARowForEachUpdate) {
     const std::vector<std::string> steps = {"128", "256", "384", "512", "640"};
     EXPECT_EQ(columns["total_timesteps"], steps) << "two agents, 64 steps each";
     EXPECT_EQ(columns["n_updates"], (std::vector<std::string>{"1", "2", "3", "4", "5"}));
-    EXPECT_EQ(columns["serial_timesteps"].back(), "320");
+    EXPECT_EQ(columns["serial_timesteps"], (std::vector<std::string>{"64", "128", "192", "256", "320"}));
     EXPECT_EQ(columns["policy_entropy"].size(), 5u);
     EXPECT_THAT(EventsIn(folder.File("logs/PPO2_1")), HasSubstr("loss/policy_gradient_loss"));
   }
@@ -131,6 +132,28 @@ TEST(TrainingLog, IsWrittenWhereItIsAskedForAlone) {
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.status().message(), HasSubstr(folder.File("logs/PPO2_1")));
 }
+
+#if !defined(_WIN32)
+TEST(TrainingLog, ThatCannotBeWrittenIsOneWarningAndTheTrainingGoesOn) {
+  const TestFolder folder;
+  static int warnings;
+  warnings = 0;
+  Hooks hooks;
+  hooks.log = [](void*, LogLevel, std::string_view line) {
+    if (line.find("the training goes on, but this log has a gap") != std::string_view::npos) ++warnings;
+  };
+  SetHooks(hooks);
+  TickedEngine engine("road-v0", 2, 1);
+  const auto driver = *Train(engine.world(), Logged(folder));
+  {
+    const consac::testing::FileSizeLimit limit(100);
+    for (int tick = 0; tick < 1'000'000 && !driver->finished(); ++tick) EXPECT_TRUE(engine.Tick(*driver, 0.01).ok());
+  }
+  SetHooks({});
+  EXPECT_TRUE(driver->finished());
+  EXPECT_EQ(warnings, 1);
+}
+#endif
 
 }  // namespace
 }  // namespace consac::host

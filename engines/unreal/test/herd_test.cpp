@@ -73,6 +73,23 @@ class HerdTest : public ::testing::Test {
     ASSERT_TRUE(status.ok()) << status.message();
   }
 
+  /// Of two, one ends its episode and takes the other one away in the event in which its next begins.
+  void DestroyWhereAnotherBegins(std::size_t gone, std::size_t begins) {
+    Add().value = 5.0f;
+    Add().value = 5.0f;
+    Gather(0);
+    Ask();
+    Settle();
+    Ask();
+    seers_[gone]->value = 6.0f;
+    seers_[begins]->agent->OnEpisodeBegin.ShimBind(
+        nullptr, [&](UConsacAgentComponent*, int64) { Shim::Destroy(*seers_[gone]->actor); });
+    seers_[begins]->agent->EndEpisode(EConsacEpisodeEnd::Terminated);
+    Settle();
+    EXPECT_EQ(batch().truncated[gone], 1);
+    EXPECT_EQ(Final(static_cast<int>(gone)), 6.0f);
+  }
+
   host::TickWorld& world() { return herd_.World(); }
   Batch& batch() { return buffer_->batch(); }
   static float At(const std::byte* rows, int place) {
@@ -106,6 +123,14 @@ TEST_F(HerdTest, NobodysLastObservationShowsAnotherOneAtItsNewStart) {
   // And nobody's first observation shows another one at its end.
   EXPECT_EQ(Next(0), kStart);
   EXPECT_EQ(Next(1), kStart);
+}
+
+TEST_F(HerdTest, WhoIsDestroyedWhereOneOfAHigherPlaceBeginsEndsWithWhatItSawInThisStep) {
+  DestroyWhereAnotherBegins(0, 1);
+}
+
+TEST_F(HerdTest, WhoIsDestroyedWhereOneOfALowerPlaceBeginsEndsWithWhatItSawInThisStep) {
+  DestroyWhereAnotherBegins(1, 0);
 }
 
 TEST_F(HerdTest, WhoeverLeavesEndsItsEpisodeAndANewcomerBeginsItsOwn) {

@@ -304,7 +304,10 @@ func _check_paths() -> String:
 ## A CSV file below res:// would become a translation: the editor passes over a folder with a .gdignore.
 func _hide_logs() -> String:
 	var folder := _sync.log_folder
-	if not ProjectSettings.localize_path(folder).begins_with("res://"):
+	var place := "" if folder.is_empty() else ProjectSettings.localize_path(folder).simplify_path()
+	if place == "res://":
+		return "log_folder %s is the project itself; name a folder below it, or one below user://" % folder
+	if not place.begins_with("res://"):
 		return ""
 	DirAccess.make_dir_recursive_absolute(ProjectSettings.globalize_path(folder))
 	var marked := FileAccess.open(folder.path_join(".gdignore"), FileAccess.WRITE)

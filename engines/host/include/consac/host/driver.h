@@ -85,7 +85,8 @@ struct TrainOptions {
   std::string environment_parameters;
   std::vector<std::vector<std::byte>> start_from;  ///< a model file's bytes for each behaviour; none: from nothing
   /// Where progress.csv and TensorBoard's events are written, with the keys of a run of the program (docs/logs.md), in
-  /// a folder of their own below this one: PPO2_1, or the next number that is free. "": nothing is written.
+  /// a folder of their own below this one: PPO2_1, or the next number that is free. Poll() writes them, a row for each
+  /// update. "": nothing is written.
   std::string log_folder;
 };
 /// Learns on a thread of its own; after total_steps the agents go on by what was learned. The error names the

@@ -262,7 +262,13 @@ void FConsacHerd::Leave(UConsacAgentComponent& Agent)
 {
 	if (Knows(Agent))
 	{
-		Places[static_cast<std::size_t>(Agent.Place)].Agent = nullptr;
+		FPlace& Taken = Places[static_cast<std::size_t>(Agent.Place)];
+		Taken.Agent = nullptr;
+		if (bJudged)
+		{
+			// What it saw in this step ends its episode, also where that has not been offered yet.
+			std::memcpy(TheWorld->Observation(Agent.Place), Taken.Row.data(), Taken.Row.size());
+		}
 		TheWorld->Leave(Agent.Place);
 	}
 	Agent.Herd = nullptr;
