@@ -13,6 +13,7 @@ import consac
 import consac.client
 from consac import wire
 from consac.errors import ConsacError, EngineError, ProtocolError
+from consac.extras import Parameter
 from consac.goals import compute_reward
 from consac.serve import Server
 from conversation import Conversation
@@ -65,6 +66,21 @@ class Counted(Reach):
 
     def compute_reward(self, achieved_goal, desired_goal, info):
         return -np.abs(np.subtract(achieved_goal, desired_goal, dtype=np.float64))
+
+
+class Paced(Counted):
+    """The trainer says how far a step goes, which is nothing to what goals are worth."""
+
+    def reset(self, *, seed=None, options=None):
+        self.pace = options["pace"]
+        return super().reset(seed=seed)
+
+    def step(self, action):
+        self.at = int(np.clip(self.at + (self.pace - 1) * (2 * action - 1), -4, 4))
+        return super().step(action)
+
+
+OFFERED = ((Reach, {}), (Counted, {}), (Paced, {"parameters": [Parameter("pace", 1.0, 1.0, 3.0)]}))  # to the cases
 
 
 class Unlike(Reach):
@@ -135,8 +151,8 @@ NEVER = ("RELABEL of a behaviour without goals", "other goals of the last behavi
 @pytest.mark.parametrize("case", GOALS, ids=lambda case: case["name"])
 def test_every_case_is_offered_and_holds(case):
     offered = []
-    for kind in (Reach, Counted):
-        with reaches(kind) as server:
+    for kind, options in OFFERED:
+        with reaches(kind, **options) as server:
             conversation = Conversation(server.port)
             for step in case["steps"]:
                 (name, what), = step.items()
@@ -150,8 +166,8 @@ def test_every_case_is_offered_and_holds(case):
 @needs_program
 def test_the_doctor_finds_nothing_wrong_and_leaves_nothing_out():
     said = ""
-    for kind in (Reach, Counted):
-        with reaches(kind) as server:
+    for kind, options in OFFERED:
+        with reaches(kind, **options) as server:
             done = run([PROGRAM, "doctor", "--conformance", f"tcp://127.0.0.1:{server.port}"])
         assert done.returncode == 0, done.stdout + done.stderr
         said += done.stdout
