@@ -14,27 +14,40 @@
 
 namespace consac::testing {
 
-/// A folder that is gone when the test is.
-class TestFolder {
+/// A folder of its own below the system's temporary one, removed at the end.
+class ScratchFolder {
  public:
-  TestFolder() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = ::testing::TempDir() + "consac_" + std::to_string(::getpid()) + "_" + info->test_suite_name() + "_" +
-            info->name();
+  /// Makes it.
+  explicit ScratchFolder(const std::string& name)
+      : path_((std::filesystem::temp_directory_path() / ("consac_" + name + "_" + std::to_string(::getpid())))
+                  .generic_string()) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
-  ~TestFolder() {
+  ~ScratchFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-  std::string File(const std::string& name) const { return path_ + "/" + name; }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  /// Its path.
   const std::string& path() const { return path_; }
 
  private:
   std::string path_;
+};
+
+/// One that has its test's name.
+class TestFolder : public ScratchFolder {
+ public:
+  TestFolder() : ScratchFolder(NameOfTest()) {}
+  std::string File(const std::string& name) const { return path() + "/" + name; }
+
+ private:
+  static std::string NameOfTest() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    return std::string(info->test_suite_name()) + "_" + info->name();
+  }
 };
 
 #if !defined(_WIN32)  // which knows no such limit

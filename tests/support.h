@@ -1,6 +1,6 @@
 #pragma once
-// What tests across parts share: a served world on a thread, a scratch folder, the road's accuracy, a counter of
-// allocations (tests/allocation_counter.cpp).
+// What tests across parts share: a served world on a thread, a scratch folder (folder.h), the road's accuracy, a
+// counter of allocations (tests/allocation_counter.cpp).
 
 #include <unistd.h>
 
@@ -13,32 +13,13 @@
 
 #include "consac/policy/policy.h"
 #include "consac/server/env_server.h"
+#include "tests/folder.h"
 #include "worlds/registry.h"
 
 namespace consac::testing {
 
 /// For who trains until it ends: nothing stops it.
 inline const std::atomic<bool> kUntilItEnds{false};
-
-/// A folder of its own below the system's temporary one, removed at the end.
-class ScratchFolder {
- public:
-  /// Makes it.
-  explicit ScratchFolder(const std::string& name)
-      : path_((std::filesystem::temp_directory_path() / ("consac_" + name + "_" + std::to_string(::getpid())))
-                  .generic_string()) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~ScratchFolder() { std::filesystem::remove_all(path_); }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  /// Its path.
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 /// Serves a built-in world over TCP loopback on a thread of its own until destroyed.
 class ServedWorld {

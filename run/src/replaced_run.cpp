@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "consac/base/file.h"
 #include "consac/base/hooks.h"
 #include "consac/base/path.h"
 #include "run_files.h"

@@ -10,7 +10,8 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
-from release import addon_trial, asks, godot, wheel_trial  # noqa: E402
+from release import addon_trial, asks, godot, trial, wheel_trial  # noqa: E402
+from release.running import Failed  # noqa: E402
 
 LIBRARY = b"/usr/lib/libSystem.B.dylib\0\0\0\0\0\0"
 
@@ -35,7 +36,7 @@ def test_what_a_program_asks_for_is_read_from_it():
     assert asks.of(macho(True)) == "/usr/lib/libSystem.B.dylib (macOS 11.0, signed by the linker)"
     both = godot.universal({"macos-arm64": macho(True), "macos-x86_64": macho(False)})
     assert asks.of(both) == "/usr/lib/libSystem.B.dylib (macOS 11.0, signed by the linker); /usr/lib/libSystem.B.dylib (macOS 11.0, no signature)"
-    with pytest.raises(ValueError, match="no program of a known system"):
+    with pytest.raises(Failed, match="no program of a known system"):
         asks.of(b"#!/bin/sh")
 
 
@@ -50,8 +51,17 @@ def test_a_zip_that_is_not_as_its_manifest_says_fails(tmp_path):
     row = f"{hashlib.sha256(b'text').hexdigest()}  file\n"
     assert addon_trial.unreal(packed(tmp_path / "x.zip", {"Consac/file": b"text", "Consac/MANIFEST.sha256": row})) == "1 files as its manifest says"
     assert addon_trial.unreal(packed(tmp_path / "y.zip", {"Consac/file": b"other", "Consac/MANIFEST.sha256": row})).startswith("FAILED: not as its manifest says: ['file']")
+    assert addon_trial.unreal(packed(tmp_path / "w.zip", {"Consac/file": b"text"})) == "FAILED: it has no manifest"
     more = packed(tmp_path / "z.zip", {"Consac/file": b"text", "Consac/more": b"", "Consac/MANIFEST.sha256": row})
     assert addon_trial.unreal(more) == "FAILED: not as its manifest says: ['more']"
+
+
+def test_an_archive_without_its_program_ends_no_trial(tmp_path, capsys):
+    packed(tmp_path / "consac-1-windows-x86_64.zip", {"consac-1/consac.exe": b"one"})
+    packed(tmp_path / "consac-2-windows-x86_64.zip", {"consac-2/README": b""})
+    assert trial.programs_of(tmp_path, tmp_path / "scratch") == {"consac-1-windows-x86_64.zip": b"one"}
+    assert "consac-2-windows-x86_64.zip | FAILED: there is no program inside" in capsys.readouterr().out
+    assert "| x | 0.00 | FAILED: no program of a known system" in trial.asked({"x": b"#!/bin/sh"})
 
 
 def test_a_wheel_that_carries_another_library_fails(tmp_path):

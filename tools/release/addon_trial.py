@@ -40,6 +40,8 @@ def carried(archive: pathlib.Path, programs: dict[str, bytes]) -> str:
 def unreal(archive: pathlib.Path) -> str:
     """Its own manifest: the only thing that can be looked at where there is no engine."""
     with zipfile.ZipFile(archive) as opened:
+        if "Consac/MANIFEST.sha256" not in opened.namelist():
+            return "FAILED: it has no manifest"
         rows = [line.split("  ", 1) for line in opened.read("Consac/MANIFEST.sha256").decode().splitlines()]
         inside = {name.removeprefix("Consac/") for name in opened.namelist()} - {"MANIFEST.sha256"}
         wrong = sorted(inside ^ {name for _, name in rows})

@@ -5,13 +5,15 @@ import struct
 import subprocess
 import tempfile
 
+from .running import Failed
+
 # Mach-O's load commands that say so.
 DYLIB, WEAK_DYLIB, SIGNATURE, OLDEST, BUILT_FOR = 0xC, 0x80000018, 0x1D, 0x24, 0x32
 MACHO, UNIVERSAL = b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe"
 
 
 def of(text: bytes) -> str:
-    """One phrase. ValueError where it is the file of no system that is known here."""
+    """One phrase. Failed where it is the file of no system that is known here."""
     if text[:4] == UNIVERSAL:
         count, = struct.unpack_from(">I", text, 4)
         slices = [struct.unpack_from(">5I", text, 8 + 20 * i) for i in range(count)]
@@ -25,7 +27,7 @@ def of(text: bytes) -> str:
         return (", ".join(asked) + (f" (glibc {'.'.join(map(str, glibc))})" if glibc else "")) or "nothing"
     if text[:2] == b"MZ":
         return ", ".join(sorted(set(re.findall(r"DLL Name: (\S+)", _told(text, "objdump", "-p"))), key=str.lower)) or "nothing"
-    raise ValueError(f"no program of a known system: it begins with {text[:4]!r}")
+    raise Failed(f"no program of a known system: it begins with {text[:4]!r}")
 
 
 def _macho(text: bytes) -> str:

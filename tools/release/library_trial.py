@@ -4,7 +4,7 @@ import pathlib
 import re
 import shutil
 
-from .running import Failed, run, the, unpack
+from .running import Failed, first, run, the, unpack
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 EMULATOR = "/usr/bin/qemu-aarch64-static"
@@ -22,7 +22,7 @@ def built(archive: pathlib.Path, into: pathlib.Path, compiler: str, ending: str 
     """The examples, and beside them the library that they load, in one folder."""
     package, folder = unpack(archive, into), into / "run"
     folder.mkdir()
-    library = next(path for path in (package / "lib").iterdir() if path.name.startswith(("libconsac.so", "consac.dll")))
+    library = first((path for path in package.glob("lib/*") if path.name.startswith(("libconsac.so", "consac.dll"))), "library")
     shutil.copy(library, folder)
     linked = next(package.glob("lib/*.dll.a"), library)
     for name in ("learn", "act"):

@@ -22,6 +22,13 @@ def run(command: list[str], folder: pathlib.Path, limit: float = 900) -> str:
     return done.stdout
 
 
+def first(found, what: str):
+    """The first that is found, whose absence is a failure of what is tried, not of the trial."""
+    for each in found:
+        return each
+    raise Failed(f"there is no {what} inside")
+
+
 def unpack(archive: pathlib.Path, into: pathlib.Path) -> pathlib.Path:
     """The folder that an archive holds, unpacked into another."""
     if archive.suffix == ".zip":
@@ -30,7 +37,7 @@ def unpack(archive: pathlib.Path, into: pathlib.Path) -> pathlib.Path:
     else:
         with tarfile.open(archive) as opened:
             opened.extractall(into)
-    return next(path for path in into.iterdir() if path.name.startswith("consac-"))
+    return first((path for path in into.iterdir() if path.name.startswith("consac-")), "folder consac-...")
 
 
 def the(dist: pathlib.Path, pattern: str) -> pathlib.Path:

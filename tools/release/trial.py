@@ -14,12 +14,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from release import addon_trial, asks, library_trial, wheel_trial  # noqa: E402
-from release.running import Failed, run, the, unpack  # noqa: E402
+from release.running import Failed, first, run, the, unpack  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUIET = ["--no-table", "--no-progress", "--no-tensorboard", "--json"]
@@ -154,24 +154,38 @@ def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
     return [name, "beside consac, this machine", told, "", *[""] * len(TRAININGS)]
 
 
+def inside(archives: list[pathlib.Path], scratch: pathlib.Path, pick: Callable[[pathlib.Path], Iterable[pathlib.Path]], what: str) -> dict[str, bytes]:
+    """The archives, and of each the file that is picked from its folder. One without it has a row that says so already."""
+    found = {}
+    for archive in sorted(archives):
+        try:
+            found[archive.name] = first(pick(unpack(archive, scratch / archive.name)), what).read_bytes()
+        except Failed as error:
+            print(f"release_check: {archive.name} | FAILED: {error}", flush=True)
+    return found
+
+
 def programs_of(dist: pathlib.Path, scratch: pathlib.Path) -> dict[str, bytes]:
     """The archives of programs, and each one's program."""
-    found = {}
-    for archive in sorted((*dist.glob("consac-[0-9]*-linux-*.tar.gz"), *dist.glob("consac-[0-9]*-macos-*.tar.gz"), *dist.glob("consac-[0-9]*-windows-*.zip"))):
-        folder = unpack(archive, scratch / archive.name)
-        found[archive.name] = next(path for path in folder.iterdir() if path.stem == "consac").read_bytes()
-    return found
+    archives = [*dist.glob("consac-[0-9]*-linux-*.tar.gz"), *dist.glob("consac-[0-9]*-macos-*.tar.gz"), *dist.glob("consac-[0-9]*-windows-*.zip")]
+    return inside(archives, scratch, lambda folder: (path for path in folder.iterdir() if path.stem == "consac"), "program")
 
 
 def libraries_of(dist: pathlib.Path, scratch: pathlib.Path) -> dict[str, bytes]:
     """The archives of the library of consac.h, and each one's library."""
-    return {archive.name: next(path for path in unpack(archive, scratch / archive.name).glob("lib/*") if path.suffix != ".a").read_bytes()
-            for archive in sorted((*dist.glob("consac-c-*.tar.gz"), *dist.glob("consac-c-*.zip")))}
+    archives = [*dist.glob("consac-c-*.tar.gz"), *dist.glob("consac-c-*.zip")]
+    return inside(archives, scratch, lambda folder: (path for path in folder.glob("lib/*") if path.is_file() and path.suffix != ".a"), "library")
 
 
 def asked(files: dict[str, bytes]) -> str:
     """What each loads from its system, read from the file; all that can be said of what is not run here."""
-    rows = "".join(f"| {name} | {len(text) / 1e6:.2f} | {asks.of(text)} |\n" for name, text in files.items())
+    def loads(text: bytes) -> str:
+        try:
+            return asks.of(text)
+        except Failed as error:
+            return f"FAILED: {error}"
+
+    rows = "".join(f"| {name} | {len(text) / 1e6:.2f} | {loads(text)} |\n" for name, text in files.items())
     return f"\n## What they ask of a system\n\n| the program or library in | MB unpacked | loads |\n|---|---|---|\n{rows}"
 
 

@@ -37,14 +37,6 @@ Status WriteError(const char* action, const std::string& path, int error) {
   return status.code() == StatusCode::kNotFound ? Status(StatusCode::kDataLoss, status.message()) : status;
 }
 
-int ProcessId() {
-#if defined(_WIN32)
-  return _getpid();
-#else
-  return static_cast<int>(getpid());
-#endif
-}
-
 std::FILE* OpenFile(const std::string& path, const char* mode) {
 #if defined(_WIN32)
   return _wfopen(WidePath(path).c_str(), WidePath(mode).c_str());
@@ -100,6 +92,27 @@ std::string FolderPart(const std::string& path) {
 }
 
 }  // namespace
+
+int ProcessId() {
+#if defined(_WIN32)
+  return _getpid();
+#else
+  return static_cast<int>(getpid());
+#endif
+}
+
+#if defined(_WIN32)
+bool IsStillAt(int, const std::string&) {
+  return true;
+}
+#else
+bool IsStillAt(int descriptor, const std::string& path) {
+  struct stat opened {
+  }, found{};
+  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &found) == 0 && opened.st_dev == found.st_dev &&
+         opened.st_ino == found.st_ino;
+}
+#endif
 
 #if defined(_WIN32)
 std::wstring WidePath(std::string_view path) {

@@ -30,7 +30,6 @@ struct Pupil {
   std::optional<Policy> policy;   // of the latest update
   std::optional<Policy> learned;  // of the job that has just ended
   bool has_learned = false;       // the policy is of an update, not of the beginning
-  std::int64_t reports = 0;       // of the learner, that were written down
 };
 
 class TrainingDriver final : public Driver {
@@ -66,7 +65,7 @@ class TrainingDriver final : public Driver {
       Result<std::unique_ptr<learn::Learner>> learner = (*algorithm)->create(options, values);
       if (!learner.ok()) return learner.status();
       if (models != 0) CONSAC_RETURN_IF_ERROR(StartFrom(options_.start_from[b], b, learner->get()));
-      pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false, 0});
+      pupils_.push_back({std::move(*learner), std::nullopt, std::nullopt, false});
       CONSAC_RETURN_IF_ERROR(Learned(b));
     }
     Result<std::vector<ParameterLaw>> laws = ParseParameterLaws(options_.environment_parameters);
@@ -179,8 +178,8 @@ class TrainingDriver final : public Driver {
   /// After a step that nobody learns from: its episodes are drawn for as well, and written down while others are
   /// learned from.
   void PassOverStep() {
-    for (std::size_t b = 0; chosen() && !chooser_->fixed() && b < pupils_.size(); ++b) ChooseNext(b, turn_.Outcome(b));
-    if (phase_ != Phase::kFinished) WriteStep();
+    for (std::size_t b = 0; (chosen() || log_ != nullptr) && b < pupils_.size(); ++b) ChooseNext(b, turn_.Outcome(b));
+    WriteStep();
   }
   /// From the next episode on the world is as its declaration says: who acts then is in no training.
   void EndChoosing() {
@@ -189,25 +188,20 @@ class TrainingDriver final : public Driver {
     chooser_.reset();
   }
 
-  /// What came of the step, into the log.
+  /// What came of the step, into the log. After Outcome.
   void WriteStep() {
     if (log_ == nullptr) return;
     log_->Note(turn_.TakeNoted());
-    for (std::size_t b = 0; b < pupils_.size(); ++b) log_->Add(b, turn_.Outcome(b), learned_from_);
+    for (std::size_t b = 0; b < pupils_.size(); ++b) log_->Add(b, turn_.Latest(b), learned_from_);
   }
   /// What the learners have reported since, likewise; while they are this thread's.
   void WriteReports() {
-    if (log_ == nullptr) return;
-    reported_.clear();
-    for (std::size_t b = 0; b < pupils_.size(); ++b) {
-      const learn::Learner& learner = *pupils_[b].learner;
-      if (std::exchange(pupils_[b].reports, learner.reports()) == learner.reports()) continue;
-      reported_.push_back({b, learner.metrics(), learner.updates(), learner.steps_per_update(), learner.reports()});
-    }
-    if (!reported_.empty()) log_->Report(reported_, learned_from_);
+    for (std::size_t b = 0; log_ != nullptr && b < pupils_.size(); ++b)
+      log_->Look(b, *pupils_[b].learner, learned_from_);
   }
   /// For the episodes behind those that have begun with the step that `outcome` is of.
   void ChooseNext(std::size_t b, const Batch& outcome) {
+    if (!chosen() || chooser_->fixed()) return;
     const auto agents = static_cast<std::int32_t>(world_.spec().behaviours[b].agents.size());
     for (std::size_t row = 0; row < outcome.slots.size(); ++row) {
       if ((outcome.terminated[row] | outcome.truncated[row]) != 0)
@@ -229,7 +223,7 @@ class TrainingDriver final : public Driver {
     for (std::size_t b = 0; b < pupils_.size(); ++b) {
       const Batch& outcome = turn_.Outcome(b);
       if (outcome.rows() > 0) pupils_[b].learner->Record(outcome);
-      if (chosen() && !chooser_->fixed()) ChooseNext(b, outcome);
+      ChooseNext(b, outcome);
       const Batch& arrived = turn_.Arrived(b);
       if (arrived.rows() > 0) pupils_[b].learner->Begin(arrived);
     }
@@ -386,9 +380,8 @@ class TrainingDriver final : public Driver {
   bool failed_ = false;
   std::int64_t updates_ = 0, learned_from_ = 0;
   Meter meter_;
-  std::unique_ptr<TrainingLog> log_;           // null where nothing is written
-  std::vector<learn::UpdateReport> reported_;  // behaviours; for WriteReports
-  LearningThread thread_;                      // last: its job uses what is above
+  std::unique_ptr<TrainingLog> log_;  // null where nothing is written
+  LearningThread thread_;             // last: its job uses what is above
 };
 
 }  // namespace

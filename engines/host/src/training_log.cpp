@@ -1,20 +1,11 @@
 #include "training_log.h"
 
-#include <chrono>
 #include <utility>
 
 #include "consac/base/hooks.h"
 #include "consac/learn/log/training_folder.h"
 
 namespace consac::host {
-namespace {
-
-double SecondsSince1970() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
-
 TrainingLog::TrainingLog(learn::LogStyle style, const EnvSpec& spec) : style_(style), began_(Now()) {
   for (const BehaviourSpec& behaviour : spec.behaviours) {
     const auto slots = static_cast<std::size_t>(behaviour.slots);
@@ -33,7 +24,7 @@ Result<std::unique_ptr<TrainingLog>> TrainingLog::Open(const std::string& folder
   Result<std::unique_ptr<learn::ProgressCsv>> csv = learn::ProgressCsv::Open(*path + "/progress.csv", {});
   if (!csv.ok()) return csv.status();
   log->csv_ = std::move(*csv);
-  const double now = SecondsSince1970();
+  const double now = learn::WallTime();
   Result<std::unique_ptr<learn::EventWriter>> events =
       learn::EventWriter::Open(*path + "/" + learn::EventFileName(static_cast<std::int64_t>(now)), now);
   if (!events.ok()) return events.status();
@@ -65,31 +56,34 @@ void TrainingLog::Add(std::size_t b, const Batch& outcome, std::int64_t steps) {
     if ((outcome.terminated[row] | outcome.truncated[row]) == 0) continue;
     told.episodes.Add(told.rewards[slot], told.lengths[slot]);
     if (style_ == learn::LogStyle::kStableBaselines2)
-      events_->Scalar(SecondsSince1970(), steps, told.numbers.Key("episode_reward"), told.rewards[slot]);
+      events_->Scalar(learn::WallTime(), steps, told.numbers.Key("episode_reward"), told.rewards[slot]);
     told.rewards[slot] = 0.0;
     told.lengths[slot] = 0;
   }
 }
 
-void TrainingLog::Report(std::span<const learn::UpdateReport> updates, std::int64_t steps) {
-  const double now = SecondsSince1970();
-  row_.assign(1, {learn::StepsKey(style_), static_cast<double>(steps), learn::CellKind::kInteger});
-  for (const learn::UpdateReport& update : updates) {
-    Told& told = behaviours_[update.behaviour];
-    told.numbers.Make(update, {steps, Now() - began_}, told.episodes);
-    told.numbers.WriteScalars(update, steps, now, *events_);
-    row_.insert(row_.end(), told.numbers.row().begin(), told.numbers.row().end());
+void TrainingLog::Look(std::size_t b, const learn::Learner& learner, std::int64_t steps) {
+  Told& told = behaviours_[b];
+  if (std::exchange(told.reports, learner.reports()) == learner.reports()) return;
+  const learn::UpdateReport update{b, learner.metrics(), learner.updates(), learner.steps_per_update(),
+                                   learner.reports()};
+  const double now = learn::WallTime();
+  if (row_.empty()) {
+    row_.push_back({learn::StepsKey(style_), static_cast<double>(steps), learn::CellKind::kInteger});
+    game_.Tell();
+    for (const learn::Cell& cell : game_.row()) events_->Scalar(now, steps, cell.key, cell.value);
+    row_.insert(row_.end(), game_.row().begin(), game_.row().end());
   }
-  game_.Tell();
-  for (const learn::Cell& cell : game_.row()) events_->Scalar(now, steps, cell.key, cell.value);
-  row_.insert(row_.end(), game_.row().begin(), game_.row().end());
-  learn::SortByKey(&row_);
-  reported_ = true;
+  told.numbers.Make(update, {steps, Now() - began_}, told.episodes);
+  told.numbers.WriteScalars(update, steps, now, *events_);
+  row_.insert(row_.end(), told.numbers.row().begin(), told.numbers.row().end());
 }
 
 void TrainingLog::Write() {
-  if (!std::exchange(reported_, false)) return;
+  if (row_.empty()) return;
+  learn::SortByKey(&row_);
   csv_->Append(row_);
+  row_.clear();
   events_->Flush();
   SayFailure();
 }

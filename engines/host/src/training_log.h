@@ -32,9 +32,9 @@ class TrainingLog {
   void Note(std::span<const Statistic> noted);
   /// What came of a step of agents of behaviour `b`, `steps` steps of single agents into the training.
   void Add(std::size_t b, const Batch& outcome, std::int64_t steps);
-  /// Learners have reported, each behaviour's at most once. Write() comes before the next report.
-  void Report(std::span<const learn::UpdateReport> updates, std::int64_t steps);
-  /// Puts what was reported into the files, if anything was.
+  /// What the learner of behaviour `b` has reported since it was looked at last, if anything.
+  void Look(std::size_t b, const learn::Learner& learner, std::int64_t steps);
+  /// Puts what was seen so into the files, as one row, if anything was.
   void Write();
 
  private:
@@ -44,6 +44,7 @@ class TrainingLog {
     learn::EpisodeMeans episodes;
     std::vector<double> rewards;        // [slots] of the episode under way
     std::vector<std::int64_t> lengths;  // [slots] likewise
+    std::int64_t reports = 0;           // of the learner, that were looked at
   };
   TrainingLog(learn::LogStyle style, const EnvSpec& spec);
   void SayFailure();
@@ -54,8 +55,8 @@ class TrainingLog {
   learn::GameStatistics game_;
   std::unique_ptr<learn::ProgressCsv> csv_;
   std::unique_ptr<learn::EventWriter> events_;
-  learn::Row row_;  // as it is written
-  bool reported_ = false, said_ = false, said_names_ = false;
+  learn::Row row_;  // what is to be written; empty between
+  bool said_ = false, said_names_ = false;
 };
 
 }  // namespace consac::host

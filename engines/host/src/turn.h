@@ -34,6 +34,8 @@ class Turn {
   void Step();
   /// What came of it. Comes before Arrived.
   Batch& Outcome(std::size_t b);
+  /// The same once more. After Outcome, before ToAct.
+  const Batch& Latest(std::size_t b) const { return parts_[b]; }
   /// First observations of agents that have come meanwhile.
   Batch& Arrived(std::size_t b);
 

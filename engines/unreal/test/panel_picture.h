@@ -55,7 +55,8 @@ class PanelPicture {
   double Words(const std::string& text, double x, double y) {
     for (std::size_t begin = 0; begin <= text.size();) {
       std::size_t end = std::min(text.find('\n', begin), text.size());
-      if (end - begin > kMostCharacters) end = text.rfind(' ', begin + kMostCharacters);
+      const std::size_t space = end - begin > kMostCharacters ? text.rfind(' ', begin + kMostCharacters) : end;
+      end = space != std::string::npos && space > begin ? space : end;  // a word that is longer stays whole
       Write(text.substr(begin, end - begin), x, y += kLine, "#c8c8c8");
       begin = end + 1;
     }

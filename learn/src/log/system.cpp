@@ -6,7 +6,6 @@
 #include <direct.h>
 #include <fcntl.h>
 #include <io.h>
-#include <process.h>
 #include <share.h>
 #include <sys/stat.h>
 #include <windows.h>
@@ -61,11 +60,6 @@ void CloseDescriptor(int descriptor) {
   _close(descriptor);
 }
 
-// A file that is open cannot be deleted there, nor can its folder.
-bool IsStillAt(int, const std::string&) {
-  return true;
-}
-
 void RemoveFile(const std::string& path) {
   _wremove(WidePath(path).c_str());
 }
@@ -73,10 +67,6 @@ void RemoveFile(const std::string& path) {
 FolderMade MakeFolder(const std::string& path) {
   if (_wmkdir(WidePath(path).c_str()) == 0) return FolderMade::kNew;
   return errno == EEXIST ? FolderMade::kThereAlready : FolderMade::kFailed;
-}
-
-int ProcessId() {
-  return _getpid();
 }
 
 std::string HostName() {
@@ -120,13 +110,6 @@ void CloseDescriptor(int descriptor) {
   close(descriptor);
 }
 
-bool IsStillAt(int descriptor, const std::string& path) {
-  struct stat opened {
-  }, found{};
-  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &found) == 0 && opened.st_dev == found.st_dev &&
-         opened.st_ino == found.st_ino;
-}
-
 void RemoveFile(const std::string& path) {
   (void)unlink(path.c_str());
 }
@@ -134,10 +117,6 @@ void RemoveFile(const std::string& path) {
 FolderMade MakeFolder(const std::string& path) {
   if (mkdir(path.c_str(), 0777) == 0) return FolderMade::kNew;
   return errno == EEXIST ? FolderMade::kThereAlready : FolderMade::kFailed;
-}
-
-int ProcessId() {
-  return static_cast<int>(getpid());
 }
 
 std::string HostName() {

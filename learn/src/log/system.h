@@ -25,8 +25,6 @@ std::int64_t BytesIn(int descriptor);
 bool CutTo(int descriptor, std::uint64_t bytes);
 /// Gives the file back.
 void CloseDescriptor(int descriptor);
-/// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced.
-bool IsStillAt(int descriptor, const std::string& path);
 
 /// Removes a file, if that can be done.
 void RemoveFile(const std::string& path);
@@ -34,8 +32,6 @@ void RemoveFile(const std::string& path);
 enum class FolderMade : std::uint8_t { kNew, kThereAlready, kFailed };
 /// Makes a folder in one that is there. errno says why with kFailed.
 FolderMade MakeFolder(const std::string& path);
-/// Number of this process.
-int ProcessId();
 /// Name of this machine; "localhost" where it has none.
 std::string HostName();
 

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <chrono>
 #include <cstring>
 #include <span>
 
+#include "consac/base/file.h"
 #include "consac/base/hash.h"
+#include "consac/base/hooks.h"
 #include "log/system.h"
 
 namespace consac::learn {
@@ -16,11 +19,12 @@ constexpr std::size_t kLongestTag = 200;
 constexpr std::size_t kFrameBytes = 16;
 constexpr std::size_t kRecordRoom = 512;
 
-// Bytes in room that is enough for any record written here: what more comes is left out.
+// Bytes in room that is enough for any record written here; what more comes is a mistake, and is left out.
 class RecordBytes {
  public:
   void push_back(char byte) { append({&byte, 1}); }
   void append(std::string_view bytes) {
+    CONSAC_ASSERT(bytes.size() <= kRecordRoom - size_);
     bytes = bytes.substr(0, kRecordRoom - size_);
     std::memcpy(bytes_ + size_, bytes.data(), bytes.size());
     size_ += bytes.size();
@@ -87,6 +91,10 @@ std::string HostInFileName() {
 }
 
 }  // namespace
+
+double WallTime() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
 
 std::uint32_t MaskedCrc(std::string_view bytes) {
   return std::rotr(Crc32c(std::as_bytes(std::span(bytes))), 15) + 0xA282EAD8u;

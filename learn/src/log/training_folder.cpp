@@ -26,12 +26,17 @@ void MakeFolders(const std::string& folder) {
 
 }  // namespace
 
-Result<std::string> MakeTrainingFolder(const std::string& folder, std::string algorithm) {
-  std::transform(algorithm.begin(), algorithm.end(), algorithm.begin(),
+std::string TrainingFolderPrefix(std::string_view algorithm) {
+  std::string prefix(algorithm);
+  std::transform(prefix.begin(), prefix.end(), prefix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return prefix + "_";
+}
+
+Result<std::string> MakeTrainingFolder(const std::string& folder, std::string_view algorithm, std::int64_t latest) {
   MakeFolders(folder);
-  for (std::int64_t number = 1;; ++number) {
-    std::string path = folder + "/" + algorithm + "_" + std::to_string(number);
+  for (std::int64_t number = latest + 1;; ++number) {
+    std::string path = folder + "/" + TrainingFolderPrefix(algorithm) + std::to_string(number);
     const FolderMade made = MakeFolder(path);
     if (made == FolderMade::kNew) return path;
     if (made == FolderMade::kFailed)

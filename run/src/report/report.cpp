@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <deque>
 #include <limits>
 #include <utility>
@@ -28,10 +27,6 @@ constexpr double kShortLook = 0.005, kLongLook = 0.05;  // s: look less often, l
 constexpr double kFlushEvery = 1.0;                     // s
 constexpr double kBudgetEvery = 15.0;                   // s
 constexpr double kDrawAfterStop = 2.0;                  // s
-
-double WallTime() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 class AllSinks final : public Report {
  public:
@@ -106,7 +101,7 @@ class AllSinks final : public Report {
 Status AllSinks::OpenFiles() {
   if (options_.directory.empty()) return Status::Ok();
   const learn::OpenMode mode = options_.append ? learn::OpenMode::kAppend : learn::OpenMode::kTruncate;
-  const double now = WallTime();
+  const double now = learn::WallTime();
 
   Result<std::unique_ptr<learn::ProgressCsv>> csv =
       learn::ProgressCsv::Open(options_.directory + "/progress.csv", Resumed());
@@ -131,7 +126,7 @@ void AllSinks::Begin(double now) {
 }
 
 void AllSinks::OnEpisode(const EpisodeEnd& episode) {
-  logs_[episode.behaviour].OnEpisode(episode, Elapsed(Now()), events_.get(), WallTime());
+  logs_[episode.behaviour].OnEpisode(episode, Elapsed(Now()), events_.get(), learn::WallTime());
 }
 
 void AllSinks::OnStatistics(std::span<const Statistic> noted) {
@@ -202,11 +197,11 @@ void AllSinks::OnUpdates(std::span<const UpdateReport> updates, std::int64_t ste
     log.OnUpdate(update, {steps, Elapsed(now)});
     updated_[update.behaviour] = 1;
     if (update.reports % interval == 0 || (IsSb2() && update.reports == 1)) shown_[update.behaviour] = 0;
-    if (events_ != nullptr) log.WriteScalars(update, steps, WallTime(), *events_);
+    if (events_ != nullptr) log.WriteScalars(update, steps, learn::WallTime(), *events_);
   }
   game_.Tell();
   for (const learn::Cell& cell : game_.row()) {
-    if (events_ != nullptr) events_->Scalar(WallTime(), steps, cell.key, cell.value);
+    if (events_ != nullptr) events_->Scalar(learn::WallTime(), steps, cell.key, cell.value);
   }
   if (progress_csv_ != nullptr) {
     GatherRow(updated_);
@@ -232,7 +227,7 @@ void AllSinks::GatherRow(const std::vector<std::uint8_t>& behaviours) {
 void AllSinks::OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) {
   learn::Row row = {{StepsKey(), static_cast<double>(steps), learn::CellKind::kInteger}};
   for (std::size_t b = 0; b < verdicts.size(); ++b)
-    logs_[b].OnEvaluation(verdicts[b], steps, WallTime(), events_.get(), &row);
+    logs_[b].OnEvaluation(verdicts[b], steps, learn::WallTime(), events_.get(), &row);
   learn::SortByKey(&row);
   if (options_.directory.empty()) return;
   if (evaluations_csv_ == nullptr) {

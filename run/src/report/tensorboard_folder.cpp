@@ -1,15 +1,13 @@
 #include "report/tensorboard_folder.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <system_error>
 
 #include "consac/base/path.h"
 #include "consac/base/text.h"
+#include "consac/learn/log/training_folder.h"
 
 namespace consac::run {
 namespace {
@@ -31,16 +29,10 @@ std::int64_t LargestNumber(const std::string& folder, const std::string& prefix)
 }  // namespace
 
 Result<std::string> TensorboardFolder(const std::string& root, const std::string& algorithm, learn::OpenMode mode) {
-  std::string prefix = algorithm + "_";
-  std::transform(prefix.begin(), prefix.end(), prefix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const std::string prefix = learn::TrainingFolderPrefix(algorithm);
   const std::int64_t latest = LargestNumber(root, prefix);
-  const std::int64_t number = mode == learn::OpenMode::kAppend ? std::max<std::int64_t>(latest, 1) : latest + 1;
-  std::string folder = fmt::format("{}/{}{}", root, prefix, number);
-  std::error_code error;
-  std::filesystem::create_directories(ToPath(folder), error);
-  if (error) return Status{StatusCode::kDataLoss, "cannot make the folder '" + folder + "': " + error.message()};
-  return folder;
+  if (mode == learn::OpenMode::kAppend && latest > 0) return root + "/" + prefix + std::to_string(latest);
+  return learn::MakeTrainingFolder(root, algorithm, latest);
 }
 
 // A resume within a second still comes later.

@@ -7,9 +7,6 @@
 
 namespace consac::run {
 
-/// Number of this process.
-int ProcessId();
-
 /// Whether `stream` is shown by a terminal that redraws a line on escape codes; makes it do so where it must be asked.
 bool UnderstandsEscapeCodes(std::FILE* stream);
 /// Characters beside each other on the terminal that shows `stream`; 0 when none does.
@@ -34,9 +31,6 @@ bool LetsNothingGo(const std::string& folder);
 void SyncFolder(const std::string& folder);
 /// Gives a lock back.
 void Close(int descriptor);
-
-/// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced.
-bool IsStillAt(int descriptor, const std::string& path);
 
 /// What became of a wish for a lock.
 enum class Locked : std::uint8_t { kByUs, kByOthers, kFailed };

@@ -16,10 +16,6 @@
 
 namespace consac::run {
 
-int ProcessId() {
-  return static_cast<int>(::getpid());
-}
-
 bool UnderstandsEscapeCodes(std::FILE* stream) {
   const char* term = std::getenv("TERM");
   return ::isatty(::fileno(stream)) != 0 && term != nullptr && std::string_view(term) != "dumb";
@@ -68,13 +64,6 @@ void SyncFolder(const std::string& folder) {
 
 void Close(int descriptor) {
   ::close(descriptor);
-}
-
-bool IsStillAt(int descriptor, const std::string& path) {
-  struct stat opened {
-  }, found{};
-  return ::fstat(descriptor, &opened) == 0 && ::stat(path.c_str(), &found) == 0 && opened.st_dev == found.st_dev &&
-         opened.st_ino == found.st_ino;
 }
 
 Locked LockFile(const std::string& path, int* descriptor) {

@@ -23,10 +23,6 @@ HANDLE ConsoleOf(std::FILE* stream) {
 
 }  // namespace
 
-int ProcessId() {
-  return _getpid();
-}
-
 bool UnderstandsEscapeCodes(std::FILE* stream) {
   DWORD mode = 0;
   return GetConsoleMode(ConsoleOf(stream), &mode) != 0 &&
@@ -54,11 +50,6 @@ void SyncFolder(const std::string&) {}  // NTFS keeps the order of renames
 
 void Close(int descriptor) {
   _close(descriptor);
-}
-
-// A file that is open cannot be deleted there, nor can its folder.
-bool IsStillAt(int, const std::string&) {
-  return true;
 }
 
 // Nobody else may open it while it is open here.

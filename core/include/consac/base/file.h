@@ -20,6 +20,11 @@ Result<std::vector<std::byte>> ReadFile(const std::string& path, std::size_t lim
 /// The same, but what is no regular file is refused (kInvalidArgument): a pipe would be waited for, a device may never
 /// end.
 Result<std::vector<std::byte>> ReadRegularFile(const std::string& path, std::size_t limit_bytes = std::size_t{1} << 31);
+/// Number of this process, which the names of temporary files hold.
+int ProcessId();
+/// Whether `path` still names the file that was opened as `descriptor`: not deleted, not replaced. Always on Windows,
+/// where an open file can be neither, nor can its folder.
+bool IsStillAt(int descriptor, const std::string& path);
 /// Asked before anything is written into a folder that is open already: whether it is the right one. A path may name
 /// another one by now; what is opened stays the same.
 using FolderCheck = std::function<Status()>;

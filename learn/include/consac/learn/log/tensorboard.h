@@ -13,9 +13,11 @@
 
 namespace consac::learn {
 
+/// Seconds since 1970, which events say they happened at.
+double WallTime();
 /// CRC-32C, rotated and offset, as it stands in event files.
 std::uint32_t MaskedCrc(std::string_view bytes);
-/// The record of `payload`: length, its checksum, payload, its checksum.
+/// The record of `payload`, of less than 500 bytes: length, its checksum, payload, its checksum.
 std::string FrameRecord(std::string_view payload);
 /// The payload that opens every event file.
 std::string VersionEvent(double wall_time);
