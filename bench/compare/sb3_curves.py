@@ -117,6 +117,7 @@ def learn(row, consac, seed):
         def _on_step(self):
             if self.num_timesteps * POINTS >= row["steps"] * (len(self.points) + 1):
                 self.points.append(round(statistics.mean(episode["r"] for episode in self.model.ep_info_buffer), 2))
+                print(f"{row['name']} seed {seed}: {self.points[-1]} after {self.num_timesteps:,} steps and {time.process_time() - start:.0f} s", file=sys.stderr)
             return True
 
     settings = dict(row["settings"])
