@@ -40,6 +40,8 @@ add_library(consac_c SHARED main.cpp)
 set_target_properties(consac_c PROPERTIES OUTPUT_NAME consac VERSION 0.1 SOVERSION 0 LIBRARY_OUTPUT_DIRECTORY engines/c)
 target_link_libraries(consac_c PRIVATE consac_core)
 target_link_libraries(odd PRIVATE consac_core unused)
+add_executable(asks main.cpp)
+target_link_libraries(asks PRIVATE consac_core -lstdc++)
 """
 TARGET = "linux-x86_64-musl"
 NEEDS = f"build/windows-needs/{TARGET}/prefix"
@@ -89,6 +91,9 @@ def test_what_is_linked_is_read_from_the_build(tree):
     assert [part.name for part in linked(build, "consac")] == ["eigen", "yaml-cpp"]
     with pytest.raises(Missing, match="odd is linked with unused; give it a row"):
         linked(build, "odd")
+    with pytest.raises(Missing, match=r"asks is linked with stdc\+\+; give it a row"):
+        linked(build, "asks")
+    assert [part.name for part in linked(build, "asks", loaded=r"\.so|^-l")] == ["eigen"]
     with pytest.raises(Missing, match="links no nothing"):
         linked(build, "nothing")
 

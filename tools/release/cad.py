@@ -48,7 +48,7 @@ def pack(root: pathlib.Path, out: pathlib.Path, epoch: int) -> list[pathlib.Path
     program, release = root / BUILD / "cli/consac-cad", version_of(root)
     if not program.is_file():
         raise Missing(f"no {program}; run tools/release.sh")
-    parts = linked(root / BUILD, "consac-cad", "/usr/include/")
+    parts = linked(root / BUILD, "consac-cad", "/usr/include/", r"\.so|^-l")  # what Debian links by name is shared, too: see `needed`
     versions = [(part, version(part, root / "build/windows-needs")) for part in parts]
     packages = needed(program)
     text = program.read_bytes()

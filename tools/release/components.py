@@ -82,15 +82,16 @@ def headers_of(build: pathlib.Path, parts: set[str]) -> set[str]:
     return found
 
 
-def linked(build: pathlib.Path, target: str, includes: str = "/prefix/include/") -> list[Component]:
-    """The libraries that are a part of what a target becomes. `includes`: what all their headers' paths hold."""
+def linked(build: pathlib.Path, target: str, includes: str = "/prefix/include/", loaded: str = r"\.so") -> list[Component]:
+    """The libraries that are a part of what a target becomes. `includes`: what all their headers' paths hold; `loaded`: a
+    pattern for links that are to be loaded instead, and so no part of it."""
     file, links = link_of(build, target)
     parts, libraries = {file.parent.relative_to(build).as_posix()}, set()
     for link in links:
         name = re.sub(r"^(lib|-l)|\.a$", "", link.rpartition("/")[2])
         if name.startswith("consac_"):
             parts.add(link.rpartition("/")[0])
-        elif not link.startswith("-Wl,") and ".so" not in link and name not in SYSTEM:
+        elif not link.startswith("-Wl,") and not re.search(loaded, link) and name not in SYSTEM:
             libraries.add(name)
     unknown = libraries - {part.library for part in COMPONENTS}
     if unknown:
