@@ -146,7 +146,7 @@ def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
         name, here = archive.name, unpack(archive, scratch / "cad")
         shutil.copy(unpack(the(dist, "consac-[0-9]*-linux-x86_64.tar.gz"), scratch / "beside") / "consac", here)
         step = sorted(path for path in ROOT.glob("examples/**/*.step"))[0]
-        run([str(here / "consac"), "twin", "import", str(step), "--out", str(here / "twin")], here)
+        run([str(here / "consac"), "twin", "import", str(step), "--output", str(here / "twin")], here)
         run(["apt-get", "install", "-s", "--reinstall", str(the(dist, "consac-cad_*_amd64.deb").resolve())], here)
         told = f"imports {step.name}; apt would install the .deb here"
     except Failed as error:
