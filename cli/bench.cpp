@@ -251,7 +251,7 @@ constexpr BenchRow kConnectionRows[] = {
 };
 
 /// The table.
-std::vector<BenchRow> Rows() {
+std::vector<BenchRow> BenchRows() {
   std::vector<BenchRow> rows(std::begin(kKernelRows), std::end(kKernelRows));
   rows.insert(rows.end(), TrainingRows().begin(), TrainingRows().end());
   rows.insert(rows.end(), std::begin(kConnectionRows), std::end(kConnectionRows));
@@ -260,7 +260,7 @@ std::vector<BenchRow> Rows() {
 
 std::vector<std::string_view> RowNames() {
   std::vector<std::string_view> names;
-  for (const BenchRow& row : Rows()) names.emplace_back(row.name);
+  for (const BenchRow& row : BenchRows()) names.emplace_back(row.name);
   return names;
 }
 
@@ -288,7 +288,7 @@ int Bench(const BenchFlags& flags) {
           kVersion, nn::InstructionSet(), context.peak / 1e9);
     Print("| what | figure | |\n|---|---|---|\n");
   }
-  for (const BenchRow& row : Rows()) {
+  for (const BenchRow& row : BenchRows()) {
     if (!flags.only.empty() && flags.only != row.name) continue;
     const Figure figure = row.measure(context);
     json["rows"].push_back({{"name", row.name},

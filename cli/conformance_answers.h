@@ -15,7 +15,8 @@ bool Refuses(const protocol2::Frame& frame, const std::string& code);
 /// `code`, `severity`, `members` and `path` of what is expected, where they are named; `message` is what came.
 Status CheckMembers(const nlohmann::json& what, const nlohmann::json& message);
 
-/// The same numbers, written otherwise: 1 as 1.0.
-nlohmann::json WithFractions(const nlohmann::json& value);
+/// What CONFIGURE expects of the behaviours that SPEC offered: them as they are, "with fractions" (1 as 1.0), or the
+/// first "with a member more" or "of another name".
+nlohmann::json Expected(const std::string& how, nlohmann::json offered);
 
 }  // namespace consac::cli

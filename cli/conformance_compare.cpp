@@ -5,13 +5,11 @@
 
 namespace consac::cli {
 
-Status Conversation::Compare(const Case& what, const std::string& payload) {
+Status Conversation::Compare(const Case& what, const std::string& payload, const std::string& looked_at) {
   CONSAC_RETURN_IF_ERROR(CompareEnvironments(what, payload));
   if (what.contains("same_as") && payload != kept_[what["same_as"]])
     return Failed("the payload differs from the one before");
-  const auto is_like = [&](const char* kept) {
-    return results_.LookedAt(payload) == results_.LookedAt(kept_[what[kept]]);
-  };
+  const auto is_like = [&](const char* kept) { return looked_at == looked_at_[what[kept]]; };
   if (what.contains("begins_as") && !is_like("begins_as"))
     return Failed("what is looked at differs from the one before");
   if (what.contains("repeats") && !is_like("repeats"))
@@ -20,7 +18,10 @@ Status Conversation::Compare(const Case& what, const std::string& payload) {
     return Over("no value changes what is seen of an episode that begins by itself");
   if (what.contains("other_than") && is_like("other_than"))
     return Failed("this episode is as if nothing had been set; one that began in another way is not (R103)");
-  if (what.contains("keep")) kept_[what["keep"]] = payload;
+  if (what.contains("keep")) {
+    kept_[what["keep"]] = payload;
+    looked_at_[what["keep"]] = looked_at;
+  }
   return Status::Ok();
 }
 

@@ -108,7 +108,7 @@ Status Conversation::DoSend(const Case& what) {
     }
     if (what.contains("resume") && resume_.empty()) return Over(kKeepsNone);
     if (what.contains("resume")) value["resume"] = resume_;
-    if (what.contains("expect")) value["expect"] = what["expect"] == "offered" ? offered_ : WithFractions(offered_);
+    if (what.contains("expect")) value["expect"] = Expected(what["expect"], offered_);
     payload = JsonText(value);
   }
   if (what.contains("text")) payload = what["text"];
@@ -204,18 +204,18 @@ Result<bool> Conversation::IsAside(const Frame& frame, bool* paused) {
   return (static_cast<std::uint16_t>(type) & protocol2::kOptionalType) != 0;
 }
 
-Status Conversation::ExpectGone(Transport& connection) const {
+Status Conversation::ExpectGone(Transport& connection, double seconds) const {
   std::array<std::byte, 4096> thrown_away;
-  const double deadline = Now() + patience_s_;
+  const double deadline = Now() + seconds;
   while (Now() < deadline) {
     const Result<std::size_t> count = connection.Read(thrown_away, std::max(0.0, deadline - Now()));
     if (!count.ok()) return Status::Ok();
   }
-  return Failed("the connection stays open");
+  return Failed(fmt::format("the connection stays open for {:g} s", seconds));
 }
 
 Status Conversation::DoExpect(const Case& what) {
-  if (what.contains("gone")) return ExpectGone(*transport_);
+  if (what.contains("gone")) return ExpectGone(*transport_, what.value("within", patience_s_));
   pong_ = what.contains("type") && what["type"] == "PONG" ? std::optional<std::string>(what["text"]) : std::nullopt;
   const Result<Frame> frame = Next();
   if (what.contains("closed")) {
@@ -235,7 +235,8 @@ Status Conversation::DoExpect(const Case& what) {
         fmt::format("the answer is to request {}, expected {}", frame->header.request, JsonText(what["request"])));
   if (what.contains("crc") && crc_ && !frame->header.checked) return Failed("crc was agreed, but flag 1 is not set");
   if (what.contains("text") && what["text"] != payload) return Failed("the payload is " + Quote(payload));
-  CONSAC_RETURN_IF_ERROR(Compare(what, payload));
+  CONSAC_RETURN_IF_ERROR(
+      Compare(what, payload, frame->header.type == FrameType::kResult ? results_.LookedAt(payload) : payload));
   return CheckMessage(what, *frame, payload);
 }
 
@@ -363,7 +364,7 @@ Status Conversation::Reconnect(const Case& how) {
     const Result<Frame> answer = Next();
     held_ = answer.ok() && answer->header.type == FrameType::kWelcome;
     if (held_) held_frame_ = *answer;  // for the step that expects it
-    if (held_) return before == nullptr ? Status::Ok() : ExpectGone(*before);
+    if (held_) return before == nullptr ? Status::Ok() : ExpectGone(*before, patience_s_);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return Failed("the session cannot be taken up again");

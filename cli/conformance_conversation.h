@@ -57,12 +57,14 @@ class Conversation {
   /// What may come between a request and its answer.
   Result<bool> IsAside(const Frame& frame, bool* paused);
   /// Whatever the server says to bytes of another protocol, it closes.
-  Status ExpectGone(Transport& connection) const;
+  /// Within so many seconds.
+  Status ExpectGone(Transport& connection, double seconds) const;
   Status DoExpect(const Case& what);
   /// Says nothing for so long: of those who have time, and gave a longer --timeout.
   Status Wait(double seconds);
-  /// A payload with those that were kept; over where what is to repeat itself does not.
-  Status Compare(const Case& what, const std::string& payload);
+  /// A payload, and what is looked at of it or of a whole play, with those that were kept; over where what is to repeat
+  /// itself does not.
+  Status Compare(const Case& what, const std::string& payload, const std::string& looked_at);
   /// The same of each environment by itself: but for those in which an episode has ended.
   Status CompareEnvironments(const Case& what, const std::string& payload);
   Status CheckMessage(const Case& what, const Frame& frame, const std::string& payload);
@@ -114,9 +116,9 @@ class Conversation {
   std::size_t limit_ = protocol2::kLargestFrame;  // WELCOME's
   bool crc_ = false, ended_ = false, held_ = false;
   std::string over_;
-  std::int64_t world_at_fault_ = -1;  // of the latest STEP that must be refused
-  std::optional<std::string> pong_;   // the bytes of the PONG that is waited for
-  std::map<std::string, std::string> kept_;
+  std::int64_t world_at_fault_ = -1;                     // of the latest STEP that must be refused
+  std::optional<std::string> pong_;                      // the bytes of the PONG that is waited for
+  std::map<std::string, std::string> kept_, looked_at_;  // payloads, and what is looked at of them or of a play
 };
 
 }  // namespace consac::cli

@@ -4,12 +4,14 @@
 #include <chrono>
 
 #include "cli/conformance_conversation.h"
+#include "consac/base/hash.h"
 
 namespace consac::cli {
 
 Status Conversation::Play(const Case& what) {
   const std::string until = what.value("until", "");
   const int steps = what.value("steps", 0);
+  std::string looked_at;  // of the whole play, a hash of each RESULT
   double deserted_at = Now();
   for (int step = 0; step < steps || !check_.anyone(); ++step) {
     if (until == "over" && Ended() > 0) return Status::Ok();
@@ -19,9 +21,12 @@ Status Conversation::Play(const Case& what) {
       return Failed(fmt::format("nobody takes part: state 16 has been set for no slot for {} s (R77)", patience_s_));
     const Status status = PlayOne();
     if (!status.ok()) return {status.code(), fmt::format("at its step {}: {}", step + 1, status.message())};
+    const std::string seen = results_.LookedAt(result_);
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(seen));
+    looked_at += Sha256Hex({&bytes, 1});
   }
   return until == "over" || until == "ended" ? Over(fmt::format("no episode ended within {} steps", steps))
-                                             : Compare(what, result_);
+                                             : Compare(what, result_, looked_at);
 }
 
 std::size_t Conversation::Ended() const {

@@ -599,6 +599,20 @@ def test_agents_come_and_go(godot, tmp_path, who):
         assert 2600 < int(re.search(ENDED, output).group(1)) < 3100
 
 
+@pytest.mark.parametrize("loop", ["0", "1"])
+@pytest.mark.parametrize("way", ["signal", "judge", "parent", "removed"])
+def test_who_leaves_as_its_episode_ends_begins_no_other(godot, tmp_path, way, loop):
+    """An episode of one step and no reward was counted for each, and halved the means."""
+    engine = godot.start(*world(godot, "landing", (NATIVE / "landing.gd").read_text().replace("WAY", way)), "--", "--consac-room=4",
+                         "--consac-port=0", "--consac-sessions=1", "--consac-quit=1", f"--consac-loop={loop}", "--consac-steps=2000")
+    train(godot, [engine.port()], tmp_path, "landed", settings={"n_steps": "64"})
+    code, output = engine.finish()
+    assert code == 0 and "ERROR" not in output, output
+    with open(next(tmp_path.glob("**/*monitor.csv"))) as monitor:
+        rows = [line.split(",") for line in monitor.read().splitlines()[2:]]
+    assert len(rows) > 300 and {tuple(map(float, row[:2])) for row in rows} == {(5.0, 5.0)}
+
+
 def test_an_agent_that_leaves_without_room_for_others_ends_it_with_one_line(godot):
     source = ONE_NUMBER.replace("WHAT", "place") + "\n\nfunc judge() -> void:\n\tqueue_free()\n"
     code, output = godot.start(*world(godot, "leaving", source), "--", "--consac-mode=train", "--consac-quit=1").finish()

@@ -69,3 +69,9 @@ def test_a_wheel_that_carries_another_library_fails(tmp_path):
     assert wheel_trial.carried(path, {"p.zip": b"one", "c.zip": b"two"}) == "that of p.zip, that of c.zip"
     assert wheel_trial.carried(path, {"p.zip": b"one"}) == "that of p.zip, FAILED: consac/lib/consac.dll is of no archive here"
     assert wheel_trial.carried(packed(tmp_path / "y.whl", {"consac/native.py": b""}), {}) == "none"
+
+
+def test_places_that_trained_alike_are_told_together():
+    rows = [["a", "here", "1.0", "yes", "f00d", "beef"], ["b", "there", "1.0", "yes", "f00d", "beef"], ["c", "there", "1.0", "yes", "f00d", "dead"],
+            ["d", "", "FAILED: no archive", "", "", ""]]
+    assert trial.who_agree(rows).splitlines()[3:] == ["- f00d and beef: a (here); b (there)", "- f00d and dead: c (there)"]

@@ -154,6 +154,15 @@ def cad(dist: pathlib.Path, scratch: pathlib.Path) -> list[str]:
     return [name, "beside consac, this machine", told, "", *[""] * len(TRAININGS)]
 
 
+def who_agree(rows: list[list[str]]) -> str:
+    """Which of these places trained the same, bit for bit."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, where, *told in rows:
+        groups.setdefault(tuple(told[-len(TRAININGS):]), []).append(f"{name} ({where})")
+    lines = [f"- {' and '.join(hashes)}: {'; '.join(places)}\n" for hashes, places in groups.items() if all(hashes)]
+    return "\nWhich agree, bit for bit:\n\n" + "".join(lines)
+
+
 def inside(archives: list[pathlib.Path], scratch: pathlib.Path, pick: Callable[[pathlib.Path], Iterable[pathlib.Path]], what: str) -> dict[str, bytes]:
     """The archives, and of each the file that is picked from its folder. One without it has a row that says so already."""
     found = {}
@@ -215,7 +224,7 @@ def main() -> int:
     sizes = sorted((path.stat().st_size, path.name) for path in dist.iterdir() if path.is_file() and path.suffix != ".json")
     text = HEAD.format(date=time.strftime("%Y-%m-%d"), commit=commit, machine=model[1] if model else platform.machine(), trainings=" | ".join(TRAININGS),
                        lines="---|" * len(TRAININGS))
-    text += "".join(f"| {' | '.join(row)} |\n" for row in rows) + NOT_RUN + parts
+    text += "".join(f"| {' | '.join(row)} |\n" for row in rows) + who_agree(rows) + NOT_RUN + parts
     text += "\n## Sizes\n\n| file | MB |\n|---|---|\n" + "".join(f"| {name} | {size / 1e6:.2f}{' (more than 15)' * (size > 15e6)} |\n" for size, name in sizes)
     page.write_text(text + beside(ROOT / "build/release-notes"), encoding="utf-8")
     return int("FAILED" in text)

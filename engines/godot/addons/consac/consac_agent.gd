@@ -292,6 +292,8 @@ func next_episode(episode_seed: int) -> void:
 	final_row = row.duplicate()
 	final_values = values
 	values = {}
+	if ConsacLeaving.of(self):  # it has no next one
+		return
 	var kept := [reward, terminated, truncated]
 	start_episode(episode_seed)
 	reward = kept[0]

@@ -90,7 +90,10 @@ func _begin_next(fault: String) -> void:
 			if agent.played:
 				_roster.players.begin_episode(agent)
 			agent.next_episode(agent.rng.randi())
-			beginning.append(agent)
+			if ConsacLeaving.of(agent):
+				_roster.miss()
+			else:
+				beginning.append(agent)
 	_look_at_first(beginning, fault)
 
 

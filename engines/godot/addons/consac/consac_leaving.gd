@@ -1,10 +1,18 @@
 class_name ConsacLeaving
 extends RefCounted
-## What becomes of a game whose [ConsacSync] has left the scene while it drove it: freed, or gone with a scene that was
-## changed. It is gone by then, so nothing of it is asked here.
+## Agents that leave the scene; and what becomes of a game whose [ConsacSync] has left it while it drove it: freed, or gone
+## with a scene that was changed. It is gone by then, so nothing of it is asked here.
 
 
-## Says so, once the tree has its new shape; with [param quits] ends the program, unless another sync goes on.
+## Whether an agent is out of the scene, or will be at the end of this frame, alone or with what it is in.
+static func of(agent: ConsacAgent) -> bool:
+	var node: Node = agent
+	while node != null and not node.is_queued_for_deletion():
+		node = node.get_parent()
+	return node != null or not agent.is_inside_tree()
+
+
+## Says that the sync has, once the tree has its new shape; with [param quits] ends the program, unless another sync goes on.
 static func tell(doing: String, steps: int, learning: bool, quits: bool) -> void:
 	var tree := Engine.get_main_loop() as SceneTree
 	if tree == null or tree.root == null:  # the program ends, and with it everything

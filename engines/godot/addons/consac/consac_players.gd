@@ -53,11 +53,11 @@ func take_by_model(agent: ConsacAgent, path: String, bytes := PackedByteArray())
 ## Those that are no longer in the scene are forgotten.
 func let_go() -> void:
 	for i in range(agents.size() - 1, -1, -1):
-		if not is_instance_valid(agents[i]) or not agents[i].is_inside_tree():
+		if not is_instance_valid(agents[i]) or ConsacLeaving.of(agents[i]):
 			agents.remove_at(i)
 	for team: Team in _teams.values():
 		for i in team.agents.size():
-			if not is_instance_valid(team.agents[i]) or not team.agents[i].is_inside_tree():
+			if not is_instance_valid(team.agents[i]) or ConsacLeaving.of(team.agents[i]):
 				team.agents[i] = null
 
 

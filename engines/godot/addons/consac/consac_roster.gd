@@ -17,6 +17,7 @@ var _sync: ConsacSync
 var _arrived: Array[ConsacAgent] = []  # since the latest tick
 var _one_left := false
 var _turned_away := {}  # agents for which there was no room
+var _said := {}  # why
 
 
 func _init(sync: ConsacSync) -> void:
@@ -61,7 +62,7 @@ func let_go() -> String:
 	var before := driven.size()
 	for list: Array[ConsacAgent] in [agents, driven]:
 		for i in range(list.size() - 1, -1, -1):
-			if not is_instance_valid(list[i]) or not list[i].is_inside_tree():
+			if not is_instance_valid(list[i]) or ConsacLeaving.of(list[i]):
 				list.remove_at(i)
 	players.let_go()
 	if driven.size() == before:
@@ -87,7 +88,9 @@ func welcome() -> Array[ConsacAgent]:
 			continue
 		var fault := _welcome(agent)
 		if not fault.is_empty():
-			printerr("consac: %s takes no part: %s" % [agent.name, fault])
+			if not _said.has(fault):  # a wave of them would be a flood of lines
+				printerr("consac: %s takes no part: %s; said of the first" % [agent.name, fault])
+			_said[fault] = true
 			_turned_away[agent] = true
 			continue
 		agents.append(agent)

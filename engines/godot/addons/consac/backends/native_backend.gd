@@ -146,7 +146,7 @@ func join(agent: ConsacAgent) -> String:
 func let_go() -> String:
 	for herd in _herds:
 		for i in herd.agents.size():
-			var there := is_instance_valid(herd.agents[i]) and herd.agents[i].is_inside_tree()
+			var there := is_instance_valid(herd.agents[i]) and not ConsacLeaving.of(herd.agents[i])
 			if not there and _world.joined(herd.first + i):
 				_world.leave(herd.first + i)
 				herd.agents[i] = null
@@ -429,6 +429,9 @@ func _judge(b: int) -> String:
 		if not herd.images.is_empty():
 			var pictures := agent.image_bytes(agent.final_values, herd.images)
 			fault = _first(fault, _world.set_final_observation_bytes_of(herd.first + i, pictures))
+		if ConsacLeaving.of(agent) and _sync.agents_may_leave():  # before the offer, or an episode would begin that nobody lives
+			_world.leave(herd.first + i)
+			herd.agents[i] = null
 	return fault
 
 
