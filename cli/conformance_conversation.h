@@ -56,8 +56,7 @@ class Conversation {
   Status Silent(bool paused) const;
   /// What may come between a request and its answer.
   Result<bool> IsAside(const Frame& frame, bool* paused);
-  /// Whatever the server says to bytes of another protocol, it closes.
-  /// Within so many seconds.
+  /// Whatever the server says to bytes of another protocol, it closes within so many seconds.
   Status ExpectGone(Transport& connection, double seconds) const;
   Status DoExpect(const Case& what);
   /// Says nothing for so long: of those who have time, and gave a longer --timeout.

@@ -604,7 +604,7 @@ def test_who_leaves_as_its_episode_ends_begins_no_other(godot, tmp_path, way, lo
     """An episode of one step and no reward was counted for each, and halved the means."""
     engine = godot.start(*world(godot, "landing", (NATIVE / "landing.gd").read_text().replace("WAY", way)), "--", "--consac-room=4",
                          "--consac-port=0", "--consac-sessions=1", "--consac-quit=1", f"--consac-loop={loop}", "--consac-steps=2000")
-    train(godot, [engine.port()], tmp_path, "landed", settings={"n_steps": "64"})
+    assert summary(train(godot, [engine.port()], tmp_path, "landed", settings={"n_steps": "64"}))["steps"] >= 2000
     code, output = engine.finish()
     assert code == 0 and "ERROR" not in output, output
     with open(next(tmp_path.glob("**/*monitor.csv"))) as monitor:

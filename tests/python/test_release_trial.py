@@ -59,7 +59,10 @@ def test_a_zip_that_is_not_as_its_manifest_says_fails(tmp_path):
 def test_an_archive_without_its_program_ends_no_trial(tmp_path, capsys):
     packed(tmp_path / "consac-1-windows-x86_64.zip", {"consac-1/consac.exe": b"one"})
     packed(tmp_path / "consac-2-windows-x86_64.zip", {"consac-2/README": b""})
-    assert trial.programs_of(tmp_path, tmp_path / "scratch") == {"consac-1-windows-x86_64.zip": b"one"}
+    (tmp_path / "consac-3-windows-x86_64.zip").write_bytes(b"cut off")
+    found = trial.programs_of(tmp_path, tmp_path / "scratch")
+    assert found == {"consac-1-windows-x86_64.zip": b"one", "consac-2-windows-x86_64.zip": b"", "consac-3-windows-x86_64.zip": b""}
+    assert "| consac-2-windows-x86_64.zip | 0.00 | FAILED: no program of a known system" in trial.asked(found)
     assert "consac-2-windows-x86_64.zip | FAILED: there is no program inside" in capsys.readouterr().out
     assert "| x | 0.00 | FAILED: no program of a known system" in trial.asked({"x": b"#!/bin/sh"})
 

@@ -4,6 +4,7 @@ import pathlib
 import subprocess
 import tarfile
 import zipfile
+import zlib
 
 
 class Failed(Exception):
@@ -30,13 +31,12 @@ def first(found, what: str):
 
 
 def unpack(archive: pathlib.Path, into: pathlib.Path) -> pathlib.Path:
-    """The folder that an archive holds, unpacked into another."""
-    if archive.suffix == ".zip":
-        with zipfile.ZipFile(archive) as opened:
+    """The folder that an archive holds, unpacked into another. Failed where it is damaged."""
+    try:
+        with zipfile.ZipFile(archive) if archive.suffix == ".zip" else tarfile.open(archive) as opened:
             opened.extractall(into)
-    else:
-        with tarfile.open(archive) as opened:
-            opened.extractall(into)
+    except (zipfile.BadZipFile, tarfile.TarError, zlib.error, EOFError) as error:
+        raise Failed(f"{archive.name} is damaged: {error}") from error
     return first((path for path in into.iterdir() if path.name.startswith("consac-")), "folder consac-...")
 
 

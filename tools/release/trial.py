@@ -164,13 +164,14 @@ def who_agree(rows: list[list[str]]) -> str:
 
 
 def inside(archives: list[pathlib.Path], scratch: pathlib.Path, pick: Callable[[pathlib.Path], Iterable[pathlib.Path]], what: str) -> dict[str, bytes]:
-    """The archives, and of each the file that is picked from its folder. One without it has a row that says so already."""
+    """The archives, and of each the file that is picked from its folder; of one without it nothing, which `asked` says FAILED of."""
     found = {}
     for archive in sorted(archives):
         try:
             found[archive.name] = first(pick(unpack(archive, scratch / archive.name)), what).read_bytes()
         except Failed as error:
             print(f"release_check: {archive.name} | FAILED: {error}", flush=True)
+            found[archive.name] = b""
     return found
 
 
