@@ -80,6 +80,12 @@ func let_go() -> String:
 	return "agents come and go with the native extension only; see engines/godot/README.md"
 
 
+## [param agent] leaves as its episode ends: what its last step was worth is told now, for it may be gone when the others
+## have seen, and no episode begins. Why that cannot be, or "".
+func farewell(_agent: ConsacAgent) -> String:
+	return let_go()
+
+
 ## Ends the session, because of [param why]; the next [method poll] says FAILED.
 func refuse(why: String) -> void:
 	error = why

@@ -90,10 +90,16 @@ func _begin_next(fault: String) -> void:
 			if agent.played:
 				_roster.players.begin_episode(agent)
 			agent.next_episode(agent.rng.randi())
-			if ConsacLeaving.of(agent):
-				_roster.miss()
-			else:
+			if not ConsacLeaving.of(agent):
 				beginning.append(agent)
+				continue
+			_roster.miss()
+			if _sync.agents_may_leave() and not agent.played:
+				var what := _sync.backend.farewell(agent)
+				fault = what if fault.is_empty() else fault
+	if _sync.agents_may_leave():  # they take no further step, however many there are before a frame
+		var what := _roster.let_go()
+		fault = what if fault.is_empty() else fault
 	_look_at_first(beginning, fault)
 
 

@@ -497,8 +497,6 @@ func offer(fault: String) -> void:
 		backend.offer()
 		for agent in _roster.agents:
 			agent.close_account()
-		if agents_may_leave():
-			_roster.let_go()  # who left as its episode ended takes no further step, however many there are before a frame
 	else:
 		_refuse(fault)
 

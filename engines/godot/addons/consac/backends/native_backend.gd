@@ -156,6 +156,17 @@ func let_go() -> String:
 	return ""
 
 
+func farewell(agent: ConsacAgent) -> String:
+	for herd in _herds:
+		var i := herd.agents.find(agent)
+		if i >= 0:
+			var fault := _judge_one(herd, herd.first + i, agent)
+			_world.leave(herd.first + i)
+			herd.agents[i] = null
+			return fault
+	return ""
+
+
 func refuse(why: String) -> void:
 	error = why
 	_refused = true
@@ -417,21 +428,23 @@ func _judge(b: int) -> String:
 	var fault := ""
 	for i in herd.agents.size():
 		var agent := herd.agents[i]
-		if agent == null:
-			continue
-		if agent.reward != 0.0:
-			fault = _first(fault, _world.add_reward(herd.first + i, agent.reward))
-		if not agent.terminated and not agent.truncated:
-			continue
-		fault = _first(fault, _world.end_episode(herd.first + i, 1 if agent.terminated else 2))
-		if herd.width > 0:
-			fault = _first(fault, _world.set_final_observation_of(herd.first + i, agent.final_row))
-		if not herd.images.is_empty():
-			var pictures := agent.image_bytes(agent.final_values, herd.images)
-			fault = _first(fault, _world.set_final_observation_bytes_of(herd.first + i, pictures))
-		if ConsacLeaving.of(agent) and _sync.agents_may_leave():  # before the offer, or an episode would begin that nobody lives
-			_world.leave(herd.first + i)
-			herd.agents[i] = null
+		if agent != null:
+			fault = _first(fault, _judge_one(herd, herd.first + i, agent))
+	return fault
+
+
+func _judge_one(herd: Herd, id: int, agent: ConsacAgent) -> String:
+	var fault := ""
+	if agent.reward != 0.0:
+		fault = _world.add_reward(id, agent.reward)
+	if not agent.terminated and not agent.truncated:
+		return fault
+	fault = _first(fault, _world.end_episode(id, 1 if agent.terminated else 2))
+	if herd.width > 0:
+		fault = _first(fault, _world.set_final_observation_of(id, agent.final_row))
+	if not herd.images.is_empty():
+		var pictures := agent.image_bytes(agent.final_values, herd.images)
+		fault = _first(fault, _world.set_final_observation_bytes_of(id, pictures))
 	return fault
 
 
