@@ -36,6 +36,19 @@ TEST(Setup, WritesWhatItReads) {
   EXPECT_EQ(back->model_name, "walker");
 }
 
+// Whoever cuts the largest float32's digits off, or rounds them up, means a side without bound all the same.
+TEST(Setup, WhatIsTheLargestFloatOnceReadIsWithoutBound) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const char* largest : {"3.4028235e+38", "3.4028234e38", "3.40282346638528859e38", "1e39", "1e300"}) {
+    const auto setup = ParseSetup("D#2#0#B#1#-" + std::string(largest) + "," + largest + "#10");
+    ASSERT_TRUE(setup.ok()) << setup.status().message();
+    EXPECT_EQ(setup->observation_space, *Space::Box({-kInfinity}, {kInfinity}, {1})) << largest;
+  }
+  const auto bounded = ParseSetup("D#2#0#B#1#0,3.4028233e38#10");
+  ASSERT_TRUE(bounded.ok()) << bounded.status().message();
+  EXPECT_TRUE(std::isfinite(bounded->observation_space.high()[0]));
+}
+
 TEST(Setup, EveryFieldIsCheckedAndQuoted) {
   const struct {
     const char* message;
