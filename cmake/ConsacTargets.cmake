@@ -7,11 +7,15 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   list(APPEND CONSAC_WARNINGS -Wno-restrict)
 endif()
 
-# A test's own code need not be fast, but there is much of it, and what is tested is optimised: a third of the compile time
-# goes without -O1, and lines in a debugger cost less than variables.
+# A test's own code need not be fast, but there is much of it, and what is tested is optimised: without -O1 a third of the
+# compile time goes, and lines in a debugger cost less than variables.
 set(CONSAC_TEST_OPTIONS -O0 -g1)
+set(CONSAC_COMPUTING_TEST_OPTIONS -O1 -g1)
 if(CMAKE_CROSSCOMPILING)
   set(CONSAC_TEST_OPTIONS -O0)  # no debugger comes here, and MinGW's linker takes its time over lines
+  set(CONSAC_COMPUTING_TEST_OPTIONS -O0)
+elseif(CMAKE_CXX_FLAGS MATCHES "sanitize")
+  set(CONSAC_COMPUTING_TEST_OPTIONS -O0 -g1)
 endif()
 
 function(consac_part NAME)
@@ -55,9 +59,14 @@ function(consac_define_where_used DEFINITION)
 endfunction()
 
 # One test program per part; private headers of the part may be included. EXCLUDE: a folder that is a program of its own.
-# WITH_THREADS: which of its tests have threads; ThreadSanitizer runs those alone.
+# WITH_THREADS: which of its tests have threads; ThreadSanitizer runs those alone. COMPUTES: they compute references in
+# float64, and without -O1 that takes longer than is saved.
 function(consac_tests NAME FOLDER)
-  cmake_parse_arguments(ARG "" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
+  set(options ${CONSAC_TEST_OPTIONS})
+  if(ARG_COMPUTES)
+    set(options ${CONSAC_COMPUTING_TEST_OPTIONS})
+  endif()
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)
   if(ARG_EXCLUDE)
     list(FILTER sources EXCLUDE REGEX "/${ARG_EXCLUDE}/")
@@ -66,7 +75,7 @@ function(consac_tests NAME FOLDER)
     return()
   endif()
   add_executable(consac_${NAME}_tests ${sources})
-  target_compile_options(consac_${NAME}_tests PRIVATE ${CONSAC_WARNINGS} ${CONSAC_TEST_OPTIONS})
+  target_compile_options(consac_${NAME}_tests PRIVATE ${CONSAC_WARNINGS} ${options})
   set_target_properties(consac_${NAME}_tests PROPERTIES UNITY_BUILD_BATCH_SIZE 12)
   target_include_directories(consac_${NAME}_tests PRIVATE ${FOLDER}/src ${PROJECT_SOURCE_DIR})
   consac_define_where_used(CONSAC_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOURCES ${sources})
