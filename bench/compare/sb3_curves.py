@@ -3,9 +3,9 @@
 
     .venv/bin/python bench/compare/sb3_curves.py [--consac build/release/cli/consac] [--jobs 2] [ROW-NAME-PART ...]
 
-Each seed is a process of one thread; its answer stays in build/sb3_curves, so that a measurement which was stopped goes on where it was
-(a seed whose file is removed, or whose row has changed, is measured anew). A row whose seeds are all there goes into
-bench/results/sb3_curves.json and sb3_curves.md. Worlds, settings and claims are here alone: `learning_proofs` and, for worlds of
+Each seed is a process of one thread. Its answer is a file in bench/results/sb3_seeds, to be committed where a row takes hours: a
+measurement which was stopped goes on where it was, on another machine too (a seed whose row has changed is measured anew). A row
+whose seeds are all there goes into bench/results/sb3_curves.json and sb3_curves.md, and the seeds' files go. Worlds, settings and claims are here alone: `learning_proofs` and, for worlds of
 Gymnasium's (`served`), tests/slow/ecosystem_proofs.py read them from the JSON. Those need .venv-slow in place of .venv.
 """
 import argparse
@@ -26,7 +26,8 @@ EPISODES, POINTS = 100, 10
 GYMNASIUM = {"cartpole-v1": "CartPole-v1", "pendulum-v1": "Pendulum-v1"}  # built into CONSAC, and the same in Gymnasium
 BIT_FLIPPING = {"bit-flipping-v0": False, "bit-flipping-continuous-v0": True}  # Stable Baselines3's own; whether actions are continuous
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-RESULTS, MEASURED = ROOT / "bench/results", ROOT / "build/sb3_curves"
+RESULTS = ROOT / "bench/results"
+MEASURED = RESULTS / "sb3_seeds"
 HER = {"replay_buffer_class": "HerReplayBuffer"}
 ZOO_OFF_POLICY = {"learning_rate": 1e-3, "gamma": 0.98, "buffer_size": 200_000, "learning_starts": 10_000, "action_noise": "normal", "noise_std": 0.1,
                   "net_arch": [400, 300]}
@@ -141,10 +142,14 @@ def learn(row, consac, seed):
     return {"result": round(float(result), 3), "curve": curve.points, "seconds": round(seconds, 1), **machine(row)}
 
 
+def seed_file(row, seed):
+    return MEASURED / f"{row['name']} {seed}.json"
+
+
 def measured(row, consac, jobs):
     """The row with what Stable Baselines3 made of it."""
     def one(seed):
-        path = MEASURED / f"{row['name']} {seed}.json"
+        path = seed_file(row, seed)
         known = json.loads(path.read_text()) if path.exists() else {}
         if known.get("row") == row:
             return known
@@ -210,6 +215,8 @@ def main():
         new = measured(row, options.consac, options.jobs)
         print(new["name"], new["results"], flush=True)
         write({new["name"]: new})
+        for seed in range(1, len(new["results"]) + 1):
+            seed_file(row, seed).unlink()
 
 
 if __name__ == "__main__":
