@@ -10,12 +10,8 @@ endif()
 # A test's own code need not be fast, but there is much of it, and what is tested is optimised: without -O1 a third of the
 # compile time goes, and lines in a debugger cost less than variables.
 set(CONSAC_TEST_OPTIONS -O0 -g1)
-set(CONSAC_COMPUTING_TEST_OPTIONS -O1 -g1)
 if(CMAKE_CROSSCOMPILING)
   set(CONSAC_TEST_OPTIONS -O0)  # no debugger comes here, and MinGW's linker takes its time over lines
-  set(CONSAC_COMPUTING_TEST_OPTIONS -O0)
-elseif(CMAKE_CXX_FLAGS MATCHES "sanitize")
-  set(CONSAC_COMPUTING_TEST_OPTIONS -O0 -g1)
 endif()
 
 function(consac_part NAME)
@@ -64,8 +60,8 @@ endfunction()
 function(consac_tests NAME FOLDER)
   cmake_parse_arguments(ARG "COMPUTES" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
   set(options ${CONSAC_TEST_OPTIONS})
-  if(ARG_COMPUTES)
-    set(options ${CONSAC_COMPUTING_TEST_OPTIONS})
+  if(ARG_COMPUTES AND NOT CMAKE_CROSSCOMPILING AND NOT CMAKE_CXX_FLAGS MATCHES "sanitize")
+    list(APPEND options -O1)
   endif()
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)
   if(ARG_EXCLUDE)

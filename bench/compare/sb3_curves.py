@@ -5,8 +5,9 @@
 
 Each seed is a process of one thread. Its answer is a file in bench/results/sb3_seeds, to be committed where a row takes hours: a
 measurement which was stopped goes on where it was, on another machine too (a seed whose row has changed is measured anew). A row
-whose seeds are all there goes into bench/results/sb3_curves.json and sb3_curves.md, and the seeds' files go. Worlds, settings and claims are here alone: `learning_proofs` and, for worlds of
-Gymnasium's (`served`), tests/slow/ecosystem_proofs.py read them from the JSON. Those need .venv-slow in place of .venv.
+whose seeds are all there goes into bench/results/sb3_curves.json and sb3_curves.md, and the seeds' files go. Worlds, settings and
+claims are here alone: `learning_proofs` and, for worlds of Gymnasium's (`served`), tests/slow/ecosystem_proofs.py read them from the
+JSON. Those need .venv-slow in place of .venv.
 """
 import argparse
 import contextlib

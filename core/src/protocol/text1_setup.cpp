@@ -1,4 +1,5 @@
 // The setup message of text protocol 1: spaces, training length, model name.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -71,8 +72,7 @@ Result<Space> ParseSpace(std::string_view message, std::string_view role, std::s
     double bound = 0.0;
     if (!ParseNumber(text, &bound)) return SetupError(message, name + " bound " + Quote(text) + " is no number");
     // As float32, which it is sent as: 3.4028234e38 is the largest one too, written by who rounds otherwise.
-    const bool unbounded =
-        std::fabs(bound) >= kUnboundedOnWire || std::fabs(static_cast<float>(bound)) >= kUnboundedOnWire;
+    const bool unbounded = static_cast<float>(std::min(std::fabs(bound), kUnboundedOnWire)) == kUnboundedOnWire;
     bounds.push_back(unbounded ? std::copysign(std::numeric_limits<double>::infinity(), bound) : bound);
   }
   const auto middle = bounds.begin() + static_cast<std::ptrdiff_t>(size);
