@@ -74,7 +74,7 @@ python_environment() {
   if [ -f "$stamp" ] && cmp -s "$list" "$stamp"; then return; fi
   say "Python packages of $list into $folder"
   [ -x "$folder/bin/python" ] || /usr/bin/python3 -m venv "$folder"
-  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check -r "$list"
+  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check --no-compile -r "$list"
   cp "$list" "$stamp"
 }
 

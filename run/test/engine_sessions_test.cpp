@@ -22,7 +22,7 @@ TEST(Engine, LengthZeroWithANameActsUntilTheEngineCloses) {
   consac::testing::ScratchFolder scratch("act");
   TrainRoad(scratch.path(), "walker");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0#walker", "10,30", "11,30", "12,30#1#0"}, ScriptedEngine::End::kClose);
-  RunConfig config = Nameless(scratch.path(), engine.url());
+  RunConfig config = Nameless(scratch.path(), engine);
   const Result<RunSummary> summary = Train(config, kNeverStop);
   ASSERT_TRUE(summary.ok()) << summary.status().message();
   EXPECT_TRUE(summary->acted_only);
@@ -35,16 +35,16 @@ TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
   TrainRoad(scratch.path(), "walker");
   {
     ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0#wolker", "10,30"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(), HasSubstr("did you mean 'walker'"));
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine)).message(), HasSubstr("did you mean 'walker'"));
   }
   {
     ScriptedEngine engine({"D#3#0#B#3#0,0,0,40,40,40#0#walker", "10,30,1"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(),
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine)).message(),
                 AllOf(HasSubstr("observation"), HasSubstr("Box")));
   }
   {
     ScriptedEngine engine({"D#4#0#B#2#0,0,40,40#0#walker", "10,30"}, ScriptedEngine::End::kClose);
-    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine.url())).message(),
+    EXPECT_THAT(FailureWith(Nameless(scratch.path(), engine)).message(),
                 AllOf(HasSubstr("action"), HasSubstr("Discrete")));
   }
 }
@@ -52,7 +52,7 @@ TEST(Engine, AModelThatIsNotThereOrDoesNotFitIsNamed) {
 TEST(Engine, ASetupOfLengthZeroWithoutANameSaysWhatIsMissing) {
   consac::testing::ScratchFolder scratch("setup_zero");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#0", "10,30#0#0"}, ScriptedEngine::End::kClose);
-  RunConfig config = Nameless(scratch.path(), engine.url());
+  RunConfig config = Nameless(scratch.path(), engine);
   EXPECT_THAT(FailureWith(config).message(), AllOf(HasSubstr("length 0"), HasSubstr("no model name")));
 }
 
@@ -166,7 +166,7 @@ TEST(Engine, ALengthBeyondAnyCanBeResumed) {
   const std::vector<std::string> lines = {"D#3#0#B#2#0,0,40,40#9223372036854775807", "10,30#0#0", "11,30#1#0"};
   for (const bool resume : {false, true}) {
     ScriptedEngine engine(lines, ScriptedEngine::End::kClose);
-    RunConfig config = EngineRun(scratch.path(), engine.url());
+    RunConfig config = EngineRun(scratch.path(), engine);
     config.resume = resume;
     const Status status = FailureWith(config);
     EXPECT_EQ(status.code(), StatusCode::kUnavailable) << status.message();
@@ -176,11 +176,10 @@ TEST(Engine, ALengthBeyondAnyCanBeResumed) {
   RunConfig config = SmallRun(scratch.path(), "engine");
   config.force = true;
   ScriptedEngine first({"D#3#0#B#2#0,0,40,40#2", "10,30#0#0", "11,30#1#0", "12,30#1#0"}, ScriptedEngine::End::kClose);
-  config.world = first.url();
   config.steps = 2;
-  ASSERT_TRUE(Train(config, kNeverStop).ok());
+  ASSERT_TRUE(Train(On(first, config), kNeverStop).ok());
   ScriptedEngine again(lines, ScriptedEngine::End::kClose);
-  RunConfig more = EngineRun(scratch.path(), again.url());
+  RunConfig more = EngineRun(scratch.path(), again);
   more.resume = true;
   EXPECT_THAT(FailureWith(more).message(), HasSubstr("of 9000000000000000000 steps are missing"));
 }

@@ -108,7 +108,7 @@ TEST(Engine, ThatClosesEarlyLosesNothingAndIsToldHowManyStepsAreMissing) {
   consac::testing::ScratchFolder scratch("early");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0", "12,30#1#0"},
                         ScriptedEngine::End::kClose);
-  const Status status = FailureWith(EngineRun(scratch.path(), engine.url()));
+  const Status status = FailureWith(EngineRun(scratch.path(), engine));
   EXPECT_EQ(status.code(), StatusCode::kUnavailable);
   EXPECT_THAT(status.message(), AllOf(HasSubstr("998 of 1000 steps are missing"), HasSubstr(scratch.path() + "/engine"),
                                       HasSubstr("--resume")));
@@ -120,7 +120,7 @@ TEST(Engine, ABrokenSessionIsResumedToItsFullLength) {
   RunConfig config;
   {
     ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#100", "10,30#0#0", "11,30#1#0"}, ScriptedEngine::End::kClose);
-    config = EngineRun(scratch.path(), engine.url());
+    config = EngineRun(scratch.path(), engine);
     (void)FailureWith(config);
   }
   EnvServerOptions options;
@@ -136,7 +136,7 @@ TEST(Engine, ABrokenSessionIsResumedToItsFullLength) {
 TEST(Engine, ThatFallsSilentMeetsItsDeadline) {
   consac::testing::ScratchFolder scratch("silent");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0"}, ScriptedEngine::End::kStaySilent);
-  RunConfig config = EngineRun(scratch.path(), engine.url());
+  RunConfig config = EngineRun(scratch.path(), engine);
   config.deadline_s = 0.3;
   const double start = Now();
   const Status status = FailureWith(config);
@@ -149,7 +149,7 @@ TEST(Engine, ThatSendsNaNIsRefusedAndWhatWasLearnedIsSaved) {
   consac::testing::ScratchFolder scratch("nan");
   for (const char* bad : {"nan,30#1#0", "11,inf#1#0", "11,30#nan#0", "11,30#1", "11#1#0", "11,30#x#0", "99,30#1#2"}) {
     ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0", bad}, ScriptedEngine::End::kClose);
-    RunConfig config = EngineRun(scratch.path(), engine.url());
+    RunConfig config = EngineRun(scratch.path(), engine);
     config.force = true;
     const Status status = FailureWith(config);
     EXPECT_THAT(status.message(), AllOf(HasSubstr("at step 2"), HasSubstr("steps are missing"))) << bad;
@@ -160,7 +160,7 @@ TEST(Engine, ThatSendsNaNIsRefusedAndWhatWasLearnedIsSaved) {
 TEST(Engine, AnotherServiceOnThePortIsToldApart) {
   consac::testing::ScratchFolder scratch("service");
   ScriptedEngine engine({"220 mail.example ESMTP"}, ScriptedEngine::End::kStaySilent);
-  const Status status = FailureWith(EngineRun(scratch.path(), engine.url()));
+  const Status status = FailureWith(EngineRun(scratch.path(), engine));
   EXPECT_THAT(status.message(), HasSubstr("220 mail.example"));
   EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
 }
@@ -168,7 +168,7 @@ TEST(Engine, AnotherServiceOnThePortIsToldApart) {
 TEST(Engine, CtrlCDuringASilenceSavesAndReturnsAtOnce) {
   consac::testing::ScratchFolder scratch("ctrlc");
   ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0", "11,30#1#0"}, ScriptedEngine::End::kStaySilent);
-  RunConfig config = EngineRun(scratch.path(), engine.url());
+  RunConfig config = EngineRun(scratch.path(), engine);
   config.deadline_s = 60.0;
   std::atomic<bool> stop{false};
   std::thread ctrl_c([&stop] {

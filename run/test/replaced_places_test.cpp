@@ -203,7 +203,7 @@ TEST(ReplacedRun, IsPutBackWhereAStopComesBeforeTheFirstStep) {
   ASSERT_TRUE(Train(config, kNeverStop).ok());
   const std::map<std::string, std::string> before = Contents(scratch.path());
   const ScriptedEngine engine({"D#3#0#B#2#0,0,40,40#1000", "10,30#0#0"}, ScriptedEngine::End::kStaySilent);
-  config = EngineRun(scratch.path(), engine.url());
+  config = EngineRun(scratch.path(), engine);
   config.force = true;
   std::atomic<bool> stop{false};
   std::thread hand([&] {

@@ -71,6 +71,20 @@ class ScriptedEngine {
   std::thread thread_;
 };
 
+/// `config` on `engine`. Names the protocol: on a busy machine the first line comes later than a trainer waits for one.
+inline RunConfig On(const ScriptedEngine& engine, RunConfig config) {
+  config.world = engine.url();
+  config.protocol = "text1";
+  return config;
+}
+
+inline RunConfig EngineRun(const std::string& directory, const ScriptedEngine& engine) {
+  return On(engine, EngineRun(directory, engine.url()));
+}
+inline RunConfig Nameless(const std::string& directory, const ScriptedEngine& engine) {
+  return On(engine, Nameless(directory, engine.url()));
+}
+
 /// Why a training that must fail does.
 inline Status FailureWith(const RunConfig& config) {
   const Result<RunSummary> summary = Train(config, kNeverStop);
