@@ -57,11 +57,11 @@ def test_a_training_inside_that_writes_no_log_leaves_nothing_in_the_project(godo
 def test_a_training_inside_draws_them_and_logs_what_is_noted(godot, tmp_path, meanwhile):
     logs = {"0": (f"{tmp_path}/logs", tmp_path / "logs"), "1": ("res://logs", godot.project / "logs")}[meanwhile]
     engine = start(godot, "weather", *TRAIN, "steps=512", "set=n_steps:64", f"act-while-learning={meanwhile}", f"log={logs[0]}",
-                   TRAINING='"uniform 6 8"')
+                   f"model={tmp_path}/windy.consac", TRAINING='"uniform 6 8"')
     output = finished(engine)
     low, high = winds(output)
     assert 6.0 <= low < 6.5 and 7.5 < high <= 8.0
-    assert "weather: metres 2.5" in output, output
+    assert "weather: metres 2.5" in output and f"what was learned is in {tmp_path}/windy.consac" in output, output
     written = logs[1] / "PPO2_1"
     rows = list(csv.DictReader((written / "progress.csv").open()))
     assert rows[-1]["total_timesteps"] == "512" and {row["game/metres"] for row in rows} == {"2.5"}, rows
@@ -114,5 +114,20 @@ def test_what_cannot_be_is_one_line(godot):
     assert "parameter 'wind' has the default_value 12.0, which is not within its 0.0 to 9.0" in refused(DEFAULT="12.0")
     assert "Walker0 is in the group 'red', and its goals say what it is paid" in refused(GOALS="true")
     assert "wind" in refused("train", TRAINING='"uniform 6"') and "20" in refused("train", TRAINING='"uniform 6 20"')
-    output = finished(start(godot, "weather", "mode=by_hand", "steps=20", "sessions=1", "quit=1", NAMED='"wnd"'))
-    assert len(re.findall(r"there is no parameter 'wnd'; \S+ has wind", output)) == 1, output
+
+
+WRONG = r"consac: there is no parameter 'wnd'; \S+ has wind"
+
+
+@pytest.mark.parametrize("mode", ["by_hand", "train"])
+def test_a_parameter_that_is_not_there_ends_the_session(godot, mode):
+    output = finished(start(godot, "weather", f"mode={mode}", "steps=200", "sessions=1", "quit=1", NAMED='"wnd"'), 1)
+    assert len(re.findall(WRONG, output)) == 1 and "the session failed: 0 steps" in output, output
+
+
+def test_each_trainer_is_refused_a_world_whose_parameter_is_not_there(godot, tmp_path):
+    engine = start(godot, "weather", "port=0", "steps=64", "sessions=2", "quit=1", NAMED='"wnd"')
+    port = engine.port()
+    for name in ("first", "second"):
+        left, output = train(godot, [port], tmp_path, name, settings={"n_steps": "64"}).finish()
+        assert left != 0 and "there is no parameter 'wnd'" in output, output

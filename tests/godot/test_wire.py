@@ -108,7 +108,7 @@ def test_counted_are_sessions_in_which_a_trainer_has_stepped(godot):
         for _ in range(3):
             trainer.step(1)
     code, output = engine.finish()
-    assert code == 0 and "training completed: 3 steps" in output
+    assert code == 0 and "training completed: 3 steps" in output and "(none has ended: " in output
 
 
 def test_a_slow_world_is_no_silent_trainer(godot):
@@ -198,10 +198,10 @@ def test_a_camera_sees_what_is_drawn(godot, display):
     assert re.search(r"camera: first \[2[45]\d, [0-9], [0-9]\], last [0-9]+", output), output
 
 
-def scene_file(godot, name, script):
-    """A world of one agent with this script's lines, beside the examples."""
+def scene_file(godot, name, script, below="."):
+    """A world of one agent with this script's lines, beside the examples; `below`: the node above the agent."""
     (godot.project / f"{name}.gd").write_text("extends ConsacAgent\n" + script)
-    (godot.project / f"{name}.tscn").write_text(SCENE.replace("NAME", name))
+    (godot.project / f"{name}.tscn").write_text(SCENE.replace("NAME", name).replace("BELOW", below))
     return f"res://{name}.tscn"
 
 
@@ -214,11 +214,12 @@ def test_a_picture_is_refused_with_one_line(godot):
 
 @pytest.mark.parametrize("fault, said", [
     ("into[&'place'] = NAN if steps == 2 else 0.0", "observe() gave nan for entry 'place'"),
-    ("into[&'place'] = 0.0\n\nfunc judge() -> void:\n\tadd_reward(INF if steps == 1 else 0.0)", "the reward is inf"),
+    ("into[&'place'] = 0.0\n\nfunc judge() -> void:\n\tadd_reward(INF if steps == 1 else 0.0)", "the reward of step 2 of its episode is inf"),
     ("into[&'place'] = Vector3.ZERO if steps == 2 else 0.0", "observe() gave 3 numbers for entry 'place', expected 1"),
-], ids=["not a number", "reward", "too many"])
+    ("into[&'plaze' if steps == 2 else &'place'] = 0.0", "observe() gave nothing for entry 'place', expected numbers; no entry is named 'plaze'"),
+], ids=["not a number", "reward", "too many", "misspelt"])
 def test_a_world_that_goes_wrong_ends_its_session_and_the_engine_goes_on(godot, fault, said):
-    scene = scene_file(godot, "wrong", f"func observe(into: Dictionary) -> void:\n\t{fault}\n")
+    scene = scene_file(godot, "wrong", f"func observe(into: Dictionary) -> void:\n\t{fault}\n", below="Stall")
     engine = godot.start(godot.folder / "godot", "--headless", "--path", godot.project, scene, "--", "--consac-port=0",
                          "--consac-protocol=text1", "--consac-loop=1")
     port = engine.port()
@@ -227,7 +228,7 @@ def test_a_world_that_goes_wrong_ends_its_session_and_the_engine_goes_on(godot, 
             trainer.begin()
             assert trainer.step("0.5") == ["0#0.0#0"]
             answer = trainer.step("0.5")[0]
-            assert answer.startswith("error: Agent: " + said)
+            assert answer.startswith("error: Stall/Agent: " + said)  # of many stalls it says which
     engine.kill()
     assert "SCRIPT ERROR" not in engine.finish()[1]
 
@@ -245,7 +246,8 @@ name = &"move"
 [node name="World" type="Node"]
 [node name="ConsacSync" type="Node" parent="."]
 script = ExtResource("1")
-[node name="Agent" type="Node" parent="."]
+[node name="Stall" type="Node" parent="."]
+[node name="Agent" type="Node" parent="BELOW"]
 script = ExtResource("2")
 observations = Array[ExtResource("3")]([SubResource("place")])
 actions = Array[ExtResource("3")]([SubResource("move")])

@@ -118,7 +118,7 @@ func _agents() -> void:
 	_holds("a mask too small", agent.look(), "mask() gave 1 bytes for action 'jump', expected a PackedByteArray of 2")
 	agent.masks_actions = false
 	agent.add_reward(INF)
-	_holds("bad reward", agent.account(), "the reward is inf")
+	_holds("bad reward", agent.account(), "the reward of step 1 of its episode is inf")
 	agent.start_episode(3)
 	agent.max_steps = 2
 	agent.account()

@@ -60,7 +60,7 @@ const GROUP := &"consac_agents"
 
 ## Random numbers of this episode, seeded anew before each [method reset].
 var rng := RandomNumberGenerator.new()
-## Decisions of this episode so far.
+## Decisions of this episode so far; in [method judge] those before the one that is judged.
 var steps: int = 0
 ## Reward of this episode so far.
 var total_reward: float = 0.0
@@ -120,7 +120,7 @@ func _come() -> void:
 
 func _warn_if_alone() -> void:
 	if is_inside_tree() and get_tree().get_nodes_in_group(ConsacSync.GROUP).is_empty():
-		push_warning("%s: there is no ConsacSync in the scene, so nobody drives this agent" % name)
+		push_warning("%s: there is no ConsacSync in the scene, so nobody drives this agent" % get_path())
 
 
 ## Override: put a value into [param into] for each observation entry: a number, a vector, or an
@@ -179,7 +179,7 @@ func note(metric: StringName, value: float) -> void:
 
 ## What this episode has of one of the [member ConsacSync.parameters]; it stays so until the next one begins, so
 ## [method reset] is the place to set gravity, a weight or a number of enemies by it. Before the first, what it is by
-## default.
+## default. A name that the sync has not ends the session.
 func parameter(parameter_name: StringName) -> float:
 	if _parameters.has(parameter_name):
 		return _parameters[parameter_name]
@@ -216,6 +216,13 @@ func end_episode(cut_off := false) -> void:
 		terminated = true
 
 
+## Where it is, for messages: its path from the sync's parent, since each of many stalls may have an agent of one name.
+func path_of_it() -> String:
+	if is_inside_tree() and is_instance_valid(driven_by) and driven_by.is_inside_tree():
+		return String(driven_by.get_parent().get_path_to(self))
+	return name
+
+
 ## Called by [ConsacSync] before the first episode. What is wrong with the agent, in one sentence,
 ## or "".
 func prepare() -> String:
@@ -225,7 +232,7 @@ func prepare() -> String:
 		var sensor: ConsacSensor = child
 		var missing := sensor.fault()
 		if not missing.is_empty():
-			return "%s/%s: %s" % [name, sensor.name, missing]
+			return "%s/%s: %s" % [path_of_it(), sensor.name, missing]
 		_sensors.append(sensor)
 		if sensor.place() != null and not sensor.has_meta(&"drawing"):
 			sensor.set_meta(&"drawing", true)
@@ -235,20 +242,21 @@ func prepare() -> String:
 	if fault.is_empty():
 		fault = ConsacValues.fault_of(actions, "action")
 	if not fault.is_empty():
-		fault = "%s%s" % [name, fault]
+		fault = "%s%s" % [path_of_it(), fault]
 	if fault.is_empty() and goals != null:
 		fault = goals.fault(all_observations)
-		fault = "" if fault.is_empty() else "%s, %s" % [name, fault]
+		fault = "" if fault.is_empty() else "%s, %s" % [path_of_it(), fault]
 		_goals_at = ConsacGoals.places(all_observations)
 	if fault.is_empty() and goals != null and group != &"":
-		fault = "%s is in the group '%s', and its goals say what it is paid; empty group, or goals" % [name, group]
+		fault = "%s is in the group '%s', and its goals say what it is paid; empty group, or goals" % [
+				path_of_it(), group]
 	row.resize(ConsacValues.plan(all_observations, _names, _widths))
 	action_row.resize(ConsacValues.plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
 	mask_row.clear()
 	by_rule = false
 	if fault.is_empty() and control == ControlMode.MODEL and model == null:
-		fault = "%s acts by a model and has none; set model to a .consac file" % name
+		fault = "%s acts by a model and has none; set model to a .consac file" % path_of_it()
 	return fault
 
 
@@ -329,7 +337,7 @@ func look() -> String:
 		else:
 			var wrong := ConsacValues.store(row, at, all_observations[i], value, "observe()")
 			if not wrong.is_empty():
-				_blame(wrong)
+				_blame(wrong + _stray_names())
 		at += absi(width)
 	if masks_actions:
 		_look_at_masks()
@@ -358,7 +366,7 @@ func blame_for(numbers: PackedFloat32Array) -> String:
 		for i in entry.numbers():
 			if not is_finite(numbers[at + i]):
 				return "%s: observe() gave %s for entry '%s'; mend where it comes from" % [
-						name, numbers[at + i], entry.name]
+						path_of_it(), numbers[at + i], entry.name]
 		at += entry.numbers()
 	return ""
 
@@ -373,7 +381,7 @@ func account() -> String:
 	if max_steps > 0 and steps >= max_steps and not terminated:
 		truncated = true
 	if not is_finite(reward):
-		return "%s: the reward is %s; mend where it comes from" % [name, reward]
+		return "%s: the reward of step %d of its episode is %s; mend where it comes from" % [path_of_it(), steps, reward]
 	return ""
 
 
@@ -385,7 +393,7 @@ func settle() -> void:
 	if reward != 0.0 and not is_equal_approx(reward, worth) and not _told_of_pay:
 		_told_of_pay = true
 		push_warning("%s was given a reward of %s, but its goals are worth %s; they alone pay: give none, or turn off goals.pays"
-				% [name, reward, worth])
+				% [path_of_it(), reward, worth])
 	reward = worth
 	total_reward += reward
 
@@ -420,6 +428,12 @@ func ask_heuristic() -> String:
 	return _problem
 
 
+# What observe() gave for no entry: where one is missing, it is likely that one, misspelt.
+func _stray_names() -> String:
+	var stray := values.keys().filter(func(key: Variant) -> bool: return not key in _names)
+	return "" if stray.is_empty() else "; no entry is named '%s'" % "', '".join(stray)
+
+
 func _look_at_masks() -> void:
 	for entry in actions:
 		if entry.kind == ConsacEntry.Kind.DISCRETE:
@@ -440,4 +454,4 @@ func _look_at_masks() -> void:
 # Keeps the first of what is wrong.
 func _blame(what: String) -> void:
 	if _problem.is_empty():
-		_problem = "%s: %s" % [name, what]
+		_problem = "%s: %s" % [path_of_it(), what]

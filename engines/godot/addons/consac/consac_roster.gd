@@ -89,7 +89,7 @@ func welcome() -> Array[ConsacAgent]:
 		var fault := _welcome(agent)
 		if not fault.is_empty():
 			if not _said.has(fault):  # a wave of them would be a flood of lines
-				printerr("consac: %s takes no part: %s; said of the first" % [agent.name, fault])
+				printerr("consac: %s takes no part: %s; said of the first" % [agent.path_of_it(), fault])
 			_said[fault] = true
 			_turned_away[agent] = true
 			continue

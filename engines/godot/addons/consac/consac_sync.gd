@@ -142,7 +142,7 @@ var _exit_code := 0
 var _roster := ConsacRoster.new(self)
 var _episodes := ConsacEpisodes.new(self, _roster)
 var _groups := ConsacGroups.new()
-var _unknown := {}  # parameters of which was told that there are none
+var _wrong_parameter := ""  # what an agent asked for in vain
 var _standstill := ConsacStandstill.new()
 var _speed := ConsacSpeed.new()
 var _wanted_ticks := ConsacSpeed.TICKS_A_FRAME  # before a frame of this session
@@ -253,17 +253,17 @@ func parameters_of(agent: ConsacAgent) -> Dictionary:
 	return values
 
 
-## What a parameter is where nobody sets it.
+## What a parameter is where nobody sets it. One that there is not ends this session and those to come: what would be
+## learned is another world's.
 func default_of(parameter_name: StringName) -> float:
 	for parameter in parameters:
 		if parameter != null and parameter.name == parameter_name:
 			return parameter.default_value
-	if not _unknown.has(parameter_name):
-		_unknown[parameter_name] = true
+	if is_running() and _wrong_parameter.is_empty():  # before that a script may still add it
 		var names := parameters.filter(func(one: ConsacParameter) -> bool: return one != null).map(
 				func(one: ConsacParameter) -> String: return one.name)
-		printerr("consac: there is no parameter '%s'; %s has %s" % [parameter_name, name,
-				"none: add it to parameters" if names.is_empty() else ", ".join(names)])
+		_wrong_parameter = "there is no parameter '%s'; %s has %s" % [parameter_name, name,
+				"none: add it to parameters" if names.is_empty() else ", ".join(names)]
 	return 0.0
 
 
@@ -493,6 +493,7 @@ func _look() -> void:
 func offer(fault: String) -> void:
 	_waiting = true
 	_roster.newcomers.clear()
+	fault = _first(fault, _wrong_parameter)
 	if fault.is_empty() and not _errors.has_heard:
 		backend.offer()
 		for agent in _roster.agents:

@@ -223,7 +223,7 @@ func _gather(agents: Array[ConsacAgent]) -> String:
 			_herds.append(herd)
 		elif not _alike(agent, herd):
 			return "%s and %s share the behaviour '%s', but not their entries or goals; give them one each" % [
-					herd.agents[0].name, agent.name, agent.behaviour]
+					herd.agents[0].path_of_it(), agent.path_of_it(), agent.behaviour]
 		herd.agents.append(agent)
 	return ""
 
@@ -481,9 +481,8 @@ func _keep(mark := "") -> String:
 		var fault: String = _world.save_model(b, target)
 		if not fault.is_empty():
 			return fault
-		if not mark.is_empty():
-			print("consac: ", "stopped early; what was learned is in " if mark == STOPPED else "what was learned so far is in ",
-					target)
+		var how := {"": "what was learned is in ", STOPPED: "stopped early; what was learned is in "}
+		print("consac: ", how.get(mark, "what was learned so far is in "), target)
 	return ""
 
 
