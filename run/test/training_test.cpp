@@ -336,12 +336,14 @@ void ExpectPiecesToEndAsTheWhole(RunConfig config) {
     ctrl_c.join();
     ASSERT_TRUE(summary.ok()) << summary.status().message();
     ASSERT_TRUE(Policy::Load(summary->models[0].path).ok());
-    config.resume = true;
     ++pieces;
-    if (summary->interrupted) continue;
-    EXPECT_EQ(summary->weights_hash, expected) << "after " << pieces << " pieces";
-    EXPECT_GT(pieces, 1) << "nothing was interrupted";
-    return;
+    if (!summary->interrupted) {
+      EXPECT_EQ(summary->weights_hash, expected) << "after " << pieces << " pieces";
+      if (pieces > 1) return;
+      pieces = 0;  // on a busy machine Ctrl-C came after the end: once more, from the beginning
+    }
+    config.resume = summary->interrupted;
+    config.force = !config.resume;
   }
   FAIL() << "never finished";
 }
