@@ -26,6 +26,7 @@ from collections.abc import Callable
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CONSAC = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", ROOT / "build/release")) / "cli/consac"
 EPISODES = 100  # of each evaluation; deterministic actions
+KEPT = ROOT / "bench/results/ecosystem_seeds"  # answers of rows that take hours, until their line is written
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT / "python"), "PYTHONUNBUFFERED": "1", "RAY_USAGE_STATS_ENABLED": "0"}
 
 
@@ -210,6 +211,7 @@ class Proof:
     every_seed_at_least: float
     published: str  # what it is compared with, where nothing is measured beside
     seeds: int = 3
+    row: dict | None = None  # of sb3_curves.py: its seeds are kept, so that a measurement which was stopped goes on where it was, on another machine too
 
 
 # Settings of the last two: RL Baselines3 Zoo's for PPO (hyperparams/ppo.yml); what is not named is Stable Baselines3's default, as in ours.
@@ -227,7 +229,8 @@ def beside_stable_baselines3() -> list[Proof]:
                   f"{row['steps']:,} x {row['envs']}",
                   functools.partial(consac_train, row["world"], row["envs"], row["steps"], {"policy": row["policy"]} | row["settings"], algorithm=row["algorithm"]),
                   ["gymnasium", *row["served"]], row["median"] - row["standard_error"], -math.inf,
-                  f"Stable Baselines3, the same settings, {len(row['results'])} seeds: median {row['median']:g} +- {row['standard_error']:g}", seeds=5)
+                  f"Stable Baselines3, the same settings, {len(row['results'])} seeds: median {row['median']:g} +- {row['standard_error']:g}",
+                  seeds=len(row["results"]), row={name: row[name] for name in ("world", "envs", "steps", "algorithm", "policy", "settings")})
             for row in SERVED if "median" in row]
 
 
@@ -268,7 +271,24 @@ def run_one(proof: Proof, seed: int) -> dict:
         answer = pathlib.Path(folder) / "answer"
         code = subprocess.run([sys.executable, __file__, "--child", proof.name, "--seed", str(seed), str(answer)], env=ENVIRONMENT, stdout=sys.stderr).returncode
         result = json.loads(answer.read_text()) if code == 0 else {"return": math.nan}
-    return {"seconds": time.monotonic() - started - result.pop("seconds_beside", 0.0)} | result
+    return {"seconds": time.monotonic() - started - result.pop("seconds_beside", 0.0), "with": measured_with(proof)} | result
+
+
+def kept_file(proof: Proof, seed: int) -> pathlib.Path:
+    return KEPT / f"{proof.name} {seed}.json"
+
+
+def kept_or_run(proof: Proof, seed: int) -> dict:
+    """As run_one; a row of Stable Baselines3's keeps it, and takes what it has kept of the same settings."""
+    path = kept_file(proof, seed)
+    known = json.loads(path.read_text()) if proof.row and path.exists() else {}
+    if known.get("row") == proof.row and "return" in known:
+        return known
+    run = run_one(proof, seed)
+    if proof.row and not math.isnan(run["return"]):
+        KEPT.mkdir(exist_ok=True)
+        path.write_text(json.dumps({"row": proof.row} | run) + "\n")
+    return run
 
 
 def machine() -> str:
@@ -277,22 +297,26 @@ def machine() -> str:
     return platform.machine()
 
 
+def measured_with(proof: Proof) -> str:
+    commit = subprocess.run([CONSAC, "--version"], capture_output=True, text=True).stdout.split("commit ")[-1].split("\n")[0]  # the program's, not the folder's
+    versions = [f"consac {commit}", f"Python {platform.python_version()}"] + [f"{name} {importlib.metadata.version(name)}" for name in proof.packages]
+    return f"{', '.join(versions)}; {machine()}"
+
+
 def prove(proof: Proof) -> tuple[str, bool]:
     """The row's line, and whether the claim holds."""
     runs = []
     for seed in range(1, proof.seeds + 1):
         print(f"{proof.name}, seed {seed} of {proof.seeds}: {proof.what}", flush=True)
-        runs.append(run_one(proof, seed))
+        runs.append(kept_or_run(proof, seed))
         print(f"{proof.name}, seed {seed} of {proof.seeds}: {runs[-1]['return']:.1f} in {runs[-1]['seconds']:.0f} s", flush=True)
     returns = [run["return"] for run in runs]
     holds = not any(map(math.isnan, returns)) and statistics.median(returns) >= proof.median_at_least and min(returns) >= proof.every_seed_at_least
     beside = [f"{run['beside']:.4g}" for run in runs if "beside" in run]
     compared = f"the same on Gymnasium's own, measured: {', '.join(beside)}" if beside else proof.published
-    commit = subprocess.run([CONSAC, "--version"], capture_output=True, text=True).stdout.split("commit ")[-1].split("\n")[0]  # the program's, not the folder's
-    versions = [f"consac {commit}", f"Python {platform.python_version()}"] + [f"{name} {importlib.metadata.version(name)}" for name in proof.packages]
     cells = [proof.name, proof.what, proof.budget, ", ".join(f"{value:.4g}" for value in returns), f"{statistics.median(returns):.4g}",
              f"{proof.median_at_least:g} / {proof.every_seed_at_least:g}".replace("-inf", "any"), compared, f"{statistics.mean(run['seconds'] for run in runs):.0f}",
-             "yes" if holds else "**no**", ", ".join(versions) + f"; {machine()}"]
+             "yes" if holds else "**no**", " and ".join(dict.fromkeys(run["with"] for run in runs))]
     return f"| {' | '.join(cells)} |\n", holds
 
 
@@ -321,6 +345,9 @@ def main() -> int:
             lines[proof.name], holds = prove(proof)
             all_hold &= holds
             write(options.out, lines)
+            if "nan" not in lines[proof.name]:
+                for seed in range(1, proof.seeds + 1):
+                    kept_file(proof, seed).unlink(missing_ok=True)
     print(options.out.read_text())
     return 0 if all_hold else 1
 
