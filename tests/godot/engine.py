@@ -13,7 +13,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # What a trainer is told to speak: to find out takes an engine, or a trainer, that is there within 0.1 s, as a busy machine has none.
 TEXT1, PROTOCOL_2 = ("--protocol", "text1"), ("--protocol", "2")
-DEADLINE_S = 180  # for whatever a test waits for: no measurement, only an end of waiting for what never comes
+DEADLINE_S = 400  # for whatever a test waits for: no measurement, only an end of waiting for what never comes
 ROBOT = ROOT / "examples/robots/yumi"
 CONSAC = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", ROOT / "build/release")) / "cli/consac"
 
