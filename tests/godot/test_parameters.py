@@ -116,13 +116,11 @@ def test_what_cannot_be_is_one_line(godot):
     assert "wind" in refused("train", TRAINING='"uniform 6"') and "20" in refused("train", TRAINING='"uniform 6 20"')
 
 
-WRONG = r"consac: there is no parameter 'wnd'; \S+ has wind"
-
-
 @pytest.mark.parametrize("mode", ["by_hand", "train"])
-def test_a_parameter_that_is_not_there_ends_the_session(godot, mode):
-    output = finished(start(godot, "weather", f"mode={mode}", "steps=200", "sessions=1", "quit=1", NAMED='"wnd"'), 1)
-    assert len(re.findall(WRONG, output)) == 1 and "the session failed: 0 steps" in output, output
+@pytest.mark.parametrize("when", ["NAMED", "EARLY"])
+def test_a_parameter_that_is_not_there_ends_the_session(godot, mode, when):
+    output = finished(start(godot, "weather", f"mode={mode}", "steps=200", "sessions=1", "quit=1", **{when: '"wnd"'}), 1)
+    assert len(re.findall(r"consac: there is no parameter 'wnd'; \S+ has wind: use one of these, or add it", output)) == 1 and "the session failed: 0 steps" in output, output
 
 
 def test_each_trainer_is_refused_a_world_whose_parameter_is_not_there(godot, tmp_path):

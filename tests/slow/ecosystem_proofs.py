@@ -26,7 +26,7 @@ from collections.abc import Callable
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CONSAC = pathlib.Path(os.environ.get("CONSAC_BUILD_DIR", ROOT / "build/release")) / "cli/consac"
 EPISODES = 100  # of each evaluation; deterministic actions
-KEPT = ROOT / "bench/results/ecosystem_seeds"  # answers of rows that take hours, until their line is written
+KEPT = ROOT / "bench/results/ecosystem_seeds"  # answers of single seeds until their row's line is written; to be committed where a row takes hours
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT / "python"), "PYTHONUNBUFFERED": "1", "RAY_USAGE_STATS_ENABLED": "0"}
 
 
@@ -211,7 +211,7 @@ class Proof:
     every_seed_at_least: float
     published: str  # what it is compared with, where nothing is measured beside
     seeds: int = 3
-    row: dict | None = None  # of sb3_curves.py: its seeds are kept, so that a measurement which was stopped goes on where it was, on another machine too
+    row: dict | None = None  # of sb3_curves.json: with one, each seed's answer is kept in KEPT until the line is written
 
 
 # Settings of the last two: RL Baselines3 Zoo's for PPO (hyperparams/ppo.yml); what is not named is Stable Baselines3's default, as in ours.
@@ -279,7 +279,7 @@ def kept_file(proof: Proof, seed: int) -> pathlib.Path:
 
 
 def kept_or_run(proof: Proof, seed: int) -> dict:
-    """As run_one; a row of Stable Baselines3's keeps it, and takes what it has kept of the same settings."""
+    """As run_one. A proof with a row keeps the answer, and takes a kept one of the same settings, whatever build measured it: the line names each."""
     path = kept_file(proof, seed)
     known = json.loads(path.read_text()) if proof.row and path.exists() else {}
     if known.get("row") == proof.row and "return" in known:
@@ -345,9 +345,10 @@ def main() -> int:
             lines[proof.name], holds = prove(proof)
             all_hold &= holds
             write(options.out, lines)
-            if "nan" not in lines[proof.name]:
-                for seed in range(1, proof.seeds + 1):
-                    kept_file(proof, seed).unlink(missing_ok=True)
+            files = [kept_file(proof, seed) for seed in range(1, proof.seeds + 1)]
+            if all(file.exists() for file in files):  # a seed that failed has none, and is run again
+                for file in files:
+                    file.unlink()
     print(options.out.read_text())
     return 0 if all_hold else 1
 

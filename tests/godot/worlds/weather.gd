@@ -7,6 +7,7 @@ const TRAINING := ""  # of the wind
 const DEFAULT := 4.0
 const MASKS := false
 const NAMED := "wind"
+const EARLY := "wind"  # what one asks for before it begins
 const LATE := false  # one more comes, in the group of the first
 const GOALS := false
 
@@ -54,8 +55,8 @@ func _ready() -> void:
 	_sync.progressed.connect(func(numbers: Dictionary) -> void: print("weather: metres ", numbers.get("metres")))
 	add_child(_sync)
 	for walker in get_children():
-		if walker is Walker and NAMED == "wind":
-			print("weather: before it begins %s" % walker.parameter(&"wind"))
+		if walker is Walker:
+			print("weather: before it begins %s" % walker.parameter(EARLY))
 
 
 func _come(i: int) -> void:

@@ -179,7 +179,7 @@ func note(metric: StringName, value: float) -> void:
 
 ## What this episode has of one of the [member ConsacSync.parameters]; it stays so until the next one begins, so
 ## [method reset] is the place to set gravity, a weight or a number of enemies by it. Before the first, what it is by
-## default. A name that the sync has not ends the session.
+## default. A name that is not in [member ConsacSync.parameters] ends the session.
 func parameter(parameter_name: StringName) -> float:
 	if _parameters.has(parameter_name):
 		return _parameters[parameter_name]
@@ -216,8 +216,9 @@ func end_episode(cut_off := false) -> void:
 		terminated = true
 
 
-## Where it is, for messages: its path from the sync's parent, since each of many stalls may have an agent of one name.
-func path_of_it() -> String:
+## Its path below the sync's parent, for messages, since agents in copies of one scene share a name; its name alone where no
+## sync drives it.
+func path_in_world() -> String:
 	if is_inside_tree() and is_instance_valid(driven_by) and driven_by.is_inside_tree():
 		return String(driven_by.get_parent().get_path_to(self))
 	return name
@@ -232,7 +233,7 @@ func prepare() -> String:
 		var sensor: ConsacSensor = child
 		var missing := sensor.fault()
 		if not missing.is_empty():
-			return "%s/%s: %s" % [path_of_it(), sensor.name, missing]
+			return "%s/%s: %s" % [path_in_world(), sensor.name, missing]
 		_sensors.append(sensor)
 		if sensor.place() != null and not sensor.has_meta(&"drawing"):
 			sensor.set_meta(&"drawing", true)
@@ -242,21 +243,21 @@ func prepare() -> String:
 	if fault.is_empty():
 		fault = ConsacValues.fault_of(actions, "action")
 	if not fault.is_empty():
-		fault = "%s%s" % [path_of_it(), fault]
+		fault = "%s%s" % [path_in_world(), fault]
 	if fault.is_empty() and goals != null:
 		fault = goals.fault(all_observations)
-		fault = "" if fault.is_empty() else "%s, %s" % [path_of_it(), fault]
+		fault = "" if fault.is_empty() else "%s, %s" % [path_in_world(), fault]
 		_goals_at = ConsacGoals.places(all_observations)
 	if fault.is_empty() and goals != null and group != &"":
 		fault = "%s is in the group '%s', and its goals say what it is paid; empty group, or goals" % [
-				path_of_it(), group]
+				path_in_world(), group]
 	row.resize(ConsacValues.plan(all_observations, _names, _widths))
 	action_row.resize(ConsacValues.plan(actions, _action_names, _action_widths))
 	action_row.fill(0.0)
 	mask_row.clear()
 	by_rule = false
 	if fault.is_empty() and control == ControlMode.MODEL and model == null:
-		fault = "%s acts by a model and has none; set model to a .consac file" % path_of_it()
+		fault = "%s acts by a model and has none; set model to a .consac file" % path_in_world()
 	return fault
 
 
@@ -337,7 +338,7 @@ func look() -> String:
 		else:
 			var wrong := ConsacValues.store(row, at, all_observations[i], value, "observe()")
 			if not wrong.is_empty():
-				_blame(wrong + _stray_names())
+				_blame(wrong + (_stray_names() if value == null else ""))
 		at += absi(width)
 	if masks_actions:
 		_look_at_masks()
@@ -366,7 +367,7 @@ func blame_for(numbers: PackedFloat32Array) -> String:
 		for i in entry.numbers():
 			if not is_finite(numbers[at + i]):
 				return "%s: observe() gave %s for entry '%s'; mend where it comes from" % [
-						path_of_it(), numbers[at + i], entry.name]
+						path_in_world(), numbers[at + i], entry.name]
 		at += entry.numbers()
 	return ""
 
@@ -381,7 +382,7 @@ func account() -> String:
 	if max_steps > 0 and steps >= max_steps and not terminated:
 		truncated = true
 	if not is_finite(reward):
-		return "%s: the reward of step %d of its episode is %s; mend where it comes from" % [path_of_it(), steps, reward]
+		return "%s: the reward of step %d of its episode is %s; mend where it comes from" % [path_in_world(), steps, reward]
 	return ""
 
 
@@ -393,7 +394,7 @@ func settle() -> void:
 	if reward != 0.0 and not is_equal_approx(reward, worth) and not _told_of_pay:
 		_told_of_pay = true
 		push_warning("%s was given a reward of %s, but its goals are worth %s; they alone pay: give none, or turn off goals.pays"
-				% [path_of_it(), reward, worth])
+				% [path_in_world(), reward, worth])
 	reward = worth
 	total_reward += reward
 
@@ -428,7 +429,7 @@ func ask_heuristic() -> String:
 	return _problem
 
 
-# What observe() gave for no entry: where one is missing, it is likely that one, misspelt.
+# The names that observe() gave and no entry has: of a missing one, likely the misspelling.
 func _stray_names() -> String:
 	var stray := values.keys().filter(func(key: Variant) -> bool: return not key in _names)
 	return "" if stray.is_empty() else "; no entry is named '%s'" % "', '".join(stray)
@@ -454,4 +455,4 @@ func _look_at_masks() -> void:
 # Keeps the first of what is wrong.
 func _blame(what: String) -> void:
 	if _problem.is_empty():
-		_problem = "%s: %s" % [path_of_it(), what]
+		_problem = "%s: %s" % [path_in_world(), what]

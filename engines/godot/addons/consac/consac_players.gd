@@ -23,7 +23,7 @@ func take_by_hand(agent: ConsacAgent) -> void:
 ## bytes] where that is no file of its own. Why it cannot, or "".
 func take_by_model(agent: ConsacAgent, path: String, bytes := PackedByteArray()) -> String:
 	if not ClassDB.class_exists(ConsacSync.NATIVE_MODEL):
-		return "%s is to act by a model, which needs the native extension; see engines/godot/README.md" % agent.path_of_it()
+		return "%s is to act by a model, which needs the native extension; see engines/godot/README.md" % agent.path_in_world()
 	var key := [path if not path.is_empty() else str(hash(bytes)), ConsacEntry.tables(agent.all_observations),
 			ConsacEntry.tables(agent.actions), agent.masks_actions]
 	var team: Team = _teams.get(key)
@@ -37,7 +37,7 @@ func take_by_model(agent: ConsacAgent, path: String, bytes := PackedByteArray())
 				observations = ConsacEntry.tables_for(agent.all_observations, team.model.describe().observations),
 				actions = ConsacEntry.tables_for(agent.actions, team.model.describe().actions)})
 		if not fault.is_empty():
-			return "%s cannot act by this model: %s" % [agent.path_of_it(), fault]
+			return "%s cannot act by this model: %s" % [agent.path_in_world(), fault]
 		team.take_form(agent)
 		_teams[key] = team
 	var place := team.agents.find(null)

@@ -57,7 +57,7 @@ func note_episode(agent: ConsacAgent) -> void:
 		_warned = true
 		push_warning(("%d episodes in a row ended with their first step (the latest of %s): does reset() put back all that "
 				+ "judge() looks at? Rigid bodies are placed with ConsacBodies.place_2d() and place_3d()")
-				% [SHORT_IN_A_ROW, agent.path_of_it()])
+				% [SHORT_IN_A_ROW, agent.path_in_world()])
 
 
 ## A number of the game's own; what a line tells is the mean since the line before. Whether it is one that can be told.
@@ -137,7 +137,7 @@ func summary(steps: int, rewards: PackedFloat32Array) -> String:
 	var kept := mini(steps, rewards.size())
 	return "%d steps in %.2f s (%.0f steps/s), mean reward of the last %d steps %.3f, of the last %d episodes %.2f%s" % [
 			steps, seconds, steps / seconds, kept, _mean(rewards, kept), episode_rewards.size(), mean_episode_reward(),
-			" (none has ended: end_episode() or max_steps ends one)" if episode_rewards.is_empty() else ""]
+			" (none has ended: call end_episode(), or set max_steps)" if steps > 0 and episode_rewards.is_empty() else ""]
 
 
 ## Of the latest episodes.

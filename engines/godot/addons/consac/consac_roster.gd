@@ -87,9 +87,11 @@ func welcome() -> Array[ConsacAgent]:
 		if not _sync.get_parent().is_ancestor_of(agent):
 			continue
 		var fault := _welcome(agent)
+		if fault.begins_with(agent.path_in_world()):
+			fault = "it" + fault.trim_prefix(agent.path_in_world())
 		if not fault.is_empty():
 			if not _said.has(fault):  # a wave of them would be a flood of lines
-				printerr("consac: %s takes no part: %s; said of the first" % [agent.path_of_it(), fault])
+				printerr("consac: %s takes no part: %s; said of the first" % [agent.path_in_world(), fault])
 			_said[fault] = true
 			_turned_away[agent] = true
 			continue
@@ -102,7 +104,7 @@ func welcome() -> Array[ConsacAgent]:
 # An agent that was there from the beginning. What is wrong, or "".
 func _take_in(agent: ConsacAgent) -> String:
 	if is_instance_valid(agent.driven_by) and agent.driven_by != _sync and agent.driven_by.is_running():
-		return "%s is driven by %s already; one ConsacSync is enough" % [agent.name, agent.driven_by.name]
+		return "%s is driven by %s already; one ConsacSync is enough" % [agent.path_in_world(), agent.driven_by.name]
 	var fault := _prepare(agent)
 	if not fault.is_empty():
 		return fault

@@ -142,7 +142,7 @@ var _exit_code := 0
 var _roster := ConsacRoster.new(self)
 var _episodes := ConsacEpisodes.new(self, _roster)
 var _groups := ConsacGroups.new()
-var _wrong_parameter := ""  # what an agent asked for in vain
+var _unknown := &""  # the first parameter that an agent has asked for in vain
 var _standstill := ConsacStandstill.new()
 var _speed := ConsacSpeed.new()
 var _wanted_ticks := ConsacSpeed.TICKS_A_FRAME  # before a frame of this session
@@ -253,17 +253,14 @@ func parameters_of(agent: ConsacAgent) -> Dictionary:
 	return values
 
 
-## What a parameter is where nobody sets it. One that there is not ends this session and those to come: what would be
-## learned is another world's.
+## What a parameter is where nobody sets it. A name that there is not ends the session, and each one after it until a script
+## adds it: what would be learned is another world's.
 func default_of(parameter_name: StringName) -> float:
 	for parameter in parameters:
 		if parameter != null and parameter.name == parameter_name:
 			return parameter.default_value
-	if is_running() and _wrong_parameter.is_empty():  # before that a script may still add it
-		var names := parameters.filter(func(one: ConsacParameter) -> bool: return one != null).map(
-				func(one: ConsacParameter) -> String: return one.name)
-		_wrong_parameter = "there is no parameter '%s'; %s has %s" % [parameter_name, name,
-				"none: add it to parameters" if names.is_empty() else ", ".join(names)]
+	if _unknown.is_empty():
+		_unknown = parameter_name
 	return 0.0
 
 
@@ -493,13 +490,25 @@ func _look() -> void:
 func offer(fault: String) -> void:
 	_waiting = true
 	_roster.newcomers.clear()
-	fault = _first(fault, _wrong_parameter)
+	fault = _first(fault, _fault_of_unknown())
 	if fault.is_empty() and not _errors.has_heard:
 		backend.offer()
 		for agent in _roster.agents:
 			agent.close_account()
 	else:
 		_refuse(fault)
+
+
+# Judged when a step is offered: until then a script may still add it.
+func _fault_of_unknown() -> String:
+	if _unknown.is_empty():
+		return ""
+	var names := parameters.map(func(one: ConsacParameter) -> String: return one.name)
+	if String(_unknown) in names:
+		_unknown = &""
+		return ""
+	return "there is no parameter '%s'; %s has %s" % [_unknown, name,
+			"none: add it to parameters" if names.is_empty() else "%s: use one of these, or add it" % ", ".join(names)]
 
 
 # What is wrong with agents; what is wrong with their scripts is why.

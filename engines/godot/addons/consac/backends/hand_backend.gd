@@ -60,7 +60,7 @@ func _warn(agent: ConsacAgent, row: PackedFloat32Array, entries: Array[ConsacEnt
 				if row[i] >= entry.low and row[i] <= entry.high:  # and no NaN
 					continue
 				_told[key] = true
-				push_warning("%s: %s gave %s for entry '%s', whose bounds are %s to %s; %s" % [agent.path_of_it(), source, row[i],
+				push_warning("%s: %s gave %s for entry '%s', whose bounds are %s to %s; %s" % [agent.path_in_world(), source, row[i],
 						entry.name, entry.low, entry.high, "widen them, or keep within them" if is_finite(row[i])
 						else "mend where it comes from: who learns stops there"])
 				break

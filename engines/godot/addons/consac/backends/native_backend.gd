@@ -223,7 +223,7 @@ func _gather(agents: Array[ConsacAgent]) -> String:
 			_herds.append(herd)
 		elif not _alike(agent, herd):
 			return "%s and %s share the behaviour '%s', but not their entries or goals; give them one each" % [
-					herd.agents[0].path_of_it(), agent.path_of_it(), agent.behaviour]
+					herd.agents[0].path_in_world(), agent.path_in_world(), agent.behaviour]
 		herd.agents.append(agent)
 	return ""
 
@@ -475,13 +475,13 @@ func _keep(mark := "") -> String:
 	var learned := range(_herds.size()).filter(func(b: int) -> bool: return _world.learned(b))
 	if mark == STOPPED and learned.is_empty():
 		print("consac: stopped before the first update; nothing was learned yet, so no model is saved")
+	var how := {"": "what was learned is in ", STOPPED: "stopped early; what was learned is in "}
 	for b: int in learned:
 		var whole := path_of(path, _herds[b].name)
 		var target := whole if mark.is_empty() else "%s%s.%s" % [whole.get_basename(), mark, whole.get_extension()]
 		var fault: String = _world.save_model(b, target)
 		if not fault.is_empty():
 			return fault
-		var how := {"": "what was learned is in ", STOPPED: "stopped early; what was learned is in "}
 		print("consac: ", how.get(mark, "what was learned so far is in "), target)
 	return ""
 

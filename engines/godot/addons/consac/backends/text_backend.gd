@@ -59,7 +59,7 @@ func begin(agents: Array[ConsacAgent]) -> String:
 		return "port %d of %s is taken or not allowed; set another one, or 0 for a free one" % [port, bind_address]
 	if _agent.masks_actions:
 		push_warning("%s masks its actions, which text protocol 1 cannot carry: mask() counts for nothing, and trainers choose "
-				% _agent.name + "what is not legal. For protocol 2 " + _how_to_get_protocol2())
+				% _agent.path_in_world() + "what is not legal. For protocol 2 " + _how_to_get_protocol2())
 	if not parameters.is_empty() or _agent.group != &"":
 		_tell_what_is_missing()
 	port = _server.get_local_port()
@@ -146,7 +146,7 @@ func _describe() -> String:
 	var observation := _space_text(_agent.all_observations)
 	if action.is_empty() or observation.is_empty():
 		return ("%s: text protocol 1 carries numbers, or one discrete entry alone, and %d numbers at most; a mixture "
-				+ "needs the native extension") % [_agent.name, ConsacEntry.MOST]
+				+ "needs the native extension") % [_agent.path_in_world(), ConsacEntry.MOST]
 	if training_length < 0 or (training_length == 0 and model_name.is_empty()):
 		return "training length %d without a model name; set training_length to the actions to train for" % training_length
 	if model_name.contains("#") or model_name != model_name.strip_escapes():
