@@ -71,8 +71,8 @@ class ScriptedEngine {
   std::thread thread_;
 };
 
-/// `config` on `engine`. Names the protocol: to find it out a trainer waits 0.1 s for the first line, which may come later
-/// on a busy machine.
+/// `config` on `engine`. Names the protocol: to find it out a trainer waits 0.1 s for the first line, which may come
+/// later on a busy machine.
 inline RunConfig On(const ScriptedEngine& engine, RunConfig config) {
   config.world = engine.url();
   config.protocol = "text1";
