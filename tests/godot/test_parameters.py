@@ -123,6 +123,11 @@ def test_a_parameter_that_is_not_there_ends_the_session(godot, mode, when):
     assert len(re.findall(r"consac: there is no parameter 'wnd'; \S+ has wind: use one of these, or add it", output)) == 1 and "the session failed: 0 steps" in output, output
 
 
+def test_a_parameter_that_a_script_adds_before_the_session_may_be_asked_for_earlier(godot):
+    output = finished(start(godot, "weather", "mode=by_hand", "steps=20", "sessions=1", "quit=1", EARLY='"calm"', ADDED='"calm"'))
+    assert "there is no parameter" not in output and winds(output) == (4.0, 4.0), output
+
+
 def test_each_trainer_is_refused_a_world_whose_parameter_is_not_there(godot, tmp_path):
     engine = start(godot, "weather", "port=0", "steps=64", "sessions=2", "quit=1", NAMED='"wnd"')
     port = engine.port()

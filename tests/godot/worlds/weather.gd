@@ -8,6 +8,7 @@ const DEFAULT := 4.0
 const MASKS := false
 const NAMED := "wind"
 const EARLY := "wind"  # what one asks for before it begins
+const ADDED := ""  # a parameter that the script adds after that
 const LATE := false  # one more comes, in the group of the first
 const GOALS := false
 
@@ -57,6 +58,8 @@ func _ready() -> void:
 	for walker in get_children():
 		if walker is Walker:
 			print("weather: before it begins %s" % walker.parameter(EARLY))
+	if ADDED != "":
+		_sync.parameters.append(ConsacParameter.of(ADDED, 1.0))
 
 
 func _come(i: int) -> void:
