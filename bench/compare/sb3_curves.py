@@ -62,7 +62,7 @@ ROWS = [
     {"name": "lunar lander by sac", "world": "LunarLanderContinuous-v3", "served": ["box2d"], "algorithm": "sac", "policy": "MlpPolicy",
      "steps": 100_000, "envs": 1, "seeds": 3, "settings": {"learning_rate": "lin_7.3e-4", "tau": 0.01, "learning_starts": 10_000, "net_arch": [400, 300]}},
     {"name": "half cheetah by sac", "world": "HalfCheetah-v5", "served": ["mujoco"], "algorithm": "sac", "policy": "MlpPolicy", "steps": 100_000, "envs": 1,
-     "seeds": 3, "settings": {"learning_starts": 10_000}},
+     "settings": {"learning_starts": 10_000}},
 ]
 
 
