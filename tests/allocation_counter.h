@@ -15,12 +15,24 @@ namespace {
 std::atomic<std::int64_t> allocations{0};
 std::atomic<std::size_t> largest{0};
 
-/// Null when there is no memory.
-void* TryCountedAllocate(std::size_t bytes, std::size_t alignment) noexcept {
+void Count(std::size_t bytes) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   for (std::size_t seen = largest.load(std::memory_order_relaxed);
        bytes > seen && !largest.compare_exchange_weak(seen, bytes, std::memory_order_relaxed);) {
   }
+}
+}  // namespace
+
+#if defined(CONSAC_SANITIZED_THREADS) && defined(__clang__)
+// Clang's ThreadSanitizer links operators of its own, which nothing replaces; it calls this for each allocation.
+extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t bytes) {
+  Count(bytes);
+}
+#else
+namespace {
+/// Null when there is no memory.
+void* TryCountedAllocate(std::size_t bytes, std::size_t alignment) noexcept {
+  Count(bytes);
 #if defined(_WIN32)
   return _aligned_malloc(bytes == 0 ? 1 : bytes,
                          alignment < alignof(std::max_align_t) ? alignof(std::max_align_t) : alignment);
@@ -98,6 +110,7 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
   Free(memory);
 }
+#endif
 
 namespace consac::testing {
 

@@ -1,6 +1,7 @@
 // Models that compute while the engine goes on: what is seen at one Poll is decided on at the next.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstring>
 #include <thread>
 
@@ -50,7 +51,7 @@ TEST(Pipelined, ModelsDoBitForBitWhatTheyDoAtOnceOnePollLater) {
   EXPECT_EQ(actions[0], actions[1]);
 }
 
-std::thread::id thinks_on;
+std::atomic<std::thread::id> thinks_on;
 
 /// As what it remembers does, and writes down which thread asked.
 void AddWatchedBlock() {
@@ -74,7 +75,7 @@ TEST(Pipelined, TheEnginesThreadDoesNotCompute) {
     TickedEngine engine(std::make_unique<OnesEnv>(2), 1);
     const std::unique_ptr<Driver> driver = ActOn(engine.world(), model, pipelined);
     for (int tick = 0; tick < 10; ++tick) ASSERT_TRUE(engine.Tick(*driver, 0.0).ok());
-    EXPECT_EQ(thinks_on != std::this_thread::get_id(), pipelined);
+    EXPECT_EQ(thinks_on.load() != std::this_thread::get_id(), pipelined);
     EXPECT_GT(driver->progress().steps, 0);
   }
 }
