@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Compiles core and learn as an engine does, with g++ and clang++: no exceptions, no RTTI, warnings as errors, all
-# sources concatenated, every public header after the macros that Unreal defines; the Unreal plugin, file by file with g++
-# and concatenated with clang++; and the sources that are staged into it, which are linked with nothing missing and run.
-# With g++ the staged sources are compiled as they lie there and optimised, since it warns of what it finds then; clang++
-# takes a dozen at a time and optimises nothing.
+# sources concatenated, every public header after the macros that Unreal defines; the Unreal plugin, concatenated, with
+# clang++ (make test takes it so with g++, tools/unreal_compilers.sh file by file); and the sources that are staged into it,
+# which are linked with nothing missing and run. With g++ these are compiled as they lie there and optimised, since it warns
+# of what it finds then; clang++ takes two dozen at a time and optimises nothing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh unreal

@@ -17,7 +17,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh unreal-compilers
 what=("$@")
-[ ${#what[@]} -gt 0 ] || what=(linux linux18 windows macos macos11)
+[ ${#what[@]} -gt 0 ] || what=(linux macos linux18 windows macos11)
 build=$PWD/build/unreal-compilers
 staged=$build/plugin/Source
 zig=$(.venv/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
@@ -30,7 +30,8 @@ python3 tools/stage_unreal.py --into "$build/plugin"
 python3 engines/unreal/shim/generate.py engines/unreal/Consac "$build/generated"
 
 # Whether Unreal's build tool has char8_t is nowhere said; the tests' own builds have it.
-common=(-std=c++20 -fno-char8_t -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -O0)
+# Where nothing is optimised zig would look for undefined behaviour, and keep what a debugger needs.
+common=(-std=c++20 -fno-char8_t -fno-sanitize=undefined -g0 -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -O0)
 # What Unreal's build tool turns into errors for clang, and what its newer compilers find by themselves.
 warnings=(-Wall -Wextra -Wshadow -Wundef -Wdeprecated -Wdeprecated-declarations -Wdelete-non-virtual-dtor -Wenum-conversion
   -Wno-unused-command-line-argument -Werror)
@@ -52,7 +53,7 @@ compile() {
     eval "$COMMAND" "$make" \"\$1\" || { echo "unreal_compilers: $1 does not compile"; exit 1; }' - {}
 }
 
-# joined FOLDER SOURCE...: the sources, a dozen in a file, as Unreal's build tool joins them; the kernels, which include themselves
+# joined FOLDER SOURCE...: the sources, two dozen in a file, as Unreal's build tool joins them; the kernels, which include themselves
 # for each instruction set, alone. Prints the files.
 joined() {
   local folder=$1 count=0 file= source
@@ -60,14 +61,14 @@ joined() {
   rm -rf "$folder" && mkdir -p "$folder"
   for source in "$@"; do
     if [[ $source == *kernels* ]]; then echo "$source"; continue; fi
-    if ((count++ % 12 == 0)); then file=$folder/joined_$((count / 12)).cpp; echo "$file"; fi
+    if ((count++ % 24 == 0)); then file=$folder/joined_$((count / 24)).cpp; echo "$file"; fi
     printf '#include "%s"\n' "$(realpath "$source")" >>"$file"
   done
 }
 mapfile -t staged_sources < <(joined "$build/joined" "$staged"/Consac/Private/Staged/*.cpp)
 
 # everything FOLDER WHAT COMPILER...: what is staged, and the plugin against the shim, but for the stand-in's own Linux.
-# `plugin=joined everything ...` takes the plugin's sources a dozen in a file, for who has seen that each compiles alone.
+# `plugin=joined everything ...` takes the plugin's sources two dozen in a file, for who has seen that each compiles alone.
 everything() {
   local folder=$1 said=$2 from=engines/unreal/Consac/Source folders=() sources=() module
   shift 2
@@ -83,13 +84,22 @@ everything() {
   echo "unreal_compilers: $said: the plugin, its samples and its tests compile against the shim"
 }
 
+# meanwhile WHAT COMMAND...: runs it beside what follows. A first link by zig is a minute of one core, which makes its libraries.
+links=()
+meanwhile() {
+  local said=$1
+  shift
+  ("$@" && echo "unreal_compilers: $said") &
+  links+=($!)
+}
+
 linux() {
   local glibc=(--target=x86_64-unknown-linux-gnu -fPIC -nostdlibinc -D__GLIBC_MINOR__=17 -isystem /usr/lib/llvm-16/include/c++/v1
     -isystem "$libc/x86-linux-gnu" -isystem "$libc/generic-glibc" -isystem "$libc/x86-linux-any" -isystem "$libc/any-linux-any")
   everything linux "clang 16, libc++ 16, glibc 2.17" $ccache clang++-16 "${glibc[@]}" "${common[@]}" "${warnings[@]}"
   # An engine's editor loads a module with its own copies of nothing: whatever is missing in this glibc is missing here.
-  "$zig" c++ -target x86_64-linux-gnu.2.17 -shared -Wl,-z,defs -o "$build/linux/libconsac.so" "$build"/linux/*.o
-  echo "unreal_compilers: it links with glibc 2.17"
+  meanwhile "it links with glibc 2.17" \
+    "$zig" c++ -target x86_64-linux-gnu.2.17 -g0 -shared -Wl,-z,defs -o "$build/linux/libconsac.so" "$build"/linux/*.o
 }
 
 linux18() {
@@ -111,8 +121,9 @@ windows() {
 macos() {
   local target=aarch64-macos
   compile "$build/$target" "$zig" c++ -target "$target" -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
-  "$zig" c++ -target "$target" -shared -o "$build/$target/libconsac.dylib" "$build/$target"/*.o
-  echo "unreal_compilers: what is staged compiles and links for $target; nothing of it was run"
+  echo "unreal_compilers: what is staged compiles for $target"
+  meanwhile "it links for $target; nothing of it was run" \
+    "$zig" c++ -target "$target" -g0 -shared -o "$build/$target/libconsac.dylib" "$build/$target"/*.o
 }
 
 # zig's libc++ is its own, and so has everything on every macOS. Apple's is the system's: it says of each function which macOS
@@ -139,3 +150,4 @@ for one in "${what[@]}"; do
     *) echo "unreal_compilers: unknown '$one': linux, linux18, windows, macos, macos11, or nothing for all"; exit 2 ;;
   esac
 done
+for link in "${links[@]}"; do wait "$link"; done

@@ -10,7 +10,8 @@ choose_target windows-x86_64
 build_libraries googletest
 
 # Less optimised than what people run: its tests are soon done.
-cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_BENCH=OFF -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG"
+cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_BENCH=OFF -DCMAKE_UNITY_BUILD_BATCH_SIZE=48 -DCONSAC_LITTLE=-O0 \
+  -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG"
 cmake --build build/windows -j "$(nproc)"
 echo "windows: the program, the extension for Godot and their tests compile"
 
