@@ -202,6 +202,7 @@ Status PutRunBack(const std::string& path) {
     const Result<std::vector<std::string>> files = FilesOfRun(path);
     back = files.status();
     for (std::size_t i = 0; files.ok() && i < files->size(); ++i) Remove(path + "/" + (*files)[i]);
+    RemoveHalfWritten(path);  // KeepModelOfRunAside's second name of a model, or nobody goes on with the run
     RemoveEmptyFoldersOfEvents(path);
     if (back.ok()) back = ChangeState(path, kAside, kMoving);
   }

@@ -50,13 +50,6 @@ Status CheckSize(const std::string& checkpoint, std::size_t most_bytes) {
                                               "; raise max_memory_mib if it is this run's, or take it away"};
 }
 
-// Only under the lock.
-void RemoveHalfWritten(const std::string& folder) {
-  for (const std::string& name : FilesIn(folder)) {
-    if (IsHalfWritten(name)) Remove(folder + "/" + name);
-  }
-}
-
 // Takes the run's lock, until it is closed.
 Status Lock(const std::string& path, int* lock) {
   const std::string file = path + "/" + std::string(kLockFile);

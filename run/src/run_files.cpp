@@ -178,6 +178,12 @@ void Remove(const std::string& path) {
   fs::remove(ToPath(path), ignored);
 }
 
+void RemoveHalfWritten(const std::string& folder) {
+  for (const std::string& name : FilesIn(folder)) {
+    if (IsHalfWritten(name)) Remove(folder + "/" + name);
+  }
+}
+
 Status CheckRegular(const std::string& file) {
   std::error_code ignored;
   const fs::file_status status = fs::status(ToPath(file), ignored);

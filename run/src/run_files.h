@@ -28,6 +28,8 @@ bool IsCheckpoint(std::string_view name);
 bool IsSegment(std::string_view name);
 /// What a process that was killed while it wrote a run's file has left: WriteFileAtomically's name.
 bool IsHalfWritten(std::string_view name);
+/// All of those in the folder go; only under the run's lock.
+void RemoveHalfWritten(const std::string& folder);
 
 /// Paths, relative to the folder, of all that a run has written there: "monitor.csv", "checkpoints/step_....consac",
 /// "best/model.consac", "tensorboard/PPO2_1/events.out.tfevents...". What is behind a `best` that is a link is not the

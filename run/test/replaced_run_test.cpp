@@ -225,6 +225,30 @@ TEST(ReplacedRun, ANewRunThatCannotBeginOrBeSavedTakesNothingAway) {
   }
 }
 
+// As it is when a process is killed while it gives the run its old model under a name to be renamed.
+TEST(ReplacedRun, ASecondNameOfItsModelIsNotLeft) {
+  testing::ScratchFolder scratch("second_name");
+  RunConfig config = SmallRun(scratch.path(), "run");
+  config.steps = 256;
+  const Result<RunSummary> old = Train(config, kNeverStop);
+  ASSERT_TRUE(old.ok());
+  const std::string run = scratch.path() + "/run";
+  ASSERT_NE(Overwrite(scratch.path()), nullptr);  // and put back
+  ASSERT_EQ(InChild([&] {
+              const auto directory = Overwrite(scratch.path());
+              fs::create_hard_link(run + kRunAside + "/model.consac", run + "/model.consac.tmp-4711");
+              _exit(0);
+              return 1;
+            }),
+            0);
+  ASSERT_TRUE(IsReplacingUnfinished(run));
+  config.resume = true;
+  const Result<RunSummary> resumed = Train(config, kNeverStop);
+  ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+  EXPECT_EQ(resumed->weights_hash, old->weights_hash);
+  EXPECT_FALSE(fs::exists(run + "/model.consac.tmp-4711"));
+}
+
 TEST(ReplacedRun, KilledAtAnyMomentTheOldRunOrTheNewOneIsWhole) {
   testing::ScratchFolder scratch("killed_force");
   RunConfig config = SmallRun(scratch.path(), "run");
