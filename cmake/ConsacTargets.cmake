@@ -36,11 +36,12 @@ function(consac_part NAME)
   endforeach()
 endfunction()
 
-# Where no time is spent: a third of the compiler's time is saved. With -O0, for builds that are tested and go to nobody,
-# more than half of clang's.
-set(CONSAC_LITTLE -O1 CACHE STRING "How the program and its parts are optimised, where no time is spent")
+# Where no time is spent: a third of the compiler's time is saved. With -O0, for builds that are tested and go to
+# nobody, more than half of clang's.
+set(CONSAC_LITTLE -O1 CACHE STRING "How cli and run are optimised, where no time is spent")
 function(consac_optimise_little TARGET LEVEL)
-  target_compile_options(${TARGET} PRIVATE $<$<AND:$<CONFIG:Release,RelWithDebInfo>,$<NOT:$<CXX_COMPILER_ID:MSVC>>>:${LEVEL}>)
+  set(optimised $<AND:$<CONFIG:Release,RelWithDebInfo>,$<NOT:$<CXX_COMPILER_ID:MSVC>>>)
+  target_compile_options(${TARGET} PRIVATE $<${optimised}:${LEVEL}>)
 endfunction()
 
 # Defines NAME="value" for those SOURCES that mention NAME alone: a path on every command line would keep a compiler's cache

@@ -1,6 +1,6 @@
 #pragma once
 // Counts every heap allocation of a test program and keeps the size of the largest. Included by exactly one source of
-// the program, because it replaces operator new.
+// the program, because it replaces operator new, or defines a sanitizer's hook.
 
 #include <atomic>
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace {
 std::atomic<std::int64_t> allocations{0};
 std::atomic<std::size_t> largest{0};
 
-void Count(std::size_t bytes) noexcept {
+void CountAllocation(std::size_t bytes) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   for (std::size_t seen = largest.load(std::memory_order_relaxed);
        bytes > seen && !largest.compare_exchange_weak(seen, bytes, std::memory_order_relaxed);) {
@@ -24,15 +24,16 @@ void Count(std::size_t bytes) noexcept {
 }  // namespace
 
 #if defined(CONSAC_SANITIZED_THREADS) && defined(__clang__)
-// Clang's ThreadSanitizer links operators of its own, which nothing replaces; it calls this for each allocation.
+// Beside the operators of Clang's ThreadSanitizer others do not link; it calls this for each allocation, those of
+// malloc() included.
 extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t bytes) {
-  Count(bytes);
+  CountAllocation(bytes);
 }
 #else
 namespace {
 /// Null when there is no memory.
 void* TryCountedAllocate(std::size_t bytes, std::size_t alignment) noexcept {
-  Count(bytes);
+  CountAllocation(bytes);
 #if defined(_WIN32)
   return _aligned_malloc(bytes == 0 ? 1 : bytes,
                          alignment < alignof(std::max_align_t) ? alignof(std::max_align_t) : alignment);

@@ -46,7 +46,7 @@ compile() {
   shift
   while [ "$1" != -- ]; do command+=("$1"); shift; done
   shift
-  mkdir -p "$folder"
+  rm -rf "$folder" && mkdir -p "$folder"
   printf '%s\0' "$@" | COMMAND=$(printf '%q ' "${command[@]}") FOLDER=$folder ONLY=${only:-} xargs -0 -P "$(nproc)" -I{} bash -c '
     object=$FOLDER/$(basename "$1" .cpp).o make="-c -o \"\$object\""
     if [ "$ONLY" = syntax ] && [[ $1 != *kernels* ]] && ! grep -q hwy "$1"; then make=-fsyntax-only; fi
@@ -84,12 +84,13 @@ everything() {
   echo "unreal_compilers: $said: the plugin, its samples and its tests compile against the shim"
 }
 
-# meanwhile WHAT COMMAND...: runs it beside what follows. A first link by zig is a minute of one core, which makes its libraries.
+# meanwhile WHAT COMMAND...: runs it beside what follows. A first link by zig makes zig's libraries, a minute of one core.
 links=()
+trap wait EXIT  # nothing is left behind
 meanwhile() {
   local said=$1
   shift
-  ("$@" && echo "unreal_compilers: $said") &
+  ("$@" && echo "unreal_compilers: $said" || { echo "unreal_compilers: FAILED: $said"; exit 1; }) &
   links+=($!)
 }
 
@@ -150,4 +151,6 @@ for one in "${what[@]}"; do
     *) echo "unreal_compilers: unknown '$one': linux, linux18, windows, macos, macos11, or nothing for all"; exit 2 ;;
   esac
 done
-for link in "${links[@]}"; do wait "$link"; done
+failed=0
+for link in "${links[@]}"; do wait "$link" || failed=1; done
+exit "$failed"

@@ -9,7 +9,7 @@
 
 // Every processor with SSSE3 that runs a game of today has SSE4 as well. Clang 18 to 21 want vectors of 512 bits
 // declared in a way that Highway has known since 1.1 (google/highway#1864): by these compilers kernels go up to AVX2.
-// So they do for ThreadSanitizer, which sees threads alone, and takes the compiler long.
+// For ThreadSanitizer too, by any compiler: AVX-512 would show it no other threads, and compiles long.
 #ifndef HWY_DISABLED_TARGETS
 #if defined(CONSAC_SANITIZED_THREADS) || (defined(__clang__) && __clang_major__ >= 18 && __clang_major__ < 22)
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3 | (HWY_AVX3 - 1))
