@@ -106,7 +106,7 @@ linux() {
 linux18() {
   local zig18
   zig18=$(.venv-unreal-5.5/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
-  compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
+  only=syntax compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: clang 18, libc++ 18, glibc 2.28: what is staged compiles"
 }
 

@@ -131,19 +131,21 @@ class ReferenceSac {
     const std::vector<Numbers> now = Noise();
     const double coefficient = std::exp(log_coefficient_.now[0]);
     double surplus = 0.0;
-    for (const Numbers& noise : now) surplus += (Draw(t.observation, noise).log_p - 2.0) / kRows;
+    const Numbers head = Head(t.observation);
+    for (const Numbers& noise : now) surplus += (Draw(head, noise).log_p - 2.0) / kRows;
     coefficient_loss = -log_coefficient_.now[0] * surplus;
     log_coefficient_.Step({-surplus, 0.0});
     Numbers targets, value_targets;
     if (!value_network_) {
+      const Numbers next_head = Head(t.next_observation);
       for (const Numbers& noise : Noise()) {
-        const Sample next = Draw(t.next_observation, noise);
+        const Sample next = Draw(next_head, noise);
         const auto q = critics_.RunTarget({t.next_observation, next.action});
         targets.push_back(t.reward + Follows(t) * (LeastOf(q, n_critics_) - coefficient * next.log_p));
       }
     } else {
       for (const Numbers& noise : now) {
-        const Sample sample = Draw(t.observation, noise);
+        const Sample sample = Draw(head, noise);
         const auto q = critics_.Run({t.observation, sample.action});
         targets.push_back(t.reward + Follows(t) * critics_.RunTarget({t.next_observation, t.action})[n_critics_][0]);
         value_targets.push_back(LeastOf(q, n_critics_) - coefficient * sample.log_p);
@@ -208,8 +210,9 @@ class ReferenceSac {
     }
     return rows;
   }
-  Sample Draw(const Numbers& observation, const Numbers& noise) const {
-    const Numbers head = actor_.Run({observation})[0];
+  /// What the actor says of an observation: means and deviations, or features.
+  Numbers Head(const Numbers& observation) const { return actor_.Run({observation})[0]; }
+  Sample Draw(const Numbers& head, const Numbers& noise) const {
     Sample sample{{}, 0.0};
     for (std::size_t i = 0; sde_ && i < 2; ++i) {
       double drawn = 0.0, variance = 1e-6;
@@ -233,8 +236,9 @@ class ReferenceSac {
   void StepActor(const KnownTransition& t, const std::vector<Numbers>& noises, double coefficient) {
     const auto loss = [&] {
       double sum = 0.0;
+      const Numbers head = Head(t.observation);  // every row's, since all are of one transition
       for (const Numbers& noise : noises) {
-        const Sample sample = Draw(t.observation, noise);
+        const Sample sample = Draw(head, noise);
         const auto q = critics_.Run({t.observation, sample.action});
         sum += (coefficient * sample.log_p - (value_network_ ? q[0][0] : LeastOf(q, n_critics_))) / kRows;
       }
