@@ -2,9 +2,9 @@
 # Compiles core and learn as an engine does, with g++ and clang++: no exceptions, no RTTI, warnings as errors, all
 # sources concatenated, every public header after the macros that Unreal defines; the Unreal plugin, concatenated, with
 # clang++ (make test takes it so with g++, tools/unreal_compilers.sh file by file); and the sources that are staged into it.
-# g++ takes these two dozen at a time, as Unreal's build tool joins them, and optimised, since it warns of what it finds then;
-# they are linked with nothing missing and run. clang++ takes each by itself, and stops at what it says of the language, all
-# of its warnings included: that its objects link is seen by tools/unreal_compilers.sh.
+# g++ takes headers and these two dozen at a time, as Unreal's build tool joins them, and optimised, since it warns of what it
+# finds then; they are linked with nothing missing and run. clang++ takes each by itself, and stops at what it says of the
+# language, all of its warnings included: that its objects link is seen by tools/unreal_compilers.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh unreal
