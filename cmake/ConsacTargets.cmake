@@ -11,7 +11,7 @@ endif()
 # compile time goes, and lines in a debugger cost less than variables.
 set(CONSAC_TEST_OPTIONS -O0 -g1)
 if(CMAKE_CROSSCOMPILING)
-  # No debugger comes here. Where nothing is inlined an object has ten thousand sections of one function each, and for each
+  # No debugger comes here. With -O0, where nothing is inlined, an object has ten thousand sections of one function each, and for each
   # MinGW's linker and archiver read all symbols anew: a minute for what takes a second.
   set(CONSAC_TEST_OPTIONS -O1)
 endif()
@@ -65,7 +65,7 @@ endfunction()
 function(consac_tests NAME FOLDER)
   cmake_parse_arguments(ARG "COMPUTES" "EXCLUDE;WITH_THREADS" "LINK" ${ARGN})
   set(options ${CONSAC_TEST_OPTIONS})
-  if(ARG_COMPUTES AND NOT CMAKE_CROSSCOMPILING AND NOT CMAKE_CXX_FLAGS MATCHES "sanitize")
+  if(ARG_COMPUTES AND NOT CMAKE_CXX_FLAGS MATCHES "sanitize")
     list(APPEND options -O1)
   endif()
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${FOLDER}/*_test.cpp)

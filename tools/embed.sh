@@ -4,17 +4,18 @@
 # clang++ (make test takes it so with g++, tools/unreal_compilers.sh file by file); and the sources that are staged into it.
 # g++ takes headers and these two dozen at a time, as Unreal's build tool joins them, and optimised, since it warns of what it
 # finds then; they are linked with nothing missing and run. clang++ takes each by itself, and stops at what it says of the
-# language, all of its warnings included: that its objects link is seen by tools/unreal_compilers.sh.
+# language, all of its warnings included: that its objects link, and Highway's instruction sets, are seen by tools/unreal_compilers.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/setup.sh unreal
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
 for compiler in g++ clang++; do
-  options=(-DCONSAC_STAGED_JOINED=ON)
-  targets=(consac_as_engines_do)
-  said="and what is staged into the plugin, which links and runs"
-  if [ "$compiler" = clang++ ]; then
-    options=(-DCMAKE_CXX_FLAGS_RELEASE="-fsyntax-only -DNDEBUG")
+  if [ "$compiler" = g++ ]; then
+    options=(-DCONSAC_EMBED_JOINED=ON)
+    targets=(consac_as_engines_do)
+    said="and what is staged into the plugin, which links and runs"
+  else
+    options=(-DCONSAC_EMBED_JOINED=OFF -DCMAKE_CXX_FLAGS_RELEASE="-fsyntax-only -DNDEBUG")
     targets=(consac_embed consac_staged_objects consac_unreal_plugin)
     said="the plugin, and each source that is staged into it"
   fi

@@ -40,7 +40,7 @@ for library in "$staged"/ConsacCore/ThirdParty/*/; do parts+=(-isystem "$library
 
 # compile FOLDER COMPILER... -- SOURCE...: an object in the folder for each source, as many at once as there are processors.
 # Where nothing is linked, `only=syntax compile ...` stops at what a compiler says of the language, all of its warnings
-# included; but for Highway, whose instruction sets are told apart when code is made.
+# included (clang does, zig cannot); but for Highway, whose instruction sets are told apart when code is made.
 compile() {
   local folder=$1 command=()
   shift
@@ -106,7 +106,7 @@ linux() {
 linux18() {
   local zig18
   zig18=$(.venv-unreal-5.5/bin/python -c 'import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / "zig")')
-  only=syntax compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
+  compile "$build/linux18" "$zig18" c++ -target x86_64-linux-gnu.2.28 -fPIC "${common[@]}" "${warnings[@]}" -DCONSAC_ALL_WARNINGS "${parts[@]}" -- "${staged_sources[@]}"
   echo "unreal_compilers: clang 18, libc++ 18, glibc 2.28: what is staged compiles"
 }
 

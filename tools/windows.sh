@@ -10,12 +10,12 @@ choose_target windows-x86_64
 build_libraries googletest
 
 # Less optimised than what people run: its tests are soon done. Not with -O0, which MinGW's linker takes minutes over.
-cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_BENCH=OFF -DCMAKE_UNITY_BUILD_BATCH_SIZE=48 \
+cmake -S . -B build/windows "${toolchain[@]}" -DCONSAC_BUILD_BENCH=OFF -DCMAKE_UNITY_BUILD_BATCH_SIZE=48 -DCONSAC_LITTLE=-O1 \
   -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG"
 cmake --build build/windows -j "$(nproc)"
 echo "windows: the program, the extension for Godot and their tests compile"
 
-cmake -S . -B build/windows-staged "${toolchain[@]}" -DCONSAC_EMBED=ON -DCONSAC_BUILD_TESTS=OFF -DCONSAC_STAGED_JOINED=ON \
+cmake -S . -B build/windows-staged "${toolchain[@]}" -DCONSAC_EMBED=ON -DCONSAC_BUILD_TESTS=OFF -DCONSAC_EMBED_JOINED=ON \
   -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG"
 cmake --build build/windows-staged -j "$(nproc)" --target consac_staged
 echo "windows: what is staged into the Unreal plugin compiles, and links with nothing missing"

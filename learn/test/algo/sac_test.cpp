@@ -210,7 +210,7 @@ class ReferenceSac {
     }
     return rows;
   }
-  /// What the actor says of an observation: means and deviations, or features.
+  /// What the actor says of an observation: means and log deviations, or means and features.
   Numbers Head(const Numbers& observation) const { return actor_.Run({observation})[0]; }
   Sample Draw(const Numbers& head, const Numbers& noise) const {
     Sample sample{{}, 0.0};
