@@ -7,7 +7,7 @@ in_all=${1:-480}
 command -v ccache >/dev/null && export CONSAC_COMPILER_LAUNCHER=ccache
 # What a model computes is fuzzed for its shapes, so that one instruction set does.
 cmake --preset release -B build/fuzz -DCMAKE_CXX_COMPILER=clang++ -DCONSAC_BUILD_FUZZ=ON -DCONSAC_BUILD_TESTS=OFF \
-  -DCONSAC_BUILD_BENCH=OFF -DCMAKE_UNITY_BUILD_BATCH_SIZE=48 --log-level=WARNING \
+  -DCONSAC_BUILD_BENCH=OFF -DCMAKE_UNITY_BUILD_BATCH_SIZE=48 -DCONSAC_LITTLE=-O0 --log-level=WARNING \
   -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g1 -DNDEBUG -DHWY_COMPILE_ONLY_STATIC" >/dev/null
 cmake --build build/fuzz -j "$(nproc)" --target consac_fuzz_targets
 
