@@ -21,16 +21,17 @@ namespace consac::cli {
 namespace {
 
 constexpr Verb kVerbs[] = {
-    {"demo", "the whole story in one minute, on the built-in road world over TCP", "consac demo\nconsac demo yumi",
+    {"demo", "the whole story in seconds, on the built-in road world over TCP", "consac demo\nconsac demo yumi",
      AddDemo},
     {"serve", "be the engine: offer a built-in world on a port",
      "consac serve road-v0 --port 5005\nconsac serve cartpole-v1 --port 0 --port-file port.txt --rate 60", AddServe},
     {"train", "learn a built-in world, or the world of an engine",
      "consac train cartpole-v1 --envs 8 --steps 100000\nconsac train tcp://127.0.0.1:5005 --name walker --set "
      "learning_rate=1e-3\n"
+     "consac train pendulum-v1 --algo sac --steps 5000\n"
      "consac train --resume --name walker",
      AddTrain},
-    {"eval", "mean reward of a model over episodes",
+    {"eval", "mean return of a model over episodes",
      "consac eval walker\nconsac eval runs/walker/model.consac road-v0 --episodes 20 --json", AddEval},
     {"play", "watch a model, step by step", "consac play walker road-v0 --steps 40", AddPlay},
     {"list", "worlds, algorithms, policies, hyperparameters",

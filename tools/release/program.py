@@ -12,7 +12,7 @@ from .sbom import sbom
 TARGETS = ("linux-x86_64-musl", "linux-aarch64-musl", "windows-x86_64", "macos-arm64", "macos-x86_64")
 FIRST_STEPS = """CONSAC {version}, the trainer: reinforcement learning for Unreal Engine, Godot and any other engine.
 
-  consac demo                              the whole story in one minute
+  consac demo                              the whole story in seconds
   consac train cartpole-v1 --envs 8        learn a world that is built in
   consac train tcp://127.0.0.1:5005        learn the world of an engine
   consac --help                            and each verb has its own
