@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "bench/peak.h"
 #include "cli/bench_rows.h"
 #include "consac/base/path.h"
 
@@ -93,10 +92,9 @@ run::RunConfig ConfigOf(const BenchJob& job) {
 }
 
 double TrainSeconds(const BenchContext& context, const run::RunConfig& config) {
-  const double begin = bench::ProcessSeconds();
   const Result<run::RunSummary> summary = run::Train(config, kNeverStop);
   if (!summary.ok()) return std::nan("");
-  return context.processor_time ? bench::ProcessSeconds() - begin : summary->seconds;
+  return context.processor_time ? summary->processor_seconds : summary->seconds;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ctime>
 
 #include "acting.h"
 #include "config_fields.h"
@@ -89,7 +90,9 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<World
   if (!started.ok()) return Guarded([&] { return training.GiveUp(started); });
   TellBegin(config, where, training);
   const double start = Now();
+  const std::clock_t used = std::clock();
   const Status looped = Guarded([&] { return training.Loop(); });
+  const double processor_seconds = static_cast<double>(std::clock() - used) / CLOCKS_PER_SEC;
   const bool failed = !looped.ok() && looped.code() != StatusCode::kCancelled;
   if (training.replaces() && (failed || stop.load()))  // no step was taken
     return Guarded([&] { return training.GiveUp(failed ? looped : Status{StatusCode::kCancelled, "stopped"}); });
@@ -99,6 +102,7 @@ Result<RunSummary> RunSession(RunConfig config, Length length, std::vector<World
     if (!failed || looped.message() == summary.status().message()) return summary;
     return Status{looped.code(), looped.message() + "; and then: " + summary.status().message()};
   }
+  summary->processor_seconds = processor_seconds;
   if (failed) {
     return Status{looped.code(),
                   fmt::format("{}; {} of {} {} are missing, {} in '{}' (go on with --resume --name {})",

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -33,7 +34,11 @@ std::vector<std::string> CheckpointsOf(const std::string& run) {
 
 TEST(Training, WritesARunAndSaysWhatItCameTo) {
   testing::ScratchFolder scratch("training");
+  const std::clock_t before = std::clock();
   const RunSummary summary = TrainOk(SmallRun(scratch.path()));
+  const double all = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  EXPECT_GT(summary.processor_seconds, 0.0);
+  EXPECT_LT(summary.processor_seconds, all) << "to draw its curve is not to train";
   EXPECT_EQ(summary.directory, scratch.path() + "/small");
   EXPECT_EQ(summary.steps, 4096);
   EXPECT_EQ(summary.models[0].updates, 64);
