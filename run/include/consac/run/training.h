@@ -33,7 +33,7 @@ struct RunSummary {
   std::vector<ModelSummary> models;  ///< one per behaviour, in the world's order; none when no run had begun
   std::int64_t steps = 0;            ///< agent steps trained in total
   double seconds = 0.0;              ///< wall time of this call
-  double processor_seconds = 0.0;    ///< of this process in that time, by std::clock: on Windows wall time
+  double processor_seconds = 0.0;    ///< of all threads of this process in that time
   double saving_seconds = 0.0;       ///< of that, what checkpoints and models took; the last ones come after it
   std::uint64_t weights_hash = 0;    ///< StateHasher of the learners' parameters: equal runs, equal hashes
   bool interrupted = false;          ///< stopped by `stop`; everything is saved
