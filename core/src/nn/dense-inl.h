@@ -172,9 +172,10 @@ void DenseForwardRows(const DenseLayer& layer, const ForwardCall& call) {
   float* z = keep ? call.z.data : call.y.data;
   const std::int64_t z_stride = keep ? call.z.stride : call.y.stride;
   const float* bias = call.packed;
+  const bool rectify = !keep && layer.activation == Activation::kRelu;
   if (layout.panelled > 0) {
     Product<Broadcast::kAlongK>({call.rows, layout.panelled, layer.in_size, call.x.data, call.x.stride,
-                                 call.packed + layout.panels_at, 0, bias, 0, z, z_stride});
+                                 call.packed + layout.panels_at, 0, bias, 0, z, z_stride, rectify});
   }
   const float* w = call.packed + layout.tail_at;
   const Rows tail{z + layout.panelled, z_stride};
@@ -195,7 +196,10 @@ void DenseForwardRows(const DenseLayer& layer, const ForwardCall& call) {
     default:
       break;
   }
-  ActivateRows(layer.activation, call.rows, layer.out_size, {z, z_stride}, call.y);
+  const std::int64_t done = rectify ? layout.panelled : 0;
+  if (done == layer.out_size) return;
+  ActivateRows(layer.activation, call.rows, layer.out_size - done, {z + done, z_stride},
+               {call.y.data + done, call.y.stride});
 }
 
 std::int64_t DensePackedBackwardSize(std::int64_t in_size, std::int64_t out_size) {

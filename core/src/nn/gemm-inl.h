@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "hwy/highway.h"
+#include "nn/math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace consac::nn::HWY_NAMESPACE {
@@ -51,7 +52,17 @@ struct TileCall {
   float* c;
   std::int64_t c_stride;
   std::int64_t columns;  // valid ones; the rest of the last vectors is not stored
+  bool rectify = false;  // max(0, C) is stored
 };
+
+/// The same from row `rows` on.
+template <Broadcast kBroadcast>
+HWY_INLINE TileCall RowsOn(std::int64_t rows, TileCall t) {
+  t.a += rows * (kBroadcast == Broadcast::kAlongK ? t.a_stride : 1);
+  t.c += rows * t.c_stride;
+  if (t.start != nullptr) t.start += rows * t.start_stride;
+  return t;
+}
 
 template <std::size_t... N>
 HWY_INLINE void MultiplyAddRow(FloatVector a, const FloatVector* b, FloatVector* sums, std::index_sequence<N...>) {
@@ -111,8 +122,14 @@ HWY_INLINE void StartTile(const TileCall& t, FloatVector (*sums)[kVectors], std:
   }
 }
 
+template <std::size_t... N>
+HWY_INLINE void RectifyVectors(FloatVector* sums, std::index_sequence<N...>) {
+  ((sums[N] = AtLeast(Floats(), sums[N], 0.0f)), ...);
+}
+
 template <std::size_t kVectors, std::size_t... M>
-HWY_INLINE void FinishTile(const TileCall& t, const FloatVector (*sums)[kVectors], std::index_sequence<M...>) {
+HWY_INLINE void FinishTile(const TileCall& t, FloatVector (*sums)[kVectors], std::index_sequence<M...>) {
+  if (t.rectify) (RectifyVectors(sums[M], std::make_index_sequence<kVectors>()), ...);
   if (t.columns == static_cast<std::int64_t>(kVectors) * LaneCount()) {
     (StoreVectors(sums[M], t.c + static_cast<std::int64_t>(M) * t.c_stride, std::make_index_sequence<kVectors>()), ...);
   } else {
@@ -120,46 +137,87 @@ HWY_INLINE void FinishTile(const TileCall& t, const FloatVector (*sums)[kVectors
   }
 }
 
-/// kM rows by kPanels panels of kPerPanel vectors.
+/// `tiles` tiles one below the other, each of kM rows by kPanels panels of kPerPanel vectors.
 template <Broadcast kBroadcast, std::size_t kM, std::size_t kPanels, std::size_t kPerPanel>
-HWY_NOINLINE void RunTile(const TileCall& t) {
+HWY_NOINLINE void RunTiles(std::int64_t tiles, TileCall t) {
   constexpr std::size_t kVectors = kPanels * kPerPanel;
   constexpr auto kRows = std::make_index_sequence<kM>();
-  FloatVector sums[kM][kVectors];
-  StartTile<kVectors>(t, sums, kRows);
-  const float* a = t.a;
-  const float* b = t.b;
   const std::int64_t a_step = kBroadcast == Broadcast::kAlongK ? 1 : t.a_stride;
-  for (std::int64_t k = t.k_count; k > 0; --k) {
-    FloatVector row[kVectors];
-    LoadVectors<kPerPanel>(b, t.b_panel_stride, row, std::make_index_sequence<kVectors>());
-    MultiplyAddTile<kBroadcast, kVectors>(a, t.a_stride, row, sums, kRows);
-    a += a_step;
-    b += t.b_stride;
+  for (; tiles > 0; --tiles) {
+    FloatVector sums[kM][kVectors];
+    StartTile<kVectors>(t, sums, kRows);
+    const float* a = t.a;
+    const float* b = t.b;
+    for (std::int64_t k = t.k_count; k > 0; --k) {
+      FloatVector row[kVectors];
+      LoadVectors<kPerPanel>(b, t.b_panel_stride, row, std::make_index_sequence<kVectors>());
+      MultiplyAddTile<kBroadcast, kVectors>(a, t.a_stride, row, sums, kRows);
+      a += a_step;
+      b += t.b_stride;
+    }
+    FinishTile<kVectors>(t, sums, kRows);
+    t = RowsOn<kBroadcast>(static_cast<std::int64_t>(kM), t);
   }
-  FinishTile<kVectors>(t, sums, kRows);
 }
 
-/// One panel, `rows` <= kTileRows rows.
+/// One panel, however many rows.
 template <Broadcast kBroadcast, std::size_t kPerPanel>
-HWY_INLINE void RunPanelTile(std::int64_t rows, const TileCall& t) {
-  switch (rows) {
+HWY_INLINE void RunPanel(std::int64_t rows, const TileCall& t) {
+  const std::int64_t tiles = rows / kTileRows;
+  if (tiles > 0) RunTiles<kBroadcast, kTileRows, 1, kPerPanel>(tiles, t);
+  const TileCall rest = RowsOn<kBroadcast>(tiles * kTileRows, t);
+  switch (rows - tiles * kTileRows) {
+    case 0:
+      return;
     case 1:
-      return RunTile<kBroadcast, 1, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 1, 1, kPerPanel>(1, rest);
     case 2:
-      return RunTile<kBroadcast, 2, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 2, 1, kPerPanel>(1, rest);
     case 3:
-      return RunTile<kBroadcast, 3, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 3, 1, kPerPanel>(1, rest);
     case 4:
-      return RunTile<kBroadcast, 4, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 4, 1, kPerPanel>(1, rest);
     case 5:
-      return RunTile<kBroadcast, 5, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 5, 1, kPerPanel>(1, rest);
     case 6:
-      return RunTile<kBroadcast, 6, 1, kPerPanel>(t);
-    case 7:
-      return RunTile<kBroadcast, 7, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 6, 1, kPerPanel>(1, rest);
     default:
-      return RunTile<kBroadcast, kTileRows, 1, kPerPanel>(t);
+      return RunTiles<kBroadcast, 7, 1, kPerPanel>(1, rest);
+  }
+}
+
+inline constexpr std::int64_t kFewInputs = 4;
+
+/// A panel of few inputs, which stays in registers while one row after the other goes by: as many rows as there are.
+template <std::size_t kPerPanel, std::size_t... K>
+HWY_NOINLINE void RunFewInputs(std::int64_t rows, const TileCall& t, std::index_sequence<K...>) {
+  constexpr auto kAll = std::make_index_sequence<kPerPanel>();
+  FloatVector b[sizeof...(K)][kPerPanel], start[kPerPanel];
+  (LoadVectors<kPerPanel>(t.b + static_cast<std::int64_t>(K) * t.b_stride, 0, b[K], kAll), ...);
+  ZeroVectors(start, kAll);
+  if (t.start != nullptr) LoadVectors<kPerPanel>(t.start, 0, start, kAll);
+  const float* a = t.a;
+  float* c = t.c;
+  for (; rows > 0; --rows, a += t.a_stride, c += t.c_stride) {
+    FloatVector sums[kPerPanel];
+    for (std::size_t n = 0; n < kPerPanel; ++n) sums[n] = start[n];
+    (MultiplyAddRow(hn::Set(Floats(), a[K]), b[K], sums, kAll), ...);
+    if (t.rectify) RectifyVectors(sums, kAll);
+    StoreVectors(sums, c, kAll);
+  }
+}
+
+template <std::size_t kPerPanel>
+HWY_INLINE void RunFewInputsPanel(std::int64_t rows, const TileCall& t) {
+  switch (t.k_count) {
+    case 1:
+      return RunFewInputs<kPerPanel>(rows, t, std::make_index_sequence<1>());
+    case 2:
+      return RunFewInputs<kPerPanel>(rows, t, std::make_index_sequence<2>());
+    case 3:
+      return RunFewInputs<kPerPanel>(rows, t, std::make_index_sequence<3>());
+    default:
+      return RunFewInputs<kPerPanel>(rows, t, std::make_index_sequence<kFewInputs>());
   }
 }
 
@@ -176,6 +234,7 @@ struct ProductCall {
   std::int64_t start_stride;  // 0: a bias
   float* c;
   std::int64_t c_stride;
+  bool rectify = false;  // max(0, C) is stored
 };
 
 /// Vectors of the panel that begins at column `first` of `columns`.
@@ -187,12 +246,12 @@ HWY_INLINE std::int64_t PanelVectors(std::int64_t first, std::int64_t columns) {
 template <Broadcast kBroadcast>
 HWY_INLINE std::int64_t WideTile(std::int64_t rows, std::int64_t full_panels, const TileCall& t) {
   if (rows == 1 && full_panels >= 4) {
-    RunTile<kBroadcast, 1, 4, kPanelVectors>(t);
+    RunTiles<kBroadcast, 1, 4, kPanelVectors>(1, t);
     return 4;
   }
   if (rows <= 2 && full_panels >= 2) {
-    if (rows == 1) RunTile<kBroadcast, 1, 2, kPanelVectors>(t);
-    if (rows == 2) RunTile<kBroadcast, 2, 2, kPanelVectors>(t);
+    if (rows == 1) RunTiles<kBroadcast, 1, 2, kPanelVectors>(1, t);
+    if (rows == 2) RunTiles<kBroadcast, 2, 2, kPanelVectors>(1, t);
     return 2;
   }
   return 0;
@@ -202,7 +261,6 @@ template <Broadcast kBroadcast>
 HWY_INLINE void Product(const ProductCall& p) {
   const std::int64_t lanes = LaneCount();
   const std::int64_t width = static_cast<std::int64_t>(kPanelVectors) * lanes;
-  const std::int64_t a_row = kBroadcast == Broadcast::kAlongK ? p.a_stride : 1;
   for (std::int64_t n = 0; n < p.columns;) {
     const std::int64_t vectors = PanelVectors(n, p.columns);
     TileCall t{p.a,
@@ -215,7 +273,8 @@ HWY_INLINE void Product(const ProductCall& p) {
                p.start_stride,
                p.c + n,
                p.c_stride,
-               p.columns - n < vectors * lanes ? p.columns - n : vectors * lanes};
+               p.columns - n < vectors * lanes ? p.columns - n : vectors * lanes,
+               p.rectify};
     if (p.rows <= 2) {
       TileCall wide = t;
       const std::int64_t full_panels = (p.columns - n) / width;
@@ -225,15 +284,15 @@ HWY_INLINE void Product(const ProductCall& p) {
         continue;
       }
     }
-    for (std::int64_t m = 0; m < p.rows; m += kTileRows) {
-      const std::int64_t rows = p.rows - m < kTileRows ? p.rows - m : kTileRows;
-      TileCall tile = t;
-      tile.a += m * a_row;
-      tile.c += m * p.c_stride;
-      if (tile.start != nullptr) tile.start += m * p.start_stride;
-      if (vectors == 2) RunPanelTile<kBroadcast, 2>(rows, tile);
-      if (vectors == 1) RunPanelTile<kBroadcast, 1>(rows, tile);
+    if (kBroadcast == Broadcast::kAlongK && p.k_count <= kFewInputs && p.start_stride == 0 &&
+        t.columns == vectors * lanes) {
+      if (vectors == 2) RunFewInputsPanel<2>(p.rows, t);
+      if (vectors == 1) RunFewInputsPanel<1>(p.rows, t);
+      n += vectors * lanes;
+      continue;
     }
+    if (vectors == 2) RunPanel<kBroadcast, 2>(p.rows, t);
+    if (vectors == 1) RunPanel<kBroadcast, 1>(p.rows, t);
     n += vectors * lanes;
   }
 }

@@ -218,6 +218,30 @@ TEST_P(DenseSizes, OneRowGivesTheSameBitsAsMany) {
   ForEachCase(ExpectRowsAlone);
 }
 
+// It is applied where the sums are written; z, where somebody wants it, is what it was.
+void ExpectRectified(DenseCase& c) {
+  AlignedFloats packed(PackedDenseSize(c.in, c.out)), z(c.rows * c.out);
+  PackDense(c.w.data(), c.b.data(), c.in, c.out, packed.data());
+  c.x.data()[0] = std::numeric_limits<float>::quiet_NaN();
+  const DenseLayer layer{c.in, c.out, Activation::kRelu};
+  DenseForward(layer, {packed.data(), c.rows, {c.x.data(), c.in}, {c.y.data(), c.out}, {z.data(), c.out}});
+  AlignedFloats at_once(c.rows * c.out);
+  DenseForward(layer, {packed.data(), c.rows, {c.x.data(), c.in}, {at_once.data(), c.out}, {}});
+  for (std::int64_t i = 0; i < c.rows * c.out; ++i) {
+    const float sum = z.data()[i];
+    if (i < c.out) {
+      ASSERT_TRUE(std::isnan(sum) && std::isnan(c.y.data()[i]) && std::isnan(at_once.data()[i])) << i;
+      continue;
+    }
+    ASSERT_EQ(c.y.data()[i], sum > 0.0f ? sum : 0.0f) << i;
+    ASSERT_EQ(at_once.data()[i], c.y.data()[i]) << i;
+  }
+}
+
+TEST_P(DenseSizes, ReluIsTheSameAtOnceAndAfterwards) {
+  ForEachCase(ExpectRectified);
+}
+
 void ExpectInputGradient(DenseCase& c) {
   AlignedFloats packed(PackedDenseBackwardSize(c.in, c.out));
   PackDenseBackward(c.w.data(), c.in, c.out, packed.data());

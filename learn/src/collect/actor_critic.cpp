@@ -1,16 +1,34 @@
 #include "collect/actor_critic.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "collect/acting_model.h"
+#include "consac/nn/plan.h"
 
 namespace consac::learn {
+namespace {
+
+constexpr std::int64_t kFewestRows = 64;
+
+bool HaveNoLayerInCommon(const nn::Network& network) {
+  const nn::Plan plan(network);
+  const std::vector<std::size_t> actor = plan.StepsTo(0), critic = plan.StepsTo(1);  // ascending
+  std::vector<std::size_t> both;
+  std::set_intersection(actor.begin(), actor.end(), critic.begin(), critic.end(), std::back_inserter(both));
+  return both.empty();
+}
+
+}  // namespace
+
 ActorCritic::ActorCritic(nn::Network network, ActionHead head, const BehaviourSpec& behaviour, std::uint64_t seed,
                          float log_std_init, const Communicator& ranks)
     : network_(std::move(network)),
       action_head_(std::move(head)),
+      apart_(HaveNoLayerInCommon(network_)),
+      most_rows_(std::max<std::int64_t>(behaviour.slots, kFewestRows)),
       parameters_(network_count() + static_cast<std::size_t>(action_head_.log_std_size()), log_std_init),
-      evaluator_(network_, behaviour.slots) {
+      evaluator_(network_, most_rows_) {
   Rng rng(seed, StreamId("network_initialisation"));
   network_.Initialise(rng, std::span(parameters_).first(network_count()));
   ranks.Broadcast(parameters_);
@@ -28,11 +46,6 @@ Status ActorCritic::StartFrom(const PolicyData& model) {
             std::copy(model.parameters.begin(), model.parameters.end(), parameters_.begin()));
   Publish();
   return Status::Ok();
-}
-
-void ActorCritic::ValuesOf(const float* features, std::int64_t rows, float* values) {
-  evaluator_.ForwardTo(1, {&features, 1}, rows);
-  std::copy_n(evaluator_.output(1), rows, values);
 }
 
 PolicyData ActorCritic::Snapshot(const BehaviourSpec& behaviour, const ObservationNormaliser& normaliser,

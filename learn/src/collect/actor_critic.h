@@ -34,14 +34,23 @@ class ActorCritic {
   /// The parameters of now are those that act.
   void Publish() { evaluator_.Load(std::span(parameters_).first(network_count())); }
 
-  /// Runs actor and critic for `rows` <= slots rows of network inputs.
+  /// Whether actor and critic have no layer in common, so that each costs as much alone as with the other.
+  bool apart() const { return apart_; }
+  /// Rows that go through it at once: all slots', or as many as make full use of a processor.
+  std::int64_t most_rows() const { return most_rows_; }
+  /// Runs actor and critic for `rows` <= most_rows rows of network inputs.
   void Forward(const float* features, std::int64_t rows) { evaluator_.Forward({&features, 1}, rows); }
-  /// The head's numbers of the last Forward, [rows, ActionHead::size].
+  /// The actor alone.
+  void ForwardActor(const float* features, std::int64_t rows) { evaluator_.ForwardTo(0, {&features, 1}, rows); }
+  /// The head's numbers of the last Forward or ForwardActor, [rows, ActionHead::size].
   const float* head() const { return evaluator_.output(0); }
   /// V of the last Forward, [rows].
   const float* values() const { return evaluator_.output(1); }
-  /// V alone of `rows` rows, [rows].
-  void ValuesOf(const float* features, std::int64_t rows, float* values);
+  /// V alone of `rows` <= most_rows rows, [rows], until the next call: as Forward's, bit for bit.
+  const float* ValuesOf(const float* features, std::int64_t rows) {
+    evaluator_.ForwardTo(1, {&features, 1}, rows);
+    return evaluator_.output(1);
+  }
 
   /// A complete acting model of this moment; `training_json` is told to people.
   PolicyData Snapshot(const BehaviourSpec& behaviour, const ObservationNormaliser& normaliser,
@@ -54,6 +63,8 @@ class ActorCritic {
 
   nn::Network network_;
   ActionHead action_head_;
+  bool apart_;
+  std::int64_t most_rows_;
   std::vector<float> parameters_;  // network, then log_std
   nn::Evaluator evaluator_;
 };

@@ -20,6 +20,11 @@ bool KeepsFeatures(const BehaviourSpec& behaviour, const RolloutOptions& options
   return options.normalise.norm_obs || !nn::HasImage(behaviour.observation_layout);
 }
 
+/// Whether the critic waits until many rows can go through it at once. Images fill the cache by themselves.
+bool MayValueLater(const BehaviourSpec& behaviour, const ActorCritic& model) {
+  return model.apart() && !nn::HasImage(behaviour.observation_layout);
+}
+
 }  // namespace
 
 RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const RolloutOptions& options, ActorCritic& model,
@@ -39,6 +44,8 @@ RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const Rollout
   if (KeepsFeatures(behaviour, options)) slab_features_.resize(rows * feature_count_);
   step_rewards_.resize(slots);
   work_features_.resize(slots * feature_count_);
+  if (MayValueLater(behaviour, model_))
+    unvalued_.emplace(behaviour.slots, behaviour.observation_layout.feature_count, model_.most_rows());
   last_values_.resize(slots);
   rows_.resize(rows);
 }
@@ -68,10 +75,8 @@ Status RolloutCollector::StartFrom(const PolicyData& model) {
 }
 
 float RolloutCollector::ValueOf(const std::byte* observation) {
-  float value = 0.0f;
   normalise_.Encode(observation, 1, work_features_.data());
-  model_.ValuesOf(work_features_.data(), 1, &value);
-  return value;
+  return *model_.ValuesOf(work_features_.data(), 1);
 }
 
 void RolloutCollector::Begin(const Batch& batch) {
@@ -92,17 +97,22 @@ void RolloutCollector::Act(Batch& batch) {
   const std::int64_t rows = batch.rows();
   const StepRows step = memory_.Stage(batch.slots);
   normalise_.Encode(batch.observations, rows, step.features);
-  model_.Forward(step.features, rows);
+  if (unvalued_.has_value()) {
+    if (!unvalued_->HasRoomFor(batch.slots.size())) FindValues();
+    unvalued_->Begin(batch.slots, step.features);
+    model_.ForwardActor(step.features, rows);
+  } else {
+    model_.Forward(step.features, rows);
+    std::copy_n(model_.values(), rows, step.values);
+  }
   const SlotNoise noise =
       exploration_.Act(model_.action_head(), batch.slots, model_.log_std().data(),
                        [this](std::int32_t slot) { return static_cast<std::int64_t>(rollout_.length(slot)); });
   model_.action_head().Select(model_.head(), model_.log_std().data(), batch.action_masks, rows, ActionMode::kSample,
                               action_rng_, step.raw, step.neglogp, noise);
   model_.action_head().Write(step.raw, rows, batch.actions);
-  for (std::int64_t i = 0; i < rows; ++i) {
-    step.values[i] = model_.values()[i];
+  for (std::int64_t i = 0; i < rows; ++i)
     step.neglogp[i] = -step.neglogp[i];  // what was written is the logarithm itself
-  }
   memory_.Keep(batch.slots);
 }
 
@@ -125,7 +135,7 @@ void RolloutCollector::Record(const Batch& batch) {
     if (!slab_features_.empty())
       std::copy_n(step.features, feature_count_, slab_features_.data() + row * feature_count_);
     std::copy_n(step.raw, raw_size_, rollout_.raw_actions.data() + row * raw_size_);
-    rollout_.values[row] = *step.values;
+    if (!unvalued_.has_value() || !unvalued_->Record(batch.slots[i], row)) rollout_.values[row] = *step.values;
     rollout_.neglogp[row] = *step.neglogp;
     rollout_.rewards[row] = step_rewards_[i];
     rollout_.ended[row] = batch.terminated[i] | batch.truncated[i];
@@ -134,12 +144,22 @@ void RolloutCollector::Record(const Batch& batch) {
   steps_ += batch.rows();
 }
 
+// By the parameters that acted: at the end of a rollout at the latest, those of steps that are under way then, too.
+void RolloutCollector::FindValues() {
+  if (!unvalued_.has_value() || unvalued_->size() == 0) return;
+  unvalued_->Give(
+      model_.ValuesOf(unvalued_->features(), unvalued_->size()),
+      [this](std::size_t row, float value) { rollout_.values[row] = value; },
+      [this](std::int32_t slot, float value) { *memory_.Row(slot).values = value; });
+}
+
 std::span<std::int32_t> RolloutCollector::Finish() {
+  FindValues();
   for (std::int32_t slot = 0; slot < behaviour_.slots; ++slot) {
     normalise_.Encode(rollout_.observations(rollout_.RowOf(slot)), 1,
                       work_features_.data() + static_cast<std::size_t>(slot) * feature_count_);
   }
-  model_.ValuesOf(work_features_.data(), behaviour_.slots, last_values_.data());
+  std::copy_n(model_.ValuesOf(work_features_.data(), behaviour_.slots), last_values_.size(), last_values_.begin());
   EstimateAdvantages(rollout_, last_values_, options_.gamma, options_.gae_lambda);
   return std::span(rows_).first(static_cast<std::size_t>(rollout_.ListRows(rows_)));
 }
@@ -157,6 +177,10 @@ double RolloutCollector::ExplainedVariance(std::span<const std::int32_t> rows) c
 }
 
 void RolloutCollector::Visit(Archive& archive) {
+  if (!archive.loading())
+    FindValues();
+  else if (unvalued_.has_value())
+    unvalued_->Clear();
   archive("rollout", rollout_);
   archive("action_rng", action_rng_);
   exploration_.Visit(archive);

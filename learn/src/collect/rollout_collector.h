@@ -3,11 +3,13 @@
 // carries on the value of episodes that were cut, and lets agents come and go. What the trajectories are learned by is
 // the algorithm's. Private to learn.
 
+#include <optional>
 #include <vector>
 
 #include "collect/actor_critic.h"
 #include "collect/slot_exploration.h"
 #include "collect/step_memory.h"
+#include "collect/unvalued_steps.h"
 #include "collect/vec_normalise.h"
 #include "consac/learn/buffer/rollout.h"
 
@@ -81,6 +83,7 @@ class RolloutCollector {
  private:
   float ValueOf(const std::byte* observation);
   void BootstrapTruncated(const Batch& batch);
+  void FindValues();
 
   const BehaviourSpec behaviour_;
   const RolloutOptions options_;
@@ -90,7 +93,8 @@ class RolloutCollector {
   StepMemory memory_;
   Rollout rollout_;
   Rng action_rng_;
-  SlotExploration exploration_;  // where the head follows the state
+  SlotExploration exploration_;            // where the head follows the state
+  std::optional<UnvaluedSteps> unvalued_;  // none: values are found with the actions
   std::int64_t steps_ = 0;
   std::vector<float> slab_features_;  // [T * N, F] network inputs as they were acted upon; empty: of the observations
   std::vector<float> step_rewards_;   // [N] of the batch under way

@@ -10,6 +10,7 @@
 #include "collect/shuffled_passes.h"
 #include "collect/step_memory.h"
 #include "collect/sums.h"
+#include "collect/unvalued_steps.h"
 #include "collect/vec_normalise.h"
 #include "consac/env/buffer.h"
 #include "optim/gradient_step.h"
@@ -100,6 +101,36 @@ TEST(StepMemory, RowsOfAPartAreFiledUnderTheirSlots) {
   EXPECT_EQ(memory.Row(1).features[0], 2.0f) << "a slot that did not act keeps what it was doing";
   EXPECT_EQ(*memory.Row(2).values, 11.0f);
   EXPECT_EQ(*memory.Row(2).raw, 11.0f);
+}
+
+// A step is recorded after its value is found, before, or never, where its world was lost.
+TEST(UnvaluedSteps, AValueGoesWhereItsStepIsByThen) {
+  using Given = std::vector<std::pair<std::size_t, float>>;
+  UnvaluedSteps steps(3, 2, 4);
+  const auto give = [&steps] {
+    std::vector<float> values;
+    for (std::int64_t i = 0; i < steps.size(); ++i) values.push_back(steps.features()[2 * i + 1]);
+    std::pair<Given, Given> given;
+    steps.Give(
+        values.data(), [&](std::size_t row, float value) { given.first.emplace_back(row, value); },
+        [&](std::int32_t slot, float value) { given.second.emplace_back(slot, value); });
+    return given;
+  };
+  const std::int32_t all[] = {0, 1, 2}, second[] = {1};
+  const float seen[] = {0, 10, 0, 11, 0, 12}, seen_by_second[] = {0, 20};
+  steps.Begin(all, seen);
+  EXPECT_TRUE(steps.Record(0, 70));
+  EXPECT_TRUE(steps.HasRoomFor(1));
+  steps.Begin(second, seen_by_second);  // what it saw before is never recorded
+  EXPECT_FALSE(steps.HasRoomFor(1));
+  EXPECT_TRUE(steps.Record(1, 71));
+  EXPECT_EQ(give(), (std::pair<Given, Given>{{{70, 10.0f}, {71, 20.0f}}, {{2, 12.0f}}}));
+  EXPECT_FALSE(steps.Record(2, 72)) << "it has its value";
+  EXPECT_EQ(steps.size(), 0);
+  steps.Begin(second, seen_by_second);
+  steps.Clear();
+  EXPECT_FALSE(steps.Record(1, 73));
+  EXPECT_EQ(give(), (std::pair<Given, Given>{}));
 }
 
 TEST(ShuffledPasses, EveryRowOnceAPassAndTheRestIsTheLastMinibatch) {
