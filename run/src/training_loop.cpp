@@ -194,7 +194,7 @@ bool Training::LearningDue() const {
 void Training::Send(std::size_t worker, Where where) {
   if (asked_ >= config_.steps || goal_reached_ || stop_.load(std::memory_order_relaxed)) return;
   crew_[worker].Act(trainees_, crew_.size() > 1 || Overlaps() ? Rows::kOwn : Rows::kLearners);
-  spent_.inference += Lap();
+  clock_.spent().inference += clock_.Lap();
   asked_ += crew_[worker].rows();
   crew_.Step(worker, asked_ >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes, where);
 }
@@ -222,8 +222,8 @@ Status Training::Take(Worker& worker) {
   CONSAC_RETURN_IF_ERROR(worker.TakeOutcome(trainees_));
   CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
   done_ += worker.rows();
-  spent_.agent_steps += worker.rows();
-  ++spent_.rounds;
+  clock_.spent().agent_steps += worker.rows();
+  ++clock_.spent().rounds;
   brought_.assign(trainees_.size(), {});
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
     const Batch& batch = worker.batches()[b];
@@ -258,15 +258,16 @@ Status Training::Lose(const Crew::Outcome& outcome) {
 
 // Learning overlaps the next step of the worker whose outcome made it due; in lock step all wait for all.
 Status Training::LearnAndGoOn(std::size_t worker) {
-  spent_.other += Lap();
+  clock_.Watch();
+  clock_.spent().other += clock_.Lap();
   if (Overlaps()) {
     Send(worker, Where::kAside);
   } else {
     while (steps_under_way() > 0) CONSAC_RETURN_IF_ERROR(Handle(crew_.Next()));
   }
-  spent_.other += Lap();
+  clock_.spent().other += clock_.Lap();
   LearnWhatIsDue();
-  spent_.learning += Lap();
+  clock_.spent().learning += clock_.Lap();
   return Status::Ok();
 }
 
@@ -283,7 +284,7 @@ Status Training::LearnWithoutWorld() {
   learn::LearnPieces pieces;
   while (LearningDue() && !goal_reached_ && !stop_.load(std::memory_order_relaxed)) {
     for (const Trainee& trainee : trainees_) LearnRound(*trainee.learner, pieces);
-    spent_.learning += Lap();
+    clock_.spent().learning += clock_.Lap();
     done_ = asked_ = steps();
     brought_.assign(trainees_.size(), {});
     report_->OnStep(done_, brought_);
@@ -296,10 +297,12 @@ Status Training::AfterRound() {
   ReportUpdates();  // of a learner that reports without learning just now
   for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());
   CONSAC_RETURN_IF_ERROR(reserve_->health());
+  if (EvaluationDue()) clock_.Watch();
   EvaluateIfDue();
   losses_.Look();
   returns_.Look();
   if (CheckpointDue()) {
+    clock_.Watch();
     const double before = Now();
     (void)Save(Telling::kNow);
     saving_seconds_ += Now() - before;
@@ -312,14 +315,15 @@ Status Training::AfterRound() {
 Status Training::Loop() {
   done_ = asked_ = steps();
   if (EvaluationDue()) EvaluateIfDue();  // which a stop has interrupted
-  (void)Lap();
+  clock_.Start();
   if (!algorithm_->needs_world) return LearnWithoutWorld();
   for (const Trainee& trainee : trainees_) CONSAC_RETURN_IF_ERROR(trainee.learner->health());  // of what was due
   while (true) {
+    clock_.BeginRound();
     SendIdle();
     if (steps_under_way() == 0) break;
     const Crew::Outcome outcome = crew_.Next();
-    AccountFor(outcome, Lap());
+    AccountFor(outcome, clock_.Lap());
     // A step that was asked for ahead of learning which was stopped in the middle has no place.
     if (LearningDue()) {
       if (outcome.connected_anew) --connecting_;
@@ -329,25 +333,22 @@ Status Training::Loop() {
     if (LearningDue()) CONSAC_RETURN_IF_ERROR(LearnAndGoOn(outcome.worker));
     CONSAC_RETURN_IF_ERROR(AfterRound());
   }
+  clock_.Watch();
+  TellTime();
   return Status::Ok();
 }
 
 void Training::AccountFor(const Crew::Outcome& outcome, double waited) {
   const Worker& worker = crew_[outcome.worker];
   const double share = outcome.connected_anew ? 0.0 : worker.world_share();
-  spent_.world += share * waited;
-  spent_.wire += (1.0 - share) * waited;
+  clock_.spent().world += share * waited;
+  clock_.spent().wire += (1.0 - share) * waited;
 }
 
 void Training::TellTime() {
-  spent_.other += Lap();
-  report_->OnTime(spent_);
-  spent_ = {};
-}
-
-double Training::Lap() {
-  const double now = Now();
-  return now - std::exchange(lap_began_, now);
+  clock_.spent().other += clock_.Lap();
+  const bool in_process = crew_.size() == 1 && crew_[0].world_share() == 1.0;
+  if (const std::optional<TimeSpent> spent = clock_.EndRound(in_process); spent.has_value()) report_->OnTime(*spent);
 }
 
 Result<RunSummary> Training::Finish(double seconds) {

@@ -17,6 +17,7 @@
 #include "consac/run/thread_pool.h"
 #include "consac/run/training.h"
 #include "crew.h"
+#include "round_clock.h"
 #include "trainee.h"
 
 namespace consac::run {
@@ -105,9 +106,6 @@ class Training {
   void ReportUpdates();
   void AccountFor(const Crew::Outcome& outcome, double waited);
   void TellTime();
-  /// Seconds since it was last asked: what was done since is of one kind. A look at the clock costs a small world's
-  /// step much, so that one thing's end is the next one's beginning.
-  double Lap();
   void PlanEvaluation();
   Status CheckEvaluation();
   bool EvaluationDue() const { return config_.eval_every > 0 && steps() >= next_evaluation_; }
@@ -163,8 +161,7 @@ class Training {
   std::vector<UpdateReport> updates_;   // that are being told of
   std::vector<BehaviourStep> brought_;  // by the latest step
   std::vector<Statistic> noted_;        // by the game, in the latest step
-  TimeSpent spent_;                     // since the latest round that was told
-  double lap_began_ = 0.0;              // the time of the latest Lap
+  RoundClock clock_;
   const learn::Algorithm* algorithm_ = nullptr;
   learn::LogStyle log_style_ = learn::LogStyle::kStableBaselines2;
   bool restored_ = false;  // from a checkpoint, be it of step 0

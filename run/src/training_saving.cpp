@@ -207,7 +207,7 @@ bool Training::CheckpointDue() const {
   if (unsaved == 0 && !remembered) return false;  // between updates a rollout is all there is to lose
   if (config_.checkpoint_every_updates > 0) return unsaved >= config_.checkpoint_every_updates;
   return config_.checkpoint_every_s > 0 &&
-         lap_began_ - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
+         clock_.looked() - checkpoint_time_ >= static_cast<double>(config_.checkpoint_every_s);
 }
 
 // Its settings that no resumed run may change, a line each. Engines move.
