@@ -219,7 +219,7 @@ void DenseInputGradientRows(const DenseInputGradientCall& call) {
   const bool add = call.store == Store::kAdd;
   Product<Broadcast::kAlongK>({call.shape.rows, call.shape.in_size, call.shape.out_size, call.dz.data, call.dz.stride,
                                call.packed, 0, add ? call.dx.data : nullptr, add ? call.dx.stride : 0, call.dx.data,
-                               call.dx.stride});
+                               call.dx.stride, false, call.rectified.data, call.rectified.stride});
 }
 
 template <std::size_t... N>

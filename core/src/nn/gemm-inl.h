@@ -51,8 +51,10 @@ struct TileCall {
   std::int64_t start_stride;  // 0: the same row (a bias) for every m
   float* c;
   std::int64_t c_stride;
-  std::int64_t columns;  // valid ones; the rest of the last vectors is not stored
-  bool rectify = false;  // max(0, C) is stored
+  std::int64_t columns;               // valid ones; the rest of the last vectors is not stored
+  bool rectify = false;               // max(0, C) is stored
+  const float* only_where = nullptr;  // [m, n] C is multiplied by 1 where it is above 0, else by 0; null: nowhere
+  std::int64_t only_where_stride = 0;
 };
 
 /// The same from row `rows` on.
@@ -61,6 +63,7 @@ HWY_INLINE TileCall RowsOn(std::int64_t rows, TileCall t) {
   t.a += rows * (kBroadcast == Broadcast::kAlongK ? t.a_stride : 1);
   t.c += rows * t.c_stride;
   if (t.start != nullptr) t.start += rows * t.start_stride;
+  if (t.only_where != nullptr) t.only_where += rows * t.only_where_stride;
   return t;
 }
 
@@ -127,9 +130,30 @@ HWY_INLINE void RectifyVectors(FloatVector* sums, std::index_sequence<N...>) {
   ((sums[N] = AtLeast(Floats(), sums[N], 0.0f)), ...);
 }
 
+template <std::size_t... N>
+HWY_INLINE void ZeroVectorsUnless(const FloatVector* positive, FloatVector* sums, std::index_sequence<N...>) {
+  const Floats d;
+  ((sums[N] = hn::Mul(sums[N], hn::IfThenElseZero(hn::Gt(positive[N], hn::Zero(d)), hn::Set(d, 1.0f)))), ...);
+}
+
+template <std::size_t kVectors>
+HWY_INLINE void ZeroRowUnless(const float* positive, std::int64_t columns, FloatVector* sums) {
+  constexpr auto kAll = std::make_index_sequence<kVectors>();
+  FloatVector row[kVectors];
+  if (columns == static_cast<std::int64_t>(kVectors) * LaneCount())
+    LoadVectors<kVectors>(positive, 0, row, kAll);
+  else
+    LoadPartRow<kVectors>(positive, columns, row);
+  ZeroVectorsUnless(row, sums, kAll);
+}
+
 template <std::size_t kVectors, std::size_t... M>
 HWY_INLINE void FinishTile(const TileCall& t, FloatVector (*sums)[kVectors], std::index_sequence<M...>) {
   if (t.rectify) (RectifyVectors(sums[M], std::make_index_sequence<kVectors>()), ...);
+  if (t.only_where != nullptr) {
+    (ZeroRowUnless<kVectors>(t.only_where + static_cast<std::int64_t>(M) * t.only_where_stride, t.columns, sums[M]),
+     ...);
+  }
   if (t.columns == static_cast<std::int64_t>(kVectors) * LaneCount()) {
     (StoreVectors(sums[M], t.c + static_cast<std::int64_t>(M) * t.c_stride, std::make_index_sequence<kVectors>()), ...);
   } else {
@@ -196,13 +220,17 @@ HWY_NOINLINE void RunFewInputs(std::int64_t rows, const TileCall& t, std::index_
   (LoadVectors<kPerPanel>(t.b + static_cast<std::int64_t>(K) * t.b_stride, 0, b[K], kAll), ...);
   ZeroVectors(start, kAll);
   if (t.start != nullptr) LoadVectors<kPerPanel>(t.start, 0, start, kAll);
-  const float* a = t.a;
+  const float *a = t.a, *only_where = t.only_where;
   float* c = t.c;
   for (; rows > 0; --rows, a += t.a_stride, c += t.c_stride) {
     FloatVector sums[kPerPanel];
     for (std::size_t n = 0; n < kPerPanel; ++n) sums[n] = start[n];
     (MultiplyAddRow(hn::Set(Floats(), a[K]), b[K], sums, kAll), ...);
     if (t.rectify) RectifyVectors(sums, kAll);
+    if (only_where != nullptr) {
+      ZeroRowUnless<kPerPanel>(only_where, t.columns, sums);
+      only_where += t.only_where_stride;
+    }
     StoreVectors(sums, c, kAll);
   }
 }
@@ -234,7 +262,9 @@ struct ProductCall {
   std::int64_t start_stride;  // 0: a bias
   float* c;
   std::int64_t c_stride;
-  bool rectify = false;  // max(0, C) is stored
+  bool rectify = false;               // max(0, C) is stored
+  const float* only_where = nullptr;  // [m, n] as TileCall's
+  std::int64_t only_where_stride = 0;
 };
 
 /// Vectors of the panel that begins at column `first` of `columns`.
@@ -274,7 +304,9 @@ HWY_INLINE void Product(const ProductCall& p) {
                p.c + n,
                p.c_stride,
                p.columns - n < vectors * lanes ? p.columns - n : vectors * lanes,
-               p.rectify};
+               p.rectify,
+               p.only_where == nullptr ? nullptr : p.only_where + n,
+               p.only_where_stride};
     if (p.rows <= 2) {
       TileCall wide = t;
       const std::int64_t full_panels = (p.columns - n) / width;

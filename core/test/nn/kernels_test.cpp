@@ -257,6 +257,15 @@ void ExpectInputGradient(DenseCase& c) {
       ASSERT_NEAR(c.dx.data()[r * c.in + i], 2.0 * want, 2e-6 * static_cast<double>(c.out + 4));
     }
   }
+  AlignedFloats afterwards(c.rows * c.in), at_once(c.rows * c.in);
+  call.store = Store::kOverwrite;
+  call.dx = {afterwards.data(), c.in};
+  DenseInputGradient(call);
+  MultiplyByDerivative(Activation::kRelu, c.rows, c.in, {c.x.data(), c.in}, {afterwards.data(), c.in});
+  call.dx = {at_once.data(), c.in};
+  call.rectified = {c.x.data(), c.in};
+  DenseInputGradient(call);
+  ASSERT_EQ(std::memcmp(at_once.data(), afterwards.data(), static_cast<std::size_t>(c.rows * c.in) * sizeof(float)), 0);
 }
 
 TEST_P(DenseSizes, InputGradientMatchesFloat64AndAdds) {

@@ -20,13 +20,17 @@ void DenseBackward(const GradientCall& call) {
   const nn::PlacedBlock& block = *call.block;
   const GradientInput& input = call.inputs[0];
   const nn::DenseShape shape{call.rows, block.in_size, block.out_size};
-  nn::MultiplyByDerivative(block.activation, call.rows, block.out_size,
-                           nn::NeedsPreActivation(block.activation) ? call.saved : call.y, call.dy);
+  if (!call.is_dz) {
+    nn::MultiplyByDerivative(block.activation, call.rows, block.out_size,
+                             nn::NeedsPreActivation(block.activation) ? call.saved : call.y, call.dy);
+  }
   if (call.dparameters != nullptr) {
     nn::DenseWeightGradient(
         {shape, input.x, call.dy, call.dparameters, call.dparameters + block.in_size * block.out_size, call.store});
   }
-  if (input.dx.data != nullptr) nn::DenseInputGradient({shape, call.packed, call.dy, input.dx, input.store});
+  if (input.dx.data == nullptr) return;
+  const nn::ConstRows rectified = input.rectified ? input.x : nn::ConstRows();
+  nn::DenseInputGradient({shape, call.packed, call.dy, input.dx, input.store, rectified});
 }
 
 std::int64_t DenseTangentSize(const nn::PlacedBlock& block) {

@@ -27,6 +27,7 @@ GradientSchedule::GradientSchedule(const nn::Network& network, const Backpropaga
   if (options.parameter_count < 0) options.parameter_count = network.parameter_count() - options.first_parameter;
   for (std::size_t s = 0; s < forward->plan().steps.size(); ++s) order.push_back(s);
   PlanBackward();
+  PlanRectified();
   PlanMemory();
 }
 
@@ -72,6 +73,24 @@ void GradientSchedule::PlanBackward() {
       back.inputs[i].store = reached[value] ? nn::Store::kAdd : nn::Store::kOverwrite;
       reached[value] = true;
     }
+  }
+}
+
+// A dense block's gradient that has come to another's relu goes through it as it is written, where nobody else reads
+// what the relu gave.
+void GradientSchedule::PlanRectified() {
+  const nn::Plan& plan = forward->plan();
+  std::vector<int> readers(plan.values.size());
+  for (const nn::PlanStep& step : plan.steps) {
+    for (const std::size_t input : step.inputs) ++readers[input];
+  }
+  for (std::size_t s = 0; s < plan.steps.size(); ++s) {
+    if (plan.steps[s].block.op != "dense" || !backward[s].reached || !backward[s].inputs[0].wanted) continue;
+    const std::size_t value = plan.steps[s].inputs[0], producer = plan.values[value].producer;
+    if (producer == nn::kNone || plan.values[value].output != nn::kNone || readers[value] > 1) continue;
+    const nn::PlacedBlock& before = plan.steps[producer].block;
+    if (before.op != "dense" || before.activation != nn::Activation::kRelu) continue;
+    backward[s].inputs[0].rectified = backward[producer].is_dz = true;
   }
 }
 
@@ -219,7 +238,7 @@ void BlockWorkspace::Backward(const LossBlock& block, float* gradient, nn::Store
     for (std::size_t i = 0; i < step.inputs.size(); ++i) {
       const BackwardInput& input = back.inputs[i];
       step_inputs_[i] = {activations_.Value(step.inputs[i]), input.wanted ? Gradient(step.inputs[i]) : nn::Rows(),
-                         input.store};
+                         input.store, input.rectified};
     }
     GradientCall call;
     call.block = &step.block;
@@ -229,6 +248,7 @@ void BlockWorkspace::Backward(const LossBlock& block, float* gradient, nn::Store
     call.y = activations_.Value(step.output);
     call.saved = activations_.Saved(s);
     call.dy = Gradient(step.output);
+    call.is_dz = back.is_dz;
     call.dparameters = back.learns ? gradient + step.block.parameter_offset : nullptr;
     call.store = back.first_use ? store : nn::Store::kAdd;
     call.scratch = scratch_.data();

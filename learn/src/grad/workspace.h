@@ -16,6 +16,7 @@ namespace consac::learn {
 struct BackwardInput {
   bool wanted = false;                      ///< something that learns, or an input that is asked for, stands before it
   nn::Store store = nn::Store::kOverwrite;  ///< the first to reach a value overwrites, the others add
+  bool rectified = false;                   ///< as GradientInput's
 };
 
 /// What it does with a step.
@@ -24,6 +25,7 @@ struct BackwardStep {
   bool reached = false;               ///< an output depends on it; otherwise its gradient stays 0
   bool learns = false;                ///< its parameters have a gradient
   bool first_use = true;              ///< of its parameters, backward; the later ones add
+  bool is_dz = false;                 ///< as GradientCall's
   bool moves = false;                 ///< along a tangent; otherwise its output's tangent is 0
   std::vector<BackwardInput> inputs;  ///< one per input
   std::int64_t packed_at = -1;        ///< into GradientSchedule::packed; -1: nothing to pack
@@ -54,6 +56,7 @@ class GradientSchedule {
  private:
   bool Learns(const nn::PlacedBlock& block) const;
   void PlanBackward();
+  void PlanRectified();
   void PlanMemory();
 };
 

@@ -76,8 +76,9 @@ struct DenseInputGradientCall {
   ConstRows dz;                   ///< [rows, out] gradient before the activation
   Rows dx;                        ///< [rows, in] result
   Store store = Store::kOverwrite;
+  ConstRows rectified = {};  ///< [rows, in] null, or what relu has given: dx is the gradient before it
 };
-/// dx = dz W.
+/// dx = dz W, times relu' where that is asked for.
 void DenseInputGradient(const DenseInputGradientCall& call);
 
 /// Gradient with respect to a dense layer's parameters.
