@@ -143,6 +143,11 @@ def learn(row, consac, seed):
     return {"result": round(float(result), 3), "curve": curve.points, "seconds": round(seconds, 1), **machine(row)}
 
 
+def what_matters(row):
+    """What a seed's result depends on."""
+    return {name: value for name, value in row.items() if name != "seeds"}
+
+
 def seed_file(row, seed):
     return MEASURED / f"{row['name']} {seed}.json"
 
@@ -152,7 +157,7 @@ def measured(row, consac, jobs):
     def one(seed):
         path = seed_file(row, seed)
         known = json.loads(path.read_text()) if path.exists() else {}
-        if known.get("row") == row:
+        if what_matters(known.get("row", {})) == what_matters(row):
             return known
         command = [sys.executable, __file__, "--consac", consac, "--one", row["name"], str(seed)]
         answer = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
@@ -190,10 +195,10 @@ def page(rows):
 
 
 def write(new):
-    """Both pages: rows by name that are new, else as they are known, else without results."""
+    """Both pages: rows by name that are new, else as they are known (be it of fewer seeds), else without results."""
     path = RESULTS / "sb3_curves.json"
     known = {row["name"]: row for row in json.loads(path.read_text())} | new
-    rows = [known[row["name"]] if known.get(row["name"], {}).items() >= row.items() else row for row in ROWS]
+    rows = [known[row["name"]] if known.get(row["name"], {}).items() >= what_matters(row).items() else row for row in ROWS]
     path.write_text("[\n" + ",\n".join(json.dumps(row) for row in rows) + "\n]\n")
     (RESULTS / "sb3_curves.md").write_text(page(rows))
 

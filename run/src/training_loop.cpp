@@ -194,7 +194,7 @@ bool Training::LearningDue() const {
 void Training::Send(std::size_t worker, Where where) {
   if (asked_ >= config_.steps || goal_reached_ || stop_.load(std::memory_order_relaxed)) return;
   crew_[worker].Act(trainees_, crew_.size() > 1 || Overlaps() ? Rows::kOwn : Rows::kLearners);
-  clock_.spent().inference += clock_.Lap();
+  clock_.Spend(&TimeSpent::inference);
   asked_ += crew_[worker].rows();
   crew_.Step(worker, asked_ >= config_.steps ? MoreSteps::kLast : MoreSteps::kYes, where);
 }
@@ -222,8 +222,7 @@ Status Training::Take(Worker& worker) {
   CONSAC_RETURN_IF_ERROR(worker.TakeOutcome(trainees_));
   CONSAC_RETURN_IF_ERROR(directory_->RemoveReplaced());
   done_ += worker.rows();
-  clock_.spent().agent_steps += worker.rows();
-  ++clock_.spent().rounds;
+  clock_.CountStep(worker.rows());
   brought_.assign(trainees_.size(), {});
   for (std::size_t b = 0; b < trainees_.size(); ++b) {
     const Batch& batch = worker.batches()[b];
@@ -259,15 +258,15 @@ Status Training::Lose(const Crew::Outcome& outcome) {
 // Learning overlaps the next step of the worker whose outcome made it due; in lock step all wait for all.
 Status Training::LearnAndGoOn(std::size_t worker) {
   clock_.Watch();
-  clock_.spent().other += clock_.Lap();
+  clock_.Spend(&TimeSpent::other);
   if (Overlaps()) {
     Send(worker, Where::kAside);
   } else {
     while (steps_under_way() > 0) CONSAC_RETURN_IF_ERROR(Handle(crew_.Next()));
   }
-  clock_.spent().other += clock_.Lap();
+  clock_.Spend(&TimeSpent::other);
   LearnWhatIsDue();
-  clock_.spent().learning += clock_.Lap();
+  clock_.Spend(&TimeSpent::learning);
   return Status::Ok();
 }
 
@@ -284,7 +283,7 @@ Status Training::LearnWithoutWorld() {
   learn::LearnPieces pieces;
   while (LearningDue() && !goal_reached_ && !stop_.load(std::memory_order_relaxed)) {
     for (const Trainee& trainee : trainees_) LearnRound(*trainee.learner, pieces);
-    clock_.spent().learning += clock_.Lap();
+    clock_.Spend(&TimeSpent::learning);
     done_ = asked_ = steps();
     brought_.assign(trainees_.size(), {});
     report_->OnStep(done_, brought_);
@@ -323,7 +322,7 @@ Status Training::Loop() {
     SendIdle();
     if (steps_under_way() == 0) break;
     const Crew::Outcome outcome = crew_.Next();
-    AccountFor(outcome, clock_.Lap());
+    AccountFor(outcome);
     // A step that was asked for ahead of learning which was stopped in the middle has no place.
     if (LearningDue()) {
       if (outcome.connected_anew) --connecting_;
@@ -338,17 +337,16 @@ Status Training::Loop() {
   return Status::Ok();
 }
 
-void Training::AccountFor(const Crew::Outcome& outcome, double waited) {
-  const Worker& worker = crew_[outcome.worker];
-  const double share = outcome.connected_anew ? 0.0 : worker.world_share();
-  clock_.spent().world += share * waited;
-  clock_.spent().wire += (1.0 - share) * waited;
+void Training::AccountFor(const Crew::Outcome& outcome) {
+  const double share = outcome.connected_anew ? 0.0 : crew_[outcome.worker].world_share();
+  clock_.Spend(share, &TimeSpent::world, &TimeSpent::wire);
 }
 
 void Training::TellTime() {
-  clock_.spent().other += clock_.Lap();
-  const bool in_process = crew_.size() == 1 && crew_[0].world_share() == 1.0;
-  if (const std::optional<TimeSpent> spent = clock_.EndRound(in_process); spent.has_value()) report_->OnTime(*spent);
+  clock_.Spend(&TimeSpent::other);
+  const bool in_process = crew_.size() == 1 && !crew_[0].link().behind_connection();
+  const NextRounds next = in_process ? NextRounds::kAlike : NextRounds::kOfTheirOwn;
+  if (const std::optional<TimeSpent> spent = clock_.EndRound(next); spent.has_value()) report_->OnTime(*spent);
 }
 
 Result<RunSummary> Training::Finish(double seconds) {

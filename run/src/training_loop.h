@@ -104,7 +104,7 @@ class Training {
   Status AfterRound();
   void LearnWhatIsDue();
   void ReportUpdates();
-  void AccountFor(const Crew::Outcome& outcome, double waited);
+  void AccountFor(const Crew::Outcome& outcome);
   void TellTime();
   void PlanEvaluation();
   Status CheckEvaluation();

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 namespace consac::run {
 namespace {
+
+constexpr double kMicro = 1e-6;
 
 double time_now = 0.0;
 int looks = 0;
@@ -13,75 +17,84 @@ double TimeNow() {
   return time_now;
 }
 
-/// A round of these parts (s), or of a longer world.
-std::optional<TimeSpent> Round(RoundClock& clock, double world = 3e-6) {
-  clock.BeginRound();
-  time_now += 1e-6;
-  clock.spent().inference += clock.Lap();
-  time_now += world;
-  clock.spent().world += clock.Lap();
-  time_now += 1e-6;
-  clock.spent().other += clock.Lap();
-  ++clock.spent().rounds;
-  clock.spent().agent_steps += 4;
-  return clock.EndRound(true);
-}
+class RoundClockTest : public testing::Test {
+ protected:
+  RoundClockTest() { clock_.Start(); }
 
-TEST(RoundClock, BriefRoundsThatAreAlikeAreTakenByOneInEight) {
-  RoundClock clock(TimeNow);
-  clock.Start();
-  TimeSpent sum;
+  void Pass(double seconds, double TimeSpent::*part) {
+    time_now += seconds;
+    clock_.Spend(part);
+    truth_.*part += seconds;
+  }
+  /// A round of four agents; adds what is told to told_.
+  bool Round(double inference = kMicro, double world = 3 * kMicro, NextRounds next = NextRounds::kAlike) {
+    clock_.BeginRound();
+    Pass(inference, &TimeSpent::inference);
+    Pass(world, &TimeSpent::world);
+    Pass(kMicro, &TimeSpent::other);
+    return End(next);
+  }
+  bool End(NextRounds next = NextRounds::kAlike) {
+    clock_.CountStep(4);
+    truth_.rounds += 1;
+    truth_.agent_steps += 4;
+    const std::optional<TimeSpent> spent = clock_.EndRound(next);
+    told_.Add(spent.value_or(TimeSpent()));
+    return spent.has_value();
+  }
+  void ExpectTruth(double tolerance) {
+    EXPECT_EQ(told_.rounds, truth_.rounds);
+    EXPECT_EQ(told_.agent_steps, truth_.agent_steps);
+    EXPECT_NEAR(told_.sum(), truth_.sum(), 1e-9) << "as a whole it is exact";
+    for (double TimeSpent::*part : {&TimeSpent::world, &TimeSpent::inference, &TimeSpent::learning, &TimeSpent::other})
+      EXPECT_NEAR(told_.*part, truth_.*part, tolerance * truth_.sum() + 1e-12);
+  }
+
+  RoundClock clock_{TimeNow};
+  TimeSpent truth_, told_;
+};
+
+TEST_F(RoundClockTest, BriefRoundsThatAreAlikeAreTakenByOneInEleven) {
   looks = 0;
-  for (int i = 0; i < 8 * 100; ++i) {
-    const std::optional<TimeSpent> spent = Round(clock);
-    EXPECT_EQ(spent.has_value(), i % 8 == 0) << i;
-    if (!spent.has_value()) continue;
-    sum.inference += spent->inference;
-    sum.world += spent->world;
-    sum.other += spent->other;
-    sum.rounds += spent->rounds;
-    sum.agent_steps += spent->agent_steps;
-  }
-  EXPECT_EQ(looks, 100 * 4 - 1);
-  constexpr double kRounds = 8 * 99 + 1;  // the last seven are not told yet
-  EXPECT_EQ(sum.rounds, kRounds);
-  EXPECT_EQ(sum.agent_steps, 4 * kRounds);
-  EXPECT_NEAR(sum.inference, 1e-6 * kRounds, 1e-12);
-  EXPECT_NEAR(sum.world, 3e-6 * kRounds, 1e-12);
-  EXPECT_NEAR(sum.other, 1e-6 * kRounds, 1e-12);
+  for (int i = 0; i <= 11 * 100; ++i) EXPECT_EQ(Round(), i % 11 == 0) << i;
+  EXPECT_EQ(looks, 101 * 4 - 1);
+  ExpectTruth(1e-9);
 }
 
-TEST(RoundClock, WhatIsNotAlikeIsTakenAsItIs) {
-  RoundClock clock(TimeNow);
-  clock.Start();
-  EXPECT_TRUE(Round(clock).has_value());
-  EXPECT_FALSE(Round(clock).has_value());
-  EXPECT_FALSE(Round(clock).has_value());
-  clock.BeginRound();
-  time_now += 2e-6;
-  clock.Watch();  // an update is due: what rounds took until here is shared out
-  time_now += 5.0;
-  clock.spent().learning += clock.Lap();
-  const std::optional<TimeSpent> spent = clock.EndRound(true);
-  ASSERT_TRUE(spent.has_value());
-  EXPECT_NEAR(spent->learning, 5.0, 1e-9);
-  EXPECT_NEAR(spent->sum(), 5.0 + 12e-6, 1e-9);
-  EXPECT_NEAR(spent->world, 0.6 * 12e-6, 1e-9);
-  EXPECT_EQ(spent->rounds, 2);
-  EXPECT_TRUE(Round(clock, 1e-3).has_value()) << "long";
-  EXPECT_TRUE(Round(clock).has_value());
-  EXPECT_FALSE(Round(clock).has_value()) << "brief again";
+// The critic is run every 64 / N rounds of N agents.
+TEST_F(RoundClockTest, WhatComesEverySoManyRoundsIsSeenAsOftenAsItComes) {
+  for (const int period : {64, 32, 21, 16, 12, 10, 9, 8, 5, 4, 3, 2}) {
+    told_ = truth_ = {};
+    for (int i = 0; i < 11 * period * 3; ++i) Round(i % period == 0 ? 7 * kMicro : kMicro);
+    clock_.Watch();
+    End();
+    SCOPED_TRACE(period);
+    ExpectTruth(0.02);
+  }
 }
 
-TEST(RoundClock, WhoIsNotSureIsTakenRoundByRound) {
-  RoundClock clock(TimeNow);
-  clock.Start();
-  for (int i = 0; i < 20; ++i) {
-    clock.BeginRound();
-    time_now += 1e-6;
-    clock.spent().wire += clock.Lap();
-    EXPECT_TRUE(clock.EndRound(false).has_value());
-  }
+TEST_F(RoundClockTest, WhatIsNotAlikeIsTakenAsItIs) {
+  EXPECT_TRUE(Round());
+  EXPECT_FALSE(Round());
+  EXPECT_FALSE(Round());
+  clock_.BeginRound();
+  Pass(2 * kMicro, &TimeSpent::inference);
+  clock_.Watch();  // an update is due: what rounds took until here is shared out
+  Pass(5.0, &TimeSpent::learning);
+  clock_.Watch();  // an evaluation behind it
+  Pass(7.0, &TimeSpent::other);
+  EXPECT_TRUE(End());
+  EXPECT_EQ(told_.learning, 5.0);
+  EXPECT_NEAR(told_.other, 7.0, 1e-5);
+  ExpectTruth(1e-5);
+  EXPECT_TRUE(Round(kMicro, 1e-3)) << "long";
+  EXPECT_TRUE(Round());
+  EXPECT_FALSE(Round()) << "brief again";
+}
+
+TEST_F(RoundClockTest, RoundsOfAnEngineAreAllLookedAt) {
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(Round(kMicro, kMicro, NextRounds::kOfTheirOwn));
+  ExpectTruth(1e-9);
 }
 
 }  // namespace

@@ -217,9 +217,20 @@ void DensePackBackward(const float* weight, std::int64_t in_size, std::int64_t o
 
 void DenseInputGradientRows(const DenseInputGradientCall& call) {
   const bool add = call.store == Store::kAdd;
-  Product<Broadcast::kAlongK>({call.shape.rows, call.shape.in_size, call.shape.out_size, call.dz.data, call.dz.stride,
-                               call.packed, 0, add ? call.dx.data : nullptr, add ? call.dx.stride : 0, call.dx.data,
-                               call.dx.stride, false, call.rectified.data, call.rectified.stride});
+  ProductCall product{call.shape.rows,
+                      call.shape.in_size,
+                      call.shape.out_size,
+                      call.dz.data,
+                      call.dz.stride,
+                      call.packed,
+                      0,
+                      add ? call.dx.data : nullptr,
+                      add ? call.dx.stride : 0,
+                      call.dx.data,
+                      call.dx.stride};
+  product.rectified = call.rectified.data;
+  product.rectified_stride = call.rectified.stride;
+  Product<Broadcast::kAlongK>(product);
 }
 
 template <std::size_t... N>

@@ -1,6 +1,7 @@
 // The tile that all matrix products are made of: C[m, n] = start + sum over k of A(m, k) B(k, n), n along vectors, A
-// broadcast. Every element is summed over k in order whatever the tile's size, so a result never depends on how the
-// rows were cut. Included once per instruction set by kernels.cpp.
+// broadcast; stored as it is, through relu, or times relu's derivative. Every element is summed over k in order
+// whatever the tile's size, so a result never depends on how the rows were cut. Included once per instruction set by
+// kernels.cpp.
 
 #if defined(CONSAC_NN_GEMM_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef CONSAC_NN_GEMM_INL_H_
@@ -51,10 +52,10 @@ struct TileCall {
   std::int64_t start_stride;  // 0: the same row (a bias) for every m
   float* c;
   std::int64_t c_stride;
-  std::int64_t columns;               // valid ones; the rest of the last vectors is not stored
-  bool rectify = false;               // max(0, C) is stored
-  const float* only_where = nullptr;  // [m, n] C is multiplied by 1 where it is above 0, else by 0; null: nowhere
-  std::int64_t only_where_stride = 0;
+  std::int64_t columns;              // valid ones; the rest of the last vectors is not stored
+  bool rectify = false;              // max(0, C) is stored
+  const float* rectified = nullptr;  // [m, n] C is multiplied by 1 where it is above 0, else by 0; null: nowhere
+  std::int64_t rectified_stride = 0;
 };
 
 /// The same from row `rows` on.
@@ -63,7 +64,7 @@ HWY_INLINE TileCall RowsOn(std::int64_t rows, TileCall t) {
   t.a += rows * (kBroadcast == Broadcast::kAlongK ? t.a_stride : 1);
   t.c += rows * t.c_stride;
   if (t.start != nullptr) t.start += rows * t.start_stride;
-  if (t.only_where != nullptr) t.only_where += rows * t.only_where_stride;
+  if (t.rectified != nullptr) t.rectified += rows * t.rectified_stride;
   return t;
 }
 
@@ -125,33 +126,36 @@ HWY_INLINE void StartTile(const TileCall& t, FloatVector (*sums)[kVectors], std:
   }
 }
 
+/// relu of them.
 template <std::size_t... N>
 HWY_INLINE void RectifyVectors(FloatVector* sums, std::index_sequence<N...>) {
   ((sums[N] = AtLeast(Floats(), sums[N], 0.0f)), ...);
 }
 
+/// Times relu' of what relu has given: 1 where that is above 0.
 template <std::size_t... N>
-HWY_INLINE void ZeroVectorsUnless(const FloatVector* positive, FloatVector* sums, std::index_sequence<N...>) {
+HWY_INLINE void MultiplyByRectified(const FloatVector* rectified, FloatVector* sums, std::index_sequence<N...>) {
   const Floats d;
-  ((sums[N] = hn::Mul(sums[N], hn::IfThenElseZero(hn::Gt(positive[N], hn::Zero(d)), hn::Set(d, 1.0f)))), ...);
+  ((sums[N] = hn::Mul(sums[N], hn::IfThenElseZero(hn::Gt(rectified[N], hn::Zero(d)), hn::Set(d, 1.0f)))), ...);
 }
 
 template <std::size_t kVectors>
-HWY_INLINE void ZeroRowUnless(const float* positive, std::int64_t columns, FloatVector* sums) {
+HWY_INLINE void MultiplyRowByRectified(const float* rectified, std::int64_t columns, FloatVector* sums) {
   constexpr auto kAll = std::make_index_sequence<kVectors>();
   FloatVector row[kVectors];
   if (columns == static_cast<std::int64_t>(kVectors) * LaneCount())
-    LoadVectors<kVectors>(positive, 0, row, kAll);
+    LoadVectors<kVectors>(rectified, 0, row, kAll);
   else
-    LoadPartRow<kVectors>(positive, columns, row);
-  ZeroVectorsUnless(row, sums, kAll);
+    LoadPartRow<kVectors>(rectified, columns, row);
+  MultiplyByRectified(row, sums, kAll);
 }
 
 template <std::size_t kVectors, std::size_t... M>
 HWY_INLINE void FinishTile(const TileCall& t, FloatVector (*sums)[kVectors], std::index_sequence<M...>) {
   if (t.rectify) (RectifyVectors(sums[M], std::make_index_sequence<kVectors>()), ...);
-  if (t.only_where != nullptr) {
-    (ZeroRowUnless<kVectors>(t.only_where + static_cast<std::int64_t>(M) * t.only_where_stride, t.columns, sums[M]),
+  if (t.rectified != nullptr) {
+    (MultiplyRowByRectified<kVectors>(t.rectified + static_cast<std::int64_t>(M) * t.rectified_stride, t.columns,
+                                      sums[M]),
      ...);
   }
   if (t.columns == static_cast<std::int64_t>(kVectors) * LaneCount()) {
@@ -210,6 +214,7 @@ HWY_INLINE void RunPanel(std::int64_t rows, const TileCall& t) {
   }
 }
 
+// K of a panel that stays in registers: 4 x 2 vectors of B, 2 to start from, 2 sums and A are 13 of 16.
 inline constexpr std::int64_t kFewInputs = 4;
 
 /// A panel of few inputs, which stays in registers while one row after the other goes by: as many rows as there are.
@@ -220,16 +225,16 @@ HWY_NOINLINE void RunFewInputs(std::int64_t rows, const TileCall& t, std::index_
   (LoadVectors<kPerPanel>(t.b + static_cast<std::int64_t>(K) * t.b_stride, 0, b[K], kAll), ...);
   ZeroVectors(start, kAll);
   if (t.start != nullptr) LoadVectors<kPerPanel>(t.start, 0, start, kAll);
-  const float *a = t.a, *only_where = t.only_where;
+  const float *a = t.a, *rectified = t.rectified;
   float* c = t.c;
   for (; rows > 0; --rows, a += t.a_stride, c += t.c_stride) {
     FloatVector sums[kPerPanel];
     for (std::size_t n = 0; n < kPerPanel; ++n) sums[n] = start[n];
     (MultiplyAddRow(hn::Set(Floats(), a[K]), b[K], sums, kAll), ...);
     if (t.rectify) RectifyVectors(sums, kAll);
-    if (only_where != nullptr) {
-      ZeroRowUnless<kPerPanel>(only_where, t.columns, sums);
-      only_where += t.only_where_stride;
+    if (rectified != nullptr) {
+      MultiplyRowByRectified<kPerPanel>(rectified, t.columns, sums);
+      rectified += t.rectified_stride;
     }
     StoreVectors(sums, c, kAll);
   }
@@ -262,9 +267,9 @@ struct ProductCall {
   std::int64_t start_stride;  // 0: a bias
   float* c;
   std::int64_t c_stride;
-  bool rectify = false;               // max(0, C) is stored
-  const float* only_where = nullptr;  // [m, n] as TileCall's
-  std::int64_t only_where_stride = 0;
+  bool rectify = false;              // max(0, C) is stored
+  const float* rectified = nullptr;  // [m, n] as TileCall's
+  std::int64_t rectified_stride = 0;
 };
 
 /// Vectors of the panel that begins at column `first` of `columns`.
@@ -305,8 +310,8 @@ HWY_INLINE void Product(const ProductCall& p) {
                p.c_stride,
                p.columns - n < vectors * lanes ? p.columns - n : vectors * lanes,
                p.rectify,
-               p.only_where == nullptr ? nullptr : p.only_where + n,
-               p.only_where_stride};
+               p.rectified == nullptr ? nullptr : p.rectified + n,
+               p.rectified_stride};
     if (p.rows <= 2) {
       TileCall wide = t;
       const std::int64_t full_panels = (p.columns - n) / width;

@@ -131,8 +131,8 @@ class A2c final : public Learner, private BlockLoss {
     ++updates_;
     step_.Finish(updates_, losses_.minibatches());
     if (updates_ == 1 || updates_ % kUpdatesPerReport == 0) WriteMetrics(rows);
+    collector_.Restart();  // by the parameters that acted
     model_.Publish();
-    collector_.Restart();
     return false;
   }
 

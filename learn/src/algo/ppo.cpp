@@ -206,8 +206,8 @@ class Ppo final : public Learner, private BlockLoss {
     ppo_.generation == Generation::kStableBaselines2 ? WriteMetrics2(losses_.UpdateMeans())
                                                      : WriteMetrics3(losses_.UpdateMeans());
     step_.Finish(updates_, losses_.minibatches());
+    collector_.Restart();  // by the parameters that acted
     model_.Publish();
-    collector_.Restart();
     updating_ = false;
   }
 

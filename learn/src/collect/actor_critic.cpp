@@ -4,12 +4,13 @@
 #include <iterator>
 
 #include "collect/acting_model.h"
+#include "consac/nn/features.h"
 #include "consac/nn/plan.h"
 
 namespace consac::learn {
 namespace {
 
-constexpr std::int64_t kFewestRows = 64;
+constexpr std::int64_t kRowsAtOnce = 64;  // as many as an Evaluator takes through all layers together
 
 bool HaveNoLayerInCommon(const nn::Network& network) {
   const nn::Plan plan(network);
@@ -25,8 +26,8 @@ ActorCritic::ActorCritic(nn::Network network, ActionHead head, const BehaviourSp
                          float log_std_init, const Communicator& ranks)
     : network_(std::move(network)),
       action_head_(std::move(head)),
-      apart_(HaveNoLayerInCommon(network_)),
-      most_rows_(std::max<std::int64_t>(behaviour.slots, kFewestRows)),
+      apart_(HaveNoLayerInCommon(network_) && !nn::HasImage(behaviour.observation_layout)),
+      most_rows_(apart_ ? std::max<std::int64_t>(behaviour.slots, kRowsAtOnce) : behaviour.slots),
       parameters_(network_count() + static_cast<std::size_t>(action_head_.log_std_size()), log_std_init),
       evaluator_(network_, most_rows_) {
   Rng rng(seed, StreamId("network_initialisation"));

@@ -34,9 +34,10 @@ class ActorCritic {
   /// The parameters of now are those that act.
   void Publish() { evaluator_.Load(std::span(parameters_).first(network_count())); }
 
-  /// Whether actor and critic have no layer in common, so that each costs as much alone as with the other.
+  /// Whether V costs less by ValuesOf, of many steps at once, than by Forward with each step's actions: actor and
+  /// critic share no layer, and no image fills the cache by itself.
   bool apart() const { return apart_; }
-  /// Rows that go through it at once: all slots', or as many as make full use of a processor.
+  /// Rows that go through it at once: all slots', or more where it is apart.
   std::int64_t most_rows() const { return most_rows_; }
   /// Runs actor and critic for `rows` <= most_rows rows of network inputs.
   void Forward(const float* features, std::int64_t rows) { evaluator_.Forward({&features, 1}, rows); }

@@ -20,11 +20,6 @@ bool KeepsFeatures(const BehaviourSpec& behaviour, const RolloutOptions& options
   return options.normalise.norm_obs || !nn::HasImage(behaviour.observation_layout);
 }
 
-/// Whether the critic waits until many rows can go through it at once. Images fill the cache by themselves.
-bool MayValueLater(const BehaviourSpec& behaviour, const ActorCritic& model) {
-  return model.apart() && !nn::HasImage(behaviour.observation_layout);
-}
-
 }  // namespace
 
 RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const RolloutOptions& options, ActorCritic& model,
@@ -44,7 +39,7 @@ RolloutCollector::RolloutCollector(const BehaviourSpec& behaviour, const Rollout
   if (KeepsFeatures(behaviour, options)) slab_features_.resize(rows * feature_count_);
   step_rewards_.resize(slots);
   work_features_.resize(slots * feature_count_);
-  if (MayValueLater(behaviour, model_))
+  if (model_.apart())
     unvalued_.emplace(behaviour.slots, behaviour.observation_layout.feature_count, model_.most_rows());
   last_values_.resize(slots);
   rows_.resize(rows);
@@ -177,10 +172,9 @@ double RolloutCollector::ExplainedVariance(std::span<const std::int32_t> rows) c
 }
 
 void RolloutCollector::Visit(Archive& archive) {
-  if (!archive.loading())
-    FindValues();
-  else if (unvalued_.has_value())
-    unvalued_->Clear();
+  // A state knows no steps that wait for their value.
+  if (archive.loading() && unvalued_.has_value()) unvalued_->Clear();
+  FindValues();
   archive("rollout", rollout_);
   archive("action_rng", action_rng_);
   exploration_.Visit(archive);

@@ -53,13 +53,15 @@ class RolloutCollector {
 
   /// Fills advantages and returns of what was collected and lists its rows, slot after slot.
   std::span<std::int32_t> Finish();
-  /// Starts the next rollout where this one ends, with what the other ranks saw in the moments.
+  /// Starts the next rollout where this one ends, with what the other ranks saw in the moments. Before the model's
+  /// parameters change: steps under way are valued by those that acted.
   void Restart() {
+    FindValues();
     normalise_.Share();
     rollout_.Restart();
   }
 
-  /// What was collected.
+  /// What was collected; its values are all there after Finish.
   const Rollout& rollout() const { return rollout_; }
   /// Writes the network inputs that row `row` was acted upon by, [F]. For any thread.
   void Encode(std::size_t row, float* features) const;

@@ -13,7 +13,7 @@ namespace consac::learn {
 struct StepRows {
   float* features = nullptr;  ///< [rows, F] network inputs
   float* raw = nullptr;       ///< [rows, raw] actions as drawn
-  float* values = nullptr;    ///< [rows] V of what was seen
+  float* values = nullptr;    ///< [rows] V of what was seen, once it is found
   float* neglogp = nullptr;   ///< [rows] -log p of what was drawn
 };
 

@@ -1,11 +1,13 @@
 #pragma once
-// Steps whose value is found later, many at once: the few rows of a step cost a critic half as much again as the same
-// rows among many. Private to learn.
+// Steps whose value is found later, many at once: a call for a step's few rows takes a critic longer than they take
+// among many (bench/results/speed.md). Private to learn.
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "consac/base/hooks.h"
 
 namespace consac::learn {
 
@@ -23,8 +25,10 @@ class UnvaluedSteps {
 
   /// Whether `steps` more fit.
   bool HasRoomFor(std::size_t steps) const { return steps_.size() + steps <= most_; }
-  /// `slots` act, seeing `features` [slots, F]. What one of them was doing before is no longer waited for.
+  /// `slots`, for which there must be room, act, seeing `features` [slots, F]. What one of them was doing before is no
+  /// longer waited for.
   void Begin(std::span<const std::int32_t> slots, const float* features) {
+    CONSAC_ASSERT(HasRoomFor(slots.size()));
     std::copy_n(features, slots.size() * feature_count_, features_.data() + steps_.size() * feature_count_);
     for (const std::int32_t slot : slots) {
       under_way_[static_cast<std::size_t>(slot)] = steps_.size();

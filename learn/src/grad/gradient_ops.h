@@ -15,7 +15,7 @@ struct GradientInput {
   nn::ConstRows x;                          ///< [rows, size] what it read, with slack
   nn::Rows dx;                              ///< [rows, size] the gradient with respect to it, or null: not wanted
   nn::Store store = nn::Store::kOverwrite;  ///< of dx
-  bool rectified = false;                   ///< x is a dense block's relu, and dx wanted before it
+  bool rectified = false;  ///< asked of dense blocks alone: x is a dense block's relu, and dx wanted before it
 };
 
 /// One block's backward work.
@@ -27,7 +27,7 @@ struct GradientCall {
   nn::ConstRows y;                          ///< [rows, out_size] what it wrote
   nn::ConstRows saved;                      ///< [rows, Needs::saved] what forward kept, or null
   nn::Rows dy;                              ///< [rows, out_size] with slack; becomes dz where there is an activation
-  bool is_dz = false;                       ///< dy is dz already
+  bool is_dz = false;                       ///< of dense blocks alone: dy is dz already
   float* dparameters = nullptr;             ///< the block's part of the gradient, or null: not wanted
   nn::Store store = nn::Store::kOverwrite;  ///< of dparameters
   float* scratch = nullptr;                 ///< [GradientOp::scratch]

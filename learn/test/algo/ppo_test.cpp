@@ -230,45 +230,6 @@ TEST(Ppo, NamesTheHyperparameterThatDoesNotFit) {
   EXPECT_NE(algorithm->create(options, values).status().message().find("net_arch"), std::string::npos);
 }
 
-/// Mean V of what a rollout of three agents has seen, as the learner reports it and as the model says that acted.
-std::pair<double, double> MeanOldValue(const Settings& settings) {
-  IdentityEnv env(*Space::Discrete(3), 3);
-  const std::unique_ptr<Learner> learner = Make(env, {"ppo2", settings, 1000});
-  BatchBuffer first(env.spec().behaviours[0]);
-  Begin(env, *learner, first);
-  const PolicyData model = learner->Snapshot();
-  nn::Evaluator critic(*nn::Network::Create(model.network), 1);
-  critic.Load(model.parameters);
-  double sum = 0.0;
-  int steps = 0;
-  for (; !learner->LearningDue(); ++steps) {
-    Batch batch = learner->Stage(first.batch().slots);
-    for (int i = 0; i < 3; ++i) {
-      float features[3] = {};
-      features[reinterpret_cast<const std::int32_t*>(batch.observations)[i]] = 1.0f;
-      const float* const input = features;
-      critic.ForwardTo(1, {&input, 1}, 1);
-      sum += *critic.output(1);
-    }
-    learner->Act(batch);
-    env.Step({&batch, 1});
-    learner->Record(batch);
-  }
-  while (learner->Learn({1})) {
-  }
-  const auto reported = std::ranges::find(learner->metrics(), "input_info/old_value_pred", &Metric::tensorboard_tag);
-  return {reported->value, sum / (3 * steps)};
-}
-
-// Many steps' values are found at once where the critic shares no layer, at 64 of them and at the rollout's end.
-TEST(Ppo2, ValuesAreThoseOfTheModelThatActed) {
-  for (const char* net_arch : {"[dict(pi=[8], vf=[8])]", "[8]"}) {
-    const auto [reported, expected] = MeanOldValue({{"n_steps", "30"}, {"nminibatches", "2"}, {"net_arch", net_arch}});
-    EXPECT_NEAR(reported, expected, 1e-6) << net_arch;
-    EXPECT_GT(std::abs(expected), 1e-3) << net_arch;
-  }
-}
-
 TEST(Ppo2, ReportsEveryKeyOfStableBaselines) {
   IdentityEnv env(*Space::Discrete(3), 2);
   const std::unique_ptr<Learner> learner = Make(env, {"ppo2", {{"n_steps", "16"}}, 1000});

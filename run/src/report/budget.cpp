@@ -7,31 +7,21 @@ namespace {
 
 constexpr double kShownShare = 0.005;  // less than half a percent is not worth a word
 
-void AddTo(TimeSpent* sum, const TimeSpent& round) {
-  sum->world += round.world;
-  sum->wire += round.wire;
-  sum->inference += round.inference;
-  sum->learning += round.learning;
-  sum->other += round.other;
-  sum->rounds += round.rounds;
-  sum->agent_steps += round.agent_steps;
-}
-
 }  // namespace
 
-void Budget::Add(const TimeSpent& round, double now) {
+void Budget::Add(const TimeSpent& rounds, double now) {
   if (began_ < 0.0) began_ = now;
   if (now - began_ >= kWindow) {
     last_ = present_;
     present_ = {};
     began_ = now;
   }
-  AddTo(&present_, round);
+  present_.Add(rounds);
 }
 
 TimeSpent Budget::recent() const {
   TimeSpent sum = last_;
-  AddTo(&sum, present_);
+  sum.Add(present_);
   return sum;
 }
 

@@ -10,8 +10,8 @@ namespace consac::run {
 /// The budget, live.
 class Budget {
  public:
-  /// Adds what one round took, at time `now`.
-  void Add(const TimeSpent& round, double now);
+  /// Adds what one or several rounds took, at time `now`.
+  void Add(const TimeSpent& rounds, double now);
   /// Of the last ten to twenty seconds, or less when there was less.
   TimeSpent recent() const;
 

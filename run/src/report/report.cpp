@@ -44,7 +44,7 @@ class AllSinks final : public Report {
   void OnStep(std::int64_t steps, std::span<const BehaviourStep> behaviours) override;
   void OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) override;
   void OnStatistics(std::span<const Statistic> noted) override;
-  void OnTime(const TimeSpent& round) override { budget_.Add(round, looked_); }
+  void OnTime(const TimeSpent& rounds) override { budget_.Add(rounds, looked_); }
   void Line(std::string_view line) override { console_.Line(line); }
   Status Finish() override;
   void DrawCurves(const std::atomic<bool>& stop) override;

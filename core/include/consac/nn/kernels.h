@@ -76,9 +76,9 @@ struct DenseInputGradientCall {
   ConstRows dz;                   ///< [rows, out] gradient before the activation
   Rows dx;                        ///< [rows, in] result
   Store store = Store::kOverwrite;
-  ConstRows rectified = {};  ///< [rows, in] null, or what relu has given: dx is the gradient before it
+  ConstRows rectified = {};  ///< [rows, in] what relu has given, or null
 };
-/// dx = dz W, times relu' where that is asked for.
+/// dx = dz W, or dx + dz W; all of it times relu'(rectified) where that is given.
 void DenseInputGradient(const DenseInputGradientCall& call);
 
 /// Gradient with respect to a dense layer's parameters.

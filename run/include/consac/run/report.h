@@ -78,6 +78,16 @@ struct TimeSpent {
   std::int64_t agent_steps = 0;  ///< steps of single agents
 
   double sum() const { return world + wire + inference + learning + other; }
+  /// Adds `times` times the seconds of `round`, and what was done in it.
+  void Add(const TimeSpent& round, double times = 1.0) {
+    world += times * round.world;
+    wire += times * round.wire;
+    inference += times * round.inference;
+    learning += times * round.learning;
+    other += times * round.other;
+    rounds += round.rounds;
+    agent_steps += round.agent_steps;
+  }
 };
 
 /// All sinks of one run. Failing to write (disk full) is reported once, loudly, and never stops the training.
@@ -96,8 +106,8 @@ class Report {
   /// Numbers that the game has noted; the mean of each since its latest report stands beside the numbers of the next
   /// update, as "game/NAME". Those of a new name beyond 256 are left out.
   virtual void OnStatistics(std::span<const Statistic> noted) = 0;
-  /// What the latest round took; told now and then as the budget of a step.
-  virtual void OnTime(const TimeSpent& round) = 0;
+  /// What rounds have taken since it was last told, one or several; told now and then as the budget of a step.
+  virtual void OnTime(const TimeSpent& rounds) = 0;
   /// The models of now were judged, `steps` agent steps into the run: one verdict per behaviour, in the world's order.
   virtual void OnEvaluation(std::span<const EvaluateSummary> verdicts, std::int64_t steps) = 0;
   /// Prints a line without breaking the bar.

@@ -63,7 +63,7 @@ class Rollout {
 
   std::vector<float> raw_actions;   // [T * N, raw_size] unclipped, as drawn
   std::vector<float> rewards;       // [T * N] as the learner sees them
-  std::vector<float> values;        // [T * N] V(s_t) when it was acted upon
+  std::vector<float> values;        // [T * N] V(s_t) by the model that acted, found by the rollout's end
   std::vector<float> neglogp;       // [T * N] -log p(a_t | s_t) when it was acted upon
   std::vector<float> advantages;    // [T * N] filled by EstimateAdvantages
   std::vector<float> returns;       // [T * N] filled by EstimateAdvantages
