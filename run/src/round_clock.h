@@ -1,8 +1,8 @@
 #pragma once
 // Takes the time of a training's rounds, part by part. A look at the clock takes as long as a part of a small world's
 // round: of brief rounds that are alike one in eleven is looked at, and the time of the ten after it, which is known as
-// a whole, is shared out as that one's. What one of the ten does alone (a long reset, a flush of the logs) is shared
-// out, too: the parts are those of common rounds. Private to run.
+// a whole, is shared out as that of those looked at lately. What one of the ten does alone (a long reset, a flush of
+// the logs) is shared out, too: the parts are those of common rounds. Private to run.
 
 #include <optional>
 #include <utility>
@@ -62,7 +62,9 @@ class RoundClock {
     if (!watching_) return std::nullopt;
     const double sum = spent_.sum();
     if (next == NextRounds::kAlike && whole_ && spent_.learning == 0.0 && sum > 0.0 && sum < kBrief) {
-      common_ = spent_;
+      TimeSpent lately = spent_;
+      lately.Add(common_, kKept);
+      common_ = lately;
       passed_over_ = kPassedOver;
       watching_ = false;
     }
@@ -77,11 +79,15 @@ class RoundClock {
   // divides none of these, so that such a round is looked at as often as another.
   static constexpr int kPassedOver = 10;
 
+  // Of the rounds looked at before: parts follow those of about a hundred rounds. Sums of rounds, since a long one
+  // counts for more.
+  static constexpr double kKept = 0.9;
+
   double (*now_)();
   double looked_ = 0.0;
   TimeSpent spent_;                      // of this round: seconds alone
   TimeSpent told_;                       // of what is to be told at the end of a round
-  TimeSpent common_;                     // of the round that stands for those passed over: seconds alone
+  TimeSpent common_;                     // of the rounds that stand for those passed over: seconds alone
   bool watching_ = true, whole_ = true;  // looks at the parts; has done so since the round's beginning
   int passed_over_ = 0;                  // rounds that are still to be
 

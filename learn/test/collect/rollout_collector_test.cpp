@@ -10,12 +10,17 @@
 namespace consac::learn {
 namespace {
 
-constexpr std::int64_t kSteps = 30;   // of each slot
-constexpr std::int32_t kSlots = 3;    // 90 rows: more than wait at once
-constexpr std::size_t kFeatures = 2;  // an observation is what the network sees
-
 class RolloutCollectorTest : public testing::TestWithParam<const char*> {
  protected:
+  static constexpr std::int64_t kSteps = 30;   // of each slot
+  static constexpr std::int32_t kSlots = 3;    // 90 rows: more than wait at once
+  static constexpr std::size_t kFeatures = 2;  // an observation is what the network sees
+
+  static RolloutOptions Options() {
+    RolloutOptions options;
+    options.n_steps = kSteps;
+    return options;
+  }
   static ActorCritic Model(const BehaviourSpec& behaviour) {
     nn::ActorCriticOptions layers;
     layers.arch = *nn::ParseNetArch(GetParam());
@@ -58,7 +63,7 @@ class RolloutCollectorTest : public testing::TestWithParam<const char*> {
 
   const BehaviourSpec behaviour_ = BehaviourSpec::Of("default", *Space::Box(-9, 9, {2}), *Space::Discrete(2), kSlots);
   ActorCritic model_ = Model(behaviour_);
-  RolloutCollector collector_{behaviour_, {.n_steps = kSteps}, model_, 5, {}};
+  RolloutCollector collector_{behaviour_, Options(), model_, 5, {}};
   BatchBuffer buffer_{behaviour_};
   Rng rng_{7, 7};
 };
