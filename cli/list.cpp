@@ -15,7 +15,7 @@ namespace consac::cli {
 namespace {
 
 struct ListFlags {
-  std::string what = "worlds", algorithm, name;
+  std::string what = "worlds", algorithm, name, preset;
   bool json = false;
 };
 
@@ -76,15 +76,15 @@ Rows AlgorithmRows() {
   return rows;
 }
 
-/// All of an algorithm's, or the one of that name.
-Rows HyperparameterRows(const learn::Algorithm& algorithm, std::string_view name) {
+/// All of an algorithm's with these defaults, or the one of that name.
+Rows HyperparameterRows(const learn::HyperparameterSet& defaults, std::string_view name) {
   Rows rows = Rows::array();
-  for (const learn::Hyperparameter& row : algorithm.hyperparameters) {
+  for (const learn::Hyperparameter& row : defaults.table()) {
     if (!name.empty() && name != row.name && name != row.alias) continue;
     rows.push_back({{"name", row.name},
                     {"alias", row.alias},
                     {"type", TypeName(row.type)},
-                    {"default", row.default_value},
+                    {"default", defaults.Text(row.name)},
                     {"range", RangeOf(row)},
                     {"meaning", row.meaning},
                     {"source", row.source}});
@@ -144,9 +144,14 @@ int List(const ListFlags& flags) {
     const Result<const learn::Algorithm*> algorithm =
         learn::FindAlgorithm(flags.algorithm.empty() ? "ppo2" : flags.algorithm);
     if (!algorithm.ok()) return Fail("list", algorithm.status());
-    rows = HyperparameterRows(**algorithm, flags.name);
-    if (rows.empty())  // in the words in which `train` refuses it
-      return Fail("list", learn::HyperparameterSet((*algorithm)->hyperparameters).Set(flags.name, ""));
+    learn::HyperparameterSet defaults((*algorithm)->hyperparameters);
+    if (!flags.preset.empty()) {
+      const Result<learn::Generation> generation = learn::ParseGeneration(flags.preset);
+      if (!generation.ok()) return Fail("list", generation.status());
+      defaults.UseDefaultsOf(*generation);
+    }
+    rows = HyperparameterRows(defaults, flags.name);
+    if (rows.empty()) return Fail("list", defaults.Set(flags.name, ""));  // in the words in which `train` refuses it
   } else {
     return Fail("list", {StatusCode::kInvalidArgument,
                          "there is no list " + Quote(flags.what) + Suggestion(flags.what, kKinds)});
@@ -165,6 +170,7 @@ Action AddList(CLI::App& app) {
   app.add_option("what", flags->what, "worlds, algorithms, policies or hyperparameters");
   app.add_option("algorithm", flags->algorithm, "whose hyperparameters; ppo2 unless given");
   app.add_option("name", flags->name, "the one hyperparameter that is meant; all unless given");
+  app.add_option("--preset", flags->preset, "whose defaults are listed: sb2 or sb3 of Stable Baselines");
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return List(*flags); };
 }

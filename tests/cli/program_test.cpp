@@ -322,6 +322,15 @@ TEST_F(ProgramTest, ListsComeFromTheTables) {
   const std::string one = RunProgram(folder(), {"list", "hyperparameters", "sac", "tau"}).out;
   EXPECT_NE(one.find("tau"), std::string::npos);
   EXPECT_EQ(one.find("gamma"), std::string::npos) << one;
+  const std::vector<std::string> value_network = {"list", "hyperparameters", "sac", "value_network", "--json"};
+  const auto with = [&](const std::string& preset) {
+    std::vector<std::string> arguments = value_network;
+    arguments.insert(arguments.end(), {"--preset", preset});
+    return RunProgram(folder(), arguments);
+  };
+  EXPECT_NE(with("sb2").out.find("\"default\": \"true\""), std::string::npos);
+  EXPECT_EQ(with("sb3").out, RunProgram(folder(), value_network).out);
+  EXPECT_NE(with("sb4").error.find("there are no defaults 'sb4'; expected sb2 or sb3"), std::string::npos);
   const Outcome none = RunProgram(folder(), {"list", "hyperparameters", "sac", "gamm"});
   EXPECT_EQ(none.code, 2);
   EXPECT_NE(none.error.find("unknown hyperparameter 'gamm' (did you mean 'gamma'?)"), std::string::npos) << none.error;
