@@ -288,9 +288,11 @@ int Bench(const BenchFlags& flags) {
           kVersion, nn::InstructionSet(), context.peak / 1e9);
     Print("| what | figure | |\n|---|---|---|\n");
   }
+  bool whole = true;
   for (const BenchRow& row : BenchRows()) {
     if (!flags.only.empty() && flags.only != row.name) continue;
     const Figure figure = row.measure(context);
+    whole = whole && !std::isnan(figure.value);
     json["rows"].push_back({{"name", row.name},
                             {"what", row.what},
                             {"value", figure.value},
@@ -301,7 +303,7 @@ int Bench(const BenchFlags& flags) {
     FlushOutput();
   }
   if (flags.json) PrintLines(AsciiJsonText(json, 2));
-  return 0;
+  return whole ? 0 : ExitCode({StatusCode::kInternal, ""});
 }
 
 }  // namespace

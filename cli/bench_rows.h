@@ -56,9 +56,9 @@ struct BenchJob {
   std::vector<std::pair<std::string, std::string>> settings;  ///< hyperparameters
 };
 
-/// It as a run that says and keeps nothing.
+/// It as a run that says and keeps nothing, in a folder of this process.
 run::RunConfig ConfigOf(const BenchJob& job);
-/// Seconds of its steps and learning; NaN where it failed. In processor time its start and end count too: milliseconds.
+/// Seconds from its first step to its last; NaN where it failed, of which it says why.
 double TrainSeconds(const BenchContext& context, const run::RunConfig& config);
 
 }  // namespace consac::cli

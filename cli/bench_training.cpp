@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "cli/bench_rows.h"
+#include "consac/base/file.h"
 #include "consac/base/path.h"
 
 namespace consac::cli {
@@ -82,7 +83,7 @@ run::RunConfig ConfigOf(const BenchJob& job) {
   config.steps = job.steps;
   config.seed = 1;
   config.hyperparameters = job.settings;
-  config.directory = FromPath(std::filesystem::temp_directory_path() / "consac_bench");
+  config.directory = FromPath(std::filesystem::temp_directory_path() / ("consac_bench_" + std::to_string(ProcessId())));
   config.name = "bench";
   config.force = true;
   config.table = config.progress = config.tensorboard = false;
@@ -93,7 +94,12 @@ run::RunConfig ConfigOf(const BenchJob& job) {
 
 double TrainSeconds(const BenchContext& context, const run::RunConfig& config) {
   const Result<run::RunSummary> summary = run::Train(config, kNeverStop);
-  if (!summary.ok()) return std::nan("");
+  std::error_code left_there;
+  std::filesystem::remove_all(ToPath(config.directory), left_there);
+  if (!summary.ok()) {
+    (void)Fail("bench", summary.status());
+    return std::nan("");
+  }
   return context.processor_time ? summary->processor_seconds : summary->seconds;
 }
 

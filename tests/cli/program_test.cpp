@@ -53,6 +53,14 @@ TEST_F(ProgramTest, BenchCountsUpdatesWhereOneIsInAStep) {
   EXPECT_NEAR(1e3 * row["value"].get<double>() * row["seconds"].get<double>(), 10000 - 100, 1e-3);
 }
 
+TEST_F(ProgramTest, BenchSaysWhyATrainingFails) {
+  ASSERT_EQ(setenv("TMPDIR", "/proc", 1), 0);
+  const Outcome run = RunProgram(folder(), {"bench", "--only", "td3", "--repeats", "1"});
+  ASSERT_EQ(unsetenv("TMPDIR"), 0);
+  ExpectRefusal(run, 1, "'/proc/consac_bench_");
+  EXPECT_NE(run.out.find("nan k updates/s"), std::string::npos) << run.out;
+}
+
 TEST_F(ProgramTest, NumbersThatCannotBeMeantAreRefusedByEveryVerb) {
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--steps", "0", "--name", "z"}), 2, "at least 1");
   ExpectRefusal(RunProgram(folder(), {"train", "road-v0", "--seed", "-1"}), 2, "seed = '-1'");
