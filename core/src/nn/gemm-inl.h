@@ -58,14 +58,13 @@ struct TileCall {
   std::int64_t rectified_stride = 0;
 };
 
-/// The same from row `rows` on.
+/// `rows` rows further. In place: a processor that reads a copy's fields together waits for those just written singly.
 template <Broadcast kBroadcast>
-HWY_INLINE TileCall RowsOn(std::int64_t rows, TileCall t) {
-  t.a += rows * (kBroadcast == Broadcast::kAlongK ? t.a_stride : 1);
-  t.c += rows * t.c_stride;
-  if (t.start != nullptr) t.start += rows * t.start_stride;
-  if (t.rectified != nullptr) t.rectified += rows * t.rectified_stride;
-  return t;
+HWY_INLINE void MoveOn(std::int64_t rows, TileCall* t) {
+  t->a += rows * (kBroadcast == Broadcast::kAlongK ? t->a_stride : 1);
+  t->c += rows * t->c_stride;
+  if (t->start != nullptr) t->start += rows * t->start_stride;
+  if (t->rectified != nullptr) t->rectified += rows * t->rectified_stride;
 }
 
 template <std::size_t... N>
@@ -165,52 +164,62 @@ HWY_INLINE void FinishTile(const TileCall& t, FloatVector (*sums)[kVectors], std
   }
 }
 
-/// `tiles` tiles one below the other, each of kM rows by kPanels panels of kPerPanel vectors.
+/// kM rows by kPanels panels of kPerPanel vectors.
 template <Broadcast kBroadcast, std::size_t kM, std::size_t kPanels, std::size_t kPerPanel>
-HWY_NOINLINE void RunTiles(std::int64_t tiles, TileCall t) {
+HWY_INLINE void ComputeTile(const TileCall& t) {
   constexpr std::size_t kVectors = kPanels * kPerPanel;
   constexpr auto kRows = std::make_index_sequence<kM>();
+  FloatVector sums[kM][kVectors];
+  StartTile<kVectors>(t, sums, kRows);
+  const float* a = t.a;
+  const float* b = t.b;
   const std::int64_t a_step = kBroadcast == Broadcast::kAlongK ? 1 : t.a_stride;
-  for (; tiles > 0; --tiles) {
-    FloatVector sums[kM][kVectors];
-    StartTile<kVectors>(t, sums, kRows);
-    const float* a = t.a;
-    const float* b = t.b;
-    for (std::int64_t k = t.k_count; k > 0; --k) {
-      FloatVector row[kVectors];
-      LoadVectors<kPerPanel>(b, t.b_panel_stride, row, std::make_index_sequence<kVectors>());
-      MultiplyAddTile<kBroadcast, kVectors>(a, t.a_stride, row, sums, kRows);
-      a += a_step;
-      b += t.b_stride;
-    }
-    FinishTile<kVectors>(t, sums, kRows);
-    t = RowsOn<kBroadcast>(static_cast<std::int64_t>(kM), t);
+  for (std::int64_t k = t.k_count; k > 0; --k) {
+    FloatVector row[kVectors];
+    LoadVectors<kPerPanel>(b, t.b_panel_stride, row, std::make_index_sequence<kVectors>());
+    MultiplyAddTile<kBroadcast, kVectors>(a, t.a_stride, row, sums, kRows);
+    a += a_step;
+    b += t.b_stride;
   }
+  FinishTile<kVectors>(t, sums, kRows);
 }
 
-/// One panel, however many rows.
+template <Broadcast kBroadcast, std::size_t kM, std::size_t kPanels, std::size_t kPerPanel>
+HWY_NOINLINE void RunTile(const TileCall& t) {
+  ComputeTile<kBroadcast, kM, kPanels, kPerPanel>(t);
+}
+
+/// One panel, as many whole tiles as `rows` has; returns the rows that are left, at which `t` stands then.
 template <Broadcast kBroadcast, std::size_t kPerPanel>
-HWY_INLINE void RunPanel(std::int64_t rows, const TileCall& t) {
-  const std::int64_t tiles = rows / kTileRows;
-  if (tiles > 0) RunTiles<kBroadcast, kTileRows, 1, kPerPanel>(tiles, t);
-  const TileCall rest = RowsOn<kBroadcast>(tiles * kTileRows, t);
-  switch (rows - tiles * kTileRows) {
+HWY_NOINLINE std::int64_t RunWholeTiles(std::int64_t rows, TileCall* t) {
+  for (; rows >= kTileRows; rows -= kTileRows) {
+    ComputeTile<kBroadcast, kTileRows, 1, kPerPanel>(*t);
+    MoveOn<kBroadcast>(kTileRows, t);
+  }
+  return rows;
+}
+
+/// One panel, however many rows. `t` is used up.
+template <Broadcast kBroadcast, std::size_t kPerPanel>
+HWY_INLINE void RunPanel(std::int64_t rows, TileCall* t) {
+  if (rows >= kTileRows) rows = RunWholeTiles<kBroadcast, kPerPanel>(rows, t);
+  switch (rows) {
     case 0:
       return;
     case 1:
-      return RunTiles<kBroadcast, 1, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 1, 1, kPerPanel>(*t);
     case 2:
-      return RunTiles<kBroadcast, 2, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 2, 1, kPerPanel>(*t);
     case 3:
-      return RunTiles<kBroadcast, 3, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 3, 1, kPerPanel>(*t);
     case 4:
-      return RunTiles<kBroadcast, 4, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 4, 1, kPerPanel>(*t);
     case 5:
-      return RunTiles<kBroadcast, 5, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 5, 1, kPerPanel>(*t);
     case 6:
-      return RunTiles<kBroadcast, 6, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 6, 1, kPerPanel>(*t);
     default:
-      return RunTiles<kBroadcast, 7, 1, kPerPanel>(1, rest);
+      return RunTile<kBroadcast, 7, 1, kPerPanel>(*t);
   }
 }
 
@@ -277,19 +286,16 @@ HWY_INLINE std::int64_t PanelVectors(std::int64_t first, std::int64_t columns) {
   return columns - first > LaneCount() ? 2 : 1;
 }
 
-/// Panels that one or two rows take together, so that enough sums run side by side.
+/// Panels that one or two rows take together, so that enough sums run side by side; 1: each alone.
+HWY_INLINE std::int64_t WidePanels(std::int64_t rows, std::int64_t full_panels) {
+  if (rows == 1 && full_panels >= 4) return 4;
+  return full_panels >= 2 ? 2 : 1;
+}
 template <Broadcast kBroadcast>
-HWY_INLINE std::int64_t WideTile(std::int64_t rows, std::int64_t full_panels, const TileCall& t) {
-  if (rows == 1 && full_panels >= 4) {
-    RunTiles<kBroadcast, 1, 4, kPanelVectors>(1, t);
-    return 4;
-  }
-  if (rows <= 2 && full_panels >= 2) {
-    if (rows == 1) RunTiles<kBroadcast, 1, 2, kPanelVectors>(1, t);
-    if (rows == 2) RunTiles<kBroadcast, 2, 2, kPanelVectors>(1, t);
-    return 2;
-  }
-  return 0;
+HWY_INLINE void WideTile(std::int64_t rows, std::int64_t panels, const TileCall& t) {
+  if (panels == 4) return RunTile<kBroadcast, 1, 4, kPanelVectors>(t);
+  if (rows == 1) return RunTile<kBroadcast, 1, 2, kPanelVectors>(t);
+  RunTile<kBroadcast, 2, 2, kPanelVectors>(t);
 }
 
 template <Broadcast kBroadcast>
@@ -313,10 +319,10 @@ HWY_INLINE void Product(const ProductCall& p) {
                p.rectified == nullptr ? nullptr : p.rectified + n,
                p.rectified_stride};
     if (p.rows <= 2) {
-      TileCall wide = t;
-      const std::int64_t full_panels = (p.columns - n) / width;
-      wide.columns = (full_panels >= 4 && p.rows == 1 ? 4 : 2) * width;
-      if (const std::int64_t panels = WideTile<kBroadcast>(p.rows, full_panels, wide); panels > 0) {
+      const std::int64_t full_panels = (p.columns - n) / width, panels = WidePanels(p.rows, full_panels);
+      if (panels > 1) {
+        t.columns = panels * width;
+        WideTile<kBroadcast>(p.rows, panels, t);
         n += panels * width;
         continue;
       }
@@ -328,8 +334,8 @@ HWY_INLINE void Product(const ProductCall& p) {
       n += vectors * lanes;
       continue;
     }
-    if (vectors == 2) RunPanel<kBroadcast, 2>(p.rows, t);
-    if (vectors == 1) RunPanel<kBroadcast, 1>(p.rows, t);
+    if (vectors == 2) RunPanel<kBroadcast, 2>(p.rows, &t);
+    if (vectors == 1) RunPanel<kBroadcast, 1>(p.rows, &t);
     n += vectors * lanes;
   }
 }
