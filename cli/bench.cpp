@@ -223,16 +223,13 @@ double StepRate(int count) {
 
 Figure StepOverTcp(const BenchContext& context) {
   constexpr int kRounds = 20000;
-  std::vector<double> shares;
   double rate = 0.0;
-  for (int i = 0; i < std::max(context.repeats, 5); ++i) {
+  const double share = Median(std::max(context.repeats, 5), [&] {
     const double bare = PingPong(kStepBytes, kRounds);
     rate = StepRate(kRounds);
-    shares.push_back(rate / bare);
-  }
-  std::sort(shares.begin(), shares.end());
-  return {100.0 * shares[shares.size() / 2], "%",
-          fmt::format("of a bare ping-pong of that size; about {:.0f} k steps/s", rate / 1e3)};
+    return rate / bare;
+  });
+  return {100.0 * share, "%", fmt::format("of a bare ping-pong of that size; about {:.0f} k steps/s", rate / 1e3)};
 }
 
 constexpr BenchRow kKernelRows[] = {

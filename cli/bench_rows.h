@@ -3,6 +3,7 @@
 // (bench_training.cpp).
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -38,11 +39,14 @@ struct BenchRow {
 /// The rows that train.
 std::span<const BenchRow> TrainingRows();
 
-/// The median of so many calls of `measure`.
+/// The median of so many calls of `measure`; the first NaN, where one fails.
 template <class Measure>
 double Median(int repeats, Measure&& measure) {
   std::vector<double> values;
-  for (int i = 0; i < repeats; ++i) values.push_back(measure());
+  for (int i = 0; i < repeats; ++i) {
+    values.push_back(measure());
+    if (std::isnan(values.back())) return values.back();
+  }
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
 }
@@ -58,7 +62,7 @@ struct BenchJob {
 
 /// It as a run that says and keeps nothing, in a folder of this process.
 run::RunConfig ConfigOf(const BenchJob& job);
-/// Seconds from its first step to its last; NaN where it failed, of which it says why.
+/// Seconds from its first step to its last, whose folder it removes; NaN where it failed, of which it says why.
 double TrainSeconds(const BenchContext& context, const run::RunConfig& config);
 
 }  // namespace consac::cli

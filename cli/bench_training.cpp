@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <string>
+#include <system_error>
 
 #include "cli/bench_rows.h"
 #include "consac/base/file.h"

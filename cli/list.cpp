@@ -133,6 +133,8 @@ void PrintRows(Rows rows) {
 
 int List(const ListFlags& flags) {
   constexpr std::string_view kKinds[] = {"worlds", "algorithms", "policies", "hyperparameters"};
+  if (!flags.preset.empty() && flags.what != "hyperparameters")
+    return Fail("list", {StatusCode::kInvalidArgument, "--preset is for 'list hyperparameters' alone; leave it out"});
   Rows rows;
   if (flags.what == "worlds")
     rows = WorldRows();
@@ -170,7 +172,9 @@ Action AddList(CLI::App& app) {
   app.add_option("what", flags->what, "worlds, algorithms, policies or hyperparameters");
   app.add_option("algorithm", flags->algorithm, "whose hyperparameters; ppo2 unless given");
   app.add_option("name", flags->name, "the one hyperparameter that is meant; all unless given");
-  app.add_option("--preset", flags->preset, "whose defaults are listed: sb2 or sb3 of Stable Baselines");
+  app.add_option(
+      "--preset", flags->preset,
+      "of hyperparameters: whose defaults, sb2 or sb3 of Stable Baselines; the algorithm's own unless given");
   app.add_flag("--json", flags->json, "as JSON");
   return [flags] { return List(*flags); };
 }

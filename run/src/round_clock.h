@@ -4,6 +4,7 @@
 // a whole, is shared out as that of those looked at lately. What one of the ten does alone (a long reset, a flush of
 // the logs) is shared out, too: the parts are those of common rounds. Private to run.
 
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -38,7 +39,6 @@ class RoundClock {
     if (watching_) return;
     watching_ = true;
     whole_ = false;
-    passed_over_ = 0;
     told_.Add(common_, Lap() / common_.sum());
   }
   /// The time since the latest look goes to this part of the round.
@@ -60,14 +60,18 @@ class RoundClock {
   /// A round ends: what rounds have come to since it last said, or nothing yet.
   std::optional<TimeSpent> EndRound(NextRounds next) {
     if (!watching_) return std::nullopt;
-    const double sum = spent_.sum();
-    if (next == NextRounds::kAlike && whole_ && spent_.learning == 0.0 && sum > 0.0 && sum < kBrief) {
-      TimeSpent lately = spent_;
-      lately.Add(common_, kKept);
-      common_ = lately;
-      passed_over_ = kPassedOver;
-      watching_ = false;
+    if (whole_ && next == NextRounds::kAlike) {
+      const double sum = spent_.sum();
+      const bool learned = spent_.learning > 0.0, common = !learned && sum > 0.0 && sum < kBrief;
+      if (common) {
+        TimeSpent lately = spent_;
+        lately.Add(common_, kKept);
+        common_ = lately;
+      }
+      if (common || (learned && was_common_)) passed_over_ = kPassedOver;
+      was_common_ = common;
     }
+    watching_ = passed_over_ == 0 || next != NextRounds::kAlike;
     told_.Add(std::exchange(spent_, {}));
     return std::exchange(told_, {});
   }
@@ -75,8 +79,9 @@ class RoundClock {
  private:
   // s. A look takes 20 to 30 ns, and a round has four: half a percent of this.
   static constexpr double kBrief = 20e-6;
-  // Rounds after one that was looked at. Values are found every 64 / N rounds of N agents (UnvaluedSteps): eleven
-  // divides none of these, so that such a round is looked at as often as another.
+  // Rounds after one that was looked at, whatever comes between. Values are found every 64 / N rounds of N agents
+  // (UnvaluedSteps), and rollouts have powers of two mostly: eleven divides none of these, so that each kind of round
+  // is looked at as often as it comes.
   static constexpr int kPassedOver = 10;
 
   // Of the rounds looked at before: parts follow those of about a hundred rounds. Sums of rounds, since a long one
@@ -89,6 +94,7 @@ class RoundClock {
   TimeSpent told_;                       // of what is to be told at the end of a round
   TimeSpent common_;                     // of the rounds that stand for those passed over: seconds alone
   bool watching_ = true, whole_ = true;  // looks at the parts; has done so since the round's beginning
+  bool was_common_ = false;              // the latest round that was looked at as a whole
   int passed_over_ = 0;                  // rounds that are still to be
 
   // Seconds since the latest look; 0, with no look, in a round that is passed over.

@@ -338,6 +338,7 @@ TEST_F(ProgramTest, ListsComeFromTheTables) {
   };
   EXPECT_NE(with("sb2").out.find("\"default\": \"true\""), std::string::npos);
   EXPECT_EQ(with("sb3").out, RunProgram(folder(), value_network).out);
+  ExpectRefusal(RunProgram(folder(), {"list", "worlds", "--preset", "sb2"}), 2, "'list hyperparameters' alone");
   EXPECT_NE(with("sb4").error.find("there are no defaults 'sb4'; expected sb2 or sb3"), std::string::npos);
   const Outcome none = RunProgram(folder(), {"list", "hyperparameters", "sac", "gamm"});
   EXPECT_EQ(none.code, 2);

@@ -318,7 +318,7 @@ HWY_INLINE void Product(const ProductCall& p) {
                p.rectify,
                p.rectified == nullptr ? nullptr : p.rectified + n,
                p.rectified_stride};
-    if (p.rows <= 2) {
+    if (p.rows == 1 || p.rows == 2) {
       const std::int64_t full_panels = (p.columns - n) / width, panels = WidePanels(p.rows, full_panels);
       if (panels > 1) {
         t.columns = panels * width;

@@ -139,7 +139,7 @@ void RolloutCollector::Record(const Batch& batch) {
   steps_ += batch.rows();
 }
 
-// By the parameters that acted: at the end of a rollout at the latest, those of steps that are under way then, too.
+// By the parameters that acted: of what is recorded by Finish at the latest, of steps under way by Restart.
 void RolloutCollector::FindValues() {
   if (!unvalued_.has_value() || unvalued_->size() == 0) return;
   unvalued_->Give(
