@@ -147,11 +147,7 @@ int List(const ListFlags& flags) {
         learn::FindAlgorithm(flags.algorithm.empty() ? "ppo2" : flags.algorithm);
     if (!algorithm.ok()) return Fail("list", algorithm.status());
     learn::HyperparameterSet defaults((*algorithm)->hyperparameters);
-    if (!flags.preset.empty()) {
-      const Result<learn::Generation> generation = learn::ParseGeneration(flags.preset);
-      if (!generation.ok()) return Fail("list", generation.status());
-      defaults.UseDefaultsOf(*generation);
-    }
+    if (const Status preset = defaults.UsePreset(flags.preset); !preset.ok()) return Fail("list", preset);
     rows = HyperparameterRows(defaults, flags.name);
     if (rows.empty()) return Fail("list", defaults.Set(flags.name, ""));  // in the words in which `train` refuses it
   } else {

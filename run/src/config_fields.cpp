@@ -234,11 +234,7 @@ Result<learn::HyperparameterSet> HyperparametersOf(const RunConfig& config) {
   const Result<const learn::Algorithm*> algorithm = learn::FindAlgorithm(config.algorithm);
   if (!algorithm.ok()) return algorithm.status();
   learn::HyperparameterSet values((*algorithm)->hyperparameters);
-  if (!config.preset.empty()) {
-    const Result<learn::Generation> generation = learn::ParseGeneration(config.preset);
-    if (!generation.ok()) return generation.status();
-    values.UseDefaultsOf(*generation);
-  }
+  CONSAC_RETURN_IF_ERROR(values.UsePreset(config.preset));
   // Defaults pass through Set as well, so that a value has one spelling whoever gave it.
   for (const learn::Hyperparameter& row : values.table()) {
     CONSAC_RETURN_IF_ERROR(values.Set(row.name, std::string(values.Text(row.name))));

@@ -18,16 +18,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace consac::nn::HWY_NAMESPACE {
 
-/// Runs tile.Run<rows>() for 1 <= rows <= kMost.
-template <std::size_t kMost, class Tile>
-HWY_INLINE void RunWithRows(std::int64_t rows, const Tile& tile) {
-  if (rows == static_cast<std::int64_t>(kMost)) {
-    tile.template Run<kMost>();
-  } else if constexpr (kMost > 1) {
-    RunWithRows<kMost - 1>(rows, tile);
-  }
-}
-
 /// Up to kTileRows patches times one panel of W^T.
 template <std::size_t kVectors>
 struct PatchTile {

@@ -1,18 +1,13 @@
 #include "consac/nn/activations.h"
 
 namespace consac::nn {
-namespace {
-
-constexpr std::int64_t kEvaluatorRows = 64;  // rows that go through all layers together, so that they stay in cache
-
-}  // namespace
 
 struct Evaluator::State {
   State(std::shared_ptr<PackedNetwork> mine, std::shared_ptr<const PackedNetwork> any, std::int64_t most)
       : own(std::move(mine)),
         packed(std::move(any)),
         max_rows(most),
-        activations(packed->plan(), {.rows = most, .group_rows = kEvaluatorRows}) {
+        activations(packed->plan(), {.rows = most, .group_rows = kRowsTogether}) {
     const Plan& plan = packed->plan();
     for (std::size_t s = 0; s < plan.steps.size(); ++s) all_steps.push_back(s);
     for (std::size_t i = 0; i < plan.outputs.size(); ++i) steps_to.push_back(plan.StepsTo(i));

@@ -199,28 +199,31 @@ HWY_NOINLINE std::int64_t RunWholeTiles(std::int64_t rows, TileCall* t) {
   return rows;
 }
 
+/// Runs tile.Run<rows>() for 1 <= rows <= kMost.
+template <std::size_t kMost, class Tile>
+HWY_INLINE void RunWithRows(std::int64_t rows, const Tile& tile) {
+  if (rows == static_cast<std::int64_t>(kMost)) {
+    tile.template Run<kMost>();
+  } else if constexpr (kMost > 1) {
+    RunWithRows<kMost - 1>(rows, tile);
+  }
+}
+
+/// The rows of a panel that are less than a whole tile.
+template <Broadcast kBroadcast, std::size_t kPerPanel>
+struct PartTile {
+  const TileCall& call;
+  template <std::size_t kM>
+  HWY_INLINE void Run() const {
+    RunTile<kBroadcast, kM, 1, kPerPanel>(call);
+  }
+};
+
 /// One panel, however many rows. `t` is used up.
 template <Broadcast kBroadcast, std::size_t kPerPanel>
 HWY_INLINE void RunPanel(std::int64_t rows, TileCall* t) {
   if (rows >= kTileRows) rows = RunWholeTiles<kBroadcast, kPerPanel>(rows, t);
-  switch (rows) {
-    case 0:
-      return;
-    case 1:
-      return RunTile<kBroadcast, 1, 1, kPerPanel>(*t);
-    case 2:
-      return RunTile<kBroadcast, 2, 1, kPerPanel>(*t);
-    case 3:
-      return RunTile<kBroadcast, 3, 1, kPerPanel>(*t);
-    case 4:
-      return RunTile<kBroadcast, 4, 1, kPerPanel>(*t);
-    case 5:
-      return RunTile<kBroadcast, 5, 1, kPerPanel>(*t);
-    case 6:
-      return RunTile<kBroadcast, 6, 1, kPerPanel>(*t);
-    default:
-      return RunTile<kBroadcast, 7, 1, kPerPanel>(*t);
-  }
+  RunWithRows<kTileRows - 1>(rows, PartTile<kBroadcast, kPerPanel>{*t});
 }
 
 // K of a panel that stays in registers: 4 x 2 vectors of B, 2 to start from, 2 sums and A are 13 of 16.

@@ -103,6 +103,13 @@ Result<Generation> ParseGeneration(std::string_view name) {
   return Status{StatusCode::kInvalidArgument, "there are no defaults " + Quote(name) + "; expected sb2 or sb3"};
 }
 
+Status HyperparameterSet::UsePreset(std::string_view name) {
+  if (name.empty()) return Status::Ok();
+  const Result<Generation> generation = ParseGeneration(name);
+  if (generation.ok()) UseDefaultsOf(*generation);
+  return generation.status();
+}
+
 void HyperparameterSet::UseDefaultsOf(Generation generation) {
   for (std::size_t i = 0; i < table_.size(); ++i) {
     values_[i] = generation == Generation::kStableBaselines2 ? table_[i].sb2_default : table_[i].sb3_default;

@@ -10,8 +10,6 @@
 namespace consac::learn {
 namespace {
 
-constexpr std::int64_t kRowsAtOnce = 64;  // as many as an Evaluator takes through all layers together
-
 bool HaveNoLayerInCommon(const nn::Network& network) {
   const nn::Plan plan(network);
   const std::vector<std::size_t> actor = plan.StepsTo(0), critic = plan.StepsTo(1);  // ascending
@@ -27,7 +25,7 @@ ActorCritic::ActorCritic(nn::Network network, ActionHead head, const BehaviourSp
     : network_(std::move(network)),
       action_head_(std::move(head)),
       apart_(HaveNoLayerInCommon(network_) && !nn::HasImage(behaviour.observation_layout)),
-      most_rows_(apart_ ? std::max<std::int64_t>(behaviour.slots, kRowsAtOnce) : behaviour.slots),
+      most_rows_(apart_ ? std::max<std::int64_t>(behaviour.slots, nn::Evaluator::kRowsTogether) : behaviour.slots),
       parameters_(network_count() + static_cast<std::size_t>(action_head_.log_std_size()), log_std_init),
       evaluator_(network_, most_rows_) {
   Rng rng(seed, StreamId("network_initialisation"));

@@ -129,6 +129,9 @@ struct RecurrentRows {
 /// that acts, since it holds the activations; several may share one packing.
 class Evaluator {
  public:
+  /// Rows that go through all layers together, so that they stay in cache.
+  static constexpr std::int64_t kRowsTogether = 64;
+
   /// Room for `max_rows` rows. Copies what it needs of `network`.
   Evaluator(const Network& network, std::int64_t max_rows);
   /// Runs with the parameters that `packed` holds: those of another evaluator, a target network, a frozen player.

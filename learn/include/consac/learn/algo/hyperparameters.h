@@ -65,6 +65,8 @@ class HyperparameterSet {
   explicit HyperparameterSet(std::span<const Hyperparameter> table);
   /// Every value becomes that generation's default.
   void UseDefaultsOf(Generation generation);
+  /// The same of a generation's name, sb2 or sb3; an empty one changes nothing.
+  Status UsePreset(std::string_view name);
   /// Sets by name or alias from text; an unknown name is an error that names the nearest, or what takes its place.
   Status Set(std::string_view name, std::string_view text);
 
