@@ -74,6 +74,13 @@ TEST(Gradient, ThroughReluOnceWhoeverReadsIt) {
   spec.blocks.push_back(Dense("d", "a", 9, 3, nn::Activation::kTanh));
   spec.outputs = {"c", "d"};
   ExpectGradient(MustCreate(spec), 7, 200);
+  nn::Block other;  // a reader of another kind, whose gradient is added behind
+  other.op = "layer_norm";
+  other.inputs = {"a"};
+  other.output = other.name = "n";
+  spec.blocks = {Dense("a", "obs", 6, 9, kRelu), other, Dense("b", "a", 9, 2, nn::Activation::kTanh)};
+  spec.outputs = {"n", "b"};
+  ExpectGradient(MustCreate(spec), 7, 100);
   spec.blocks = {Dense("a", "obs", 6, 6, kRelu), Dense("b", "a", 6, 6, kRelu),
                  Dense("c", "b", 6, 2, nn::Activation::kTanh)};
   spec.blocks[1].shares = "a";
